@@ -1,0 +1,3 @@
+//! The emulated drive board.
+#![no_std]
+#![no_main]

@@ -1,0 +1,1 @@
+//! CAN vocabulary: frames and messages of `glenoid.dbc`.

@@ -1,0 +1,1 @@
+//! The whole board without hardware: events in, actions out.

@@ -1,0 +1,1 @@
+//! Finding the joint centre from cable lengths.

@@ -1,0 +1,1 @@
+//! Cable lengths, tetrahedra and the octahedron.

@@ -1,0 +1,1 @@
+//! The calibration procedure: a state machine with time passed in.

@@ -1,0 +1,82 @@
+//! The number type of the numerical modules: `f32` on the target, `f64` on the host for reference.
+
+use nalgebra::RealField;
+
+/// A real number with the few operations that the numerical modules need beyond nalgebra's.
+pub trait Real: RealField + Copy {
+    /// A constant of the source text in this precision. `T::of(0.5)` is folded at compile time.
+    fn of(value: f64) -> Self;
+
+    /// The value in double precision, for reports and tests.
+    fn to_f64(self) -> f64;
+
+    /// Correctly rounded square root, so that host and target agree to the bit. NaN for a negative number.
+    ///
+    /// On a Cortex-M4F this is the `vsqrt.f32` instruction (14 cycles) instead of the software routine (about 50
+    /// instructions) that a generic square root links.
+    fn root(self) -> Self;
+
+    /// Not NaN and not infinite.
+    fn is_a_number(self) -> bool;
+}
+
+impl Real for f32 {
+    #[inline(always)]
+    fn of(value: f64) -> Self {
+        value as f32
+    }
+    fn to_f64(self) -> f64 {
+        f64::from(self)
+    }
+    #[inline(always)]
+    fn root(self) -> Self {
+        sqrt_f32(self)
+    }
+    fn is_a_number(self) -> bool {
+        self.is_finite()
+    }
+}
+
+impl Real for f64 {
+    #[inline(always)]
+    fn of(value: f64) -> Self {
+        value
+    }
+    fn to_f64(self) -> f64 {
+        self
+    }
+    #[inline(always)]
+    fn root(self) -> Self {
+        libm::sqrt(self)
+    }
+    fn is_a_number(self) -> bool {
+        self.is_finite()
+    }
+}
+
+#[cfg(not(all(target_arch = "arm", target_os = "none")))]
+#[inline(always)]
+fn sqrt_f32(value: f32) -> f32 {
+    libm::sqrtf(value)
+}
+
+/// The only unsafe code of the library. `libm::sqrtf` is a software routine on this target although the core has
+/// the instruction, and the compiler refuses `sreg` operands, so the value travels through a core register.
+#[cfg(all(target_arch = "arm", target_os = "none"))]
+#[inline(always)]
+#[allow(unsafe_code)]
+fn sqrt_f32(value: f32) -> f32 {
+    let mut bits = value.to_bits();
+    // SAFETY: touches one named register, which is declared clobbered; no memory, no flags.
+    unsafe {
+        core::arch::asm!(
+            "vmov s0, {0}",
+            "vsqrt.f32 s0, s0",
+            "vmov {0}, s0",
+            inout(reg) bits,
+            out("s0") _,
+            options(pure, nomem, nostack, preserves_flags),
+        );
+    }
+    f32::from_bits(bits)
+}

@@ -1,0 +1,1 @@
+//! SLCAN (Lawicel) codec: CAN frames over a serial line.
