@@ -1,0 +1,1 @@
+//! Names of the states and what goes with them.
