@@ -3,7 +3,7 @@
 use super::frame::Frame;
 use super::payload::{PackError, Payload};
 use super::report::{LeftOut, OutcomeReport, PoseReport, RawLength};
-use super::result::{CommonAxis, Parameter, Quality, VerificationReport, WeakDirection};
+use super::result::{Axis, Parameter, Quality, VerificationReport, WeakDirection};
 use super::status::{Answer, Counters, Fault, Heartbeat, Versions};
 use embedded_can::StandardId;
 
@@ -88,7 +88,7 @@ pub enum Message {
     Verification(VerificationReport),
     WeakDirection(WeakDirection),
     LeftOut(LeftOut),
-    CommonAxis(CommonAxis),
+    Axis(Axis),
     LiveCentre(Parameter),
     LiveRadius(Parameter),
     RawLength(RawLength),
@@ -111,7 +111,7 @@ impl Message {
             Self::Verification(_) => 9,
             Self::WeakDirection(_) => 10,
             Self::LeftOut(_) => 11,
-            Self::CommonAxis(_) => 12,
+            Self::Axis(_) => 12,
             Self::LiveCentre(_) => 13,
             Self::LiveRadius(_) => 14,
             Self::RawLength(_) => 15,
@@ -138,7 +138,7 @@ impl Message {
             Self::Verification(m) => m.pack()?,
             Self::WeakDirection(m) => m.pack()?,
             Self::LeftOut(m) => m.pack(),
-            Self::CommonAxis(m) => m.pack()?,
+            Self::Axis(m) => m.pack()?,
             Self::RawLength(m) => m.pack()?,
             Self::Versions(m) => m.pack(),
             Self::Counters(m) => m.pack(),
@@ -168,7 +168,7 @@ impl Message {
             9 => Some(Self::Verification(VerificationReport::unpack(payload))),
             10 => Some(Self::WeakDirection(WeakDirection::unpack(payload))),
             11 => Some(Self::LeftOut(LeftOut::unpack(payload))),
-            12 => Some(Self::CommonAxis(CommonAxis::unpack(payload))),
+            12 => Some(Self::Axis(Axis::unpack(payload))),
             13 => Some(Self::LiveCentre(Parameter::unpack(payload))),
             14 => Some(Self::LiveRadius(Parameter::unpack(payload))),
             15 => Some(Self::RawLength(RawLength::unpack(payload))),

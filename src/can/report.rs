@@ -64,20 +64,20 @@ impl PoseReport {
     }
 }
 
-/// A reading that was left out of the identification because it contradicts the others.
+/// A pose that was left out of the identification because it contradicts the others.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct LeftOut {
     /// The run.
     pub run_id: u16,
-    /// Which of the readings left out this is, from 0.
+    /// Which of the poses left out this is, from 0.
     pub index: u8,
     /// How many there are.
     pub of: u8,
     /// Pose, from 0.
     pub pose: u8,
-    /// Cable, 1 to 6.
-    pub cable: u8,
+    /// The cables to blame: bit k for cable k + 1. None when no single cable explains the pose.
+    pub cables: u8,
 }
 
 mod left_out {
@@ -85,7 +85,7 @@ mod left_out {
     pub(super) const INDEX: Field = Field::integer(16, 8);
     pub(super) const OF: Field = Field::integer(24, 8);
     pub(super) const POSE: Field = Field::integer(32, 8);
-    pub(super) const CABLE: Field = Field::integer(40, 8);
+    pub(super) const CABLES: Field = Field::integer(40, 6);
 }
 
 impl LeftOut {
@@ -95,7 +95,7 @@ impl LeftOut {
             .with(left_out::INDEX, self.index)
             .with(left_out::OF, self.of)
             .with(left_out::POSE, self.pose)
-            .with(left_out::CABLE, self.cable)
+            .with(left_out::CABLES, self.cables)
     }
 
     pub(super) fn unpack(payload: Payload) -> Self {
@@ -104,7 +104,7 @@ impl LeftOut {
             index: payload.get_u8(left_out::INDEX),
             of: payload.get_u8(left_out::OF),
             pose: payload.get_u8(left_out::POSE),
-            cable: payload.get_u8(left_out::CABLE),
+            cables: payload.get_u8(left_out::CABLES),
         }
     }
 }

@@ -62,7 +62,7 @@ pub struct Quality {
     pub noise_mm: f32,
     /// Iterations.
     pub iterations: u8,
-    /// Readings that were left out; each has a [`LeftOut`] of its own.
+    /// Poses that were left out; each has a [`LeftOut`](super::report::LeftOut) of its own.
     pub left_out: u8,
 }
 
@@ -174,27 +174,27 @@ impl WeakDirection {
     }
 }
 
-/// The axis about which all poses turn, when they turn about one.
+/// The direction in {B} that the run's reason is about: the common axis of all poses, or where the centre is weak.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct CommonAxis {
+pub struct Axis {
     /// The run.
     pub run_id: u16,
     /// Unit vector in {B}.
     pub axis: [f32; 3],
 }
 
-mod common_axis {
+mod axis {
     use super::{Field, Scale};
     const COMPONENT: Scale = Scale::signed(16, -14);
     pub(super) const COMPONENTS: [Field; 3] =
         [Field::scaled(16, COMPONENT), Field::scaled(32, COMPONENT), Field::scaled(48, COMPONENT)];
 }
 
-impl CommonAxis {
+impl Axis {
     pub(super) fn pack(&self) -> Result<Payload, PackError> {
         let mut payload = Payload::new().with(RUN, self.run_id);
-        for (field, component) in common_axis::COMPONENTS.into_iter().zip(self.axis) {
+        for (field, component) in axis::COMPONENTS.into_iter().zip(self.axis) {
             payload = payload.with_value(field, component)?;
         }
         Ok(payload)
@@ -203,7 +203,7 @@ impl CommonAxis {
     pub(super) fn unpack(payload: Payload) -> Self {
         Self {
             run_id: payload.get_u16(RUN),
-            axis: common_axis::COMPONENTS.map(|field| payload.get_value(field)),
+            axis: axis::COMPONENTS.map(|field| payload.get_value(field)),
         }
     }
 }

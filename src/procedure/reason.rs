@@ -109,7 +109,7 @@ reasons! {
     PoseTooNear = 17, "the pose is too near one that is already captured", "move the arm further before holding it";
     PosesFull = 18, "no room for another pose", "identify with the poses that are there";
     CableLoose = 19, "one cable moves although the others rest", "tighten the named cable and look at its drum";
-    PlatformDoesNotClose = 20, "the six lengths do not fit the platform", "look for a slack or crossed cable, then home again";
+    PlatformDoesNotClose = 20, "the six lengths do not fit the platform", "look for a slack or crossed cable, or hold the arm less far out";
     LengthImpossible = 21, "the named cable's length cannot be", "home the encoders again";
 
     EncoderSilent = 32, "no encoder counts arrive", "check the encoders' supply and wiring";
@@ -117,7 +117,7 @@ reasons! {
     EncoderJumped = 34, "the named encoder moved faster than its drum can turn", "check that encoder's shield, then home again";
 
     TooFewPoses = 48, "too few poses", "capture more poses";
-    DegenerateAxis = 49, "all poses turn about one axis", "move the arm in another plane as well";
+    OneAxis = 49, "all poses turn about one axis", "move the arm in another plane as well";
     Weak = 50, "the poses leave the centre too uncertain in one direction", "follow the guidance: spread the poses wider";
     TooManyOutliers = 51, "too many readings contradict the others", "look for a slack cable, then start again";
     NotABall = 52, "the centre wanders more than the encoders' noise explains", "tighten the strap, keep the shoulder blade still";
@@ -125,7 +125,7 @@ reasons! {
     NotConverged = 54, "the iteration did not settle", "capture more and wider poses";
     Singular = 55, "the equations have no single solution", "move the arm in another plane as well";
     NotFinite = 56, "the arithmetic left the range of numbers", "read out the poses and report them";
-    BadRig = 57, "the rig's constants do not fit the poses", "check the rig's constants";
+    TooAlike = 57, "all poses are alike", "move the arm further between the poses";
 
     VerificationFailed = 80, "the second set of poses deviates too much", "calibrate again; tighten strap and cables before";
     VerificationDoesNotClose = 81, "a pose of the second set does not fit the identified centre", "look for a slack cable, calibrate again";
