@@ -48,17 +48,9 @@ pub fn identify<T: RealField + Copy>(
     cap: usize,
     workspace: &mut Workspace<'_, T>,
 ) -> Outcome<T> {
-    let mut outcome = Outcome {
-        estimate: start,
-        iterations: 0,
-        deviations: 0,
-        ending: Ending::IterationCap,
-    };
+    let mut outcome = Outcome { estimate: start, iterations: 0, deviations: 0, ending: Ending::IterationCap };
     let rows = 3 * poses_mm.len();
-    if workspace.d.len() < rows
-        || workspace.y_mm.len() < rows
-        || workspace.deviations_mm.len() <= cap
-    {
+    if workspace.d.len() < rows || workspace.y_mm.len() < rows || workspace.deviations_mm.len() <= cap {
         outcome.ending = Ending::Failed(Failure::TooLittleRoom);
         return outcome;
     }

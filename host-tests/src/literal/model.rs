@@ -33,8 +33,8 @@ pub fn pose_model<T: RealField + Copy>(
     for (end_point, found) in end_points_mm.iter_mut().enumerate() {
         let base = base_points(machine, end_point).map(|point| point - estimate.centre_mm);
         let cables = [lengths_mm[2 * end_point], lengths_mm[2 * end_point + 1]];
-        *found = apex(base, estimate.radii_mm[end_point], cables, side)
-            .ok_or(Failure::DoesNotClose { pose, end_point })?;
+        *found =
+            apex(base, estimate.radii_mm[end_point], cables, side).ok_or(Failure::DoesNotClose { pose, end_point })?;
     }
 
     // δOP_i = A_i⁻¹ B_i (δx, δy, δz, δp_i)ᵀ, Eq. A4-A6.
@@ -66,12 +66,7 @@ pub fn pose_model<T: RealField + Copy>(
         d[edge][3 + from] = d_1[3];
         d[edge][3 + to] = -d_2[3];
     }
-    Ok(PoseModel {
-        end_points_mm,
-        edges_mm,
-        y_mm,
-        d,
-    })
+    Ok(PoseModel { end_points_mm, edges_mm, y_mm, d })
 }
 
 /// `δE` (Eq. 17): the root mean square of all residues, in mm.
@@ -89,10 +84,7 @@ pub fn root_mean_square<T: RealField + Copy>(y_mm: &[T]) -> T {
 
 /// The two base points of an end-point in {B}, in the order of its cables.
 fn base_points<T: RealField + Copy>(machine: &Machine<T>, end_point: usize) -> [Vector3<T>; 2] {
-    [
-        machine.base_mm[end_point],
-        machine.base_mm[(end_point + 1) % 3],
-    ]
+    [machine.base_mm[end_point], machine.base_mm[(end_point + 1) % 3]]
 }
 
 /// `A_i` of A4: the left-hand sides of the differentials of the two cables and of `p_i`.
