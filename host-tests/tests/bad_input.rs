@@ -213,20 +213,20 @@ fn the_iteration_cap() {
     assert_still_identified(&good);
 }
 
-/// Each cable one count beyond and one count within what the drum can turn.
+/// Each cable as far as the drum can turn, and one count farther.
 fn jumps<T: Real>() {
     let drum = *rig::<T>(&worn()).drum();
     let before = [-3000, 12, 0, 70_000, -5, 900];
     for elapsed_ms in [0, 1, 20, 1000] {
         let fastest = drum.fastest_mm_per_s.to_f64() * f64::from(elapsed_ms) / 1000.0;
         let per_count = core::f64::consts::TAU * drum.radius_mm.to_f64() / drum.counts_per_turn.to_f64();
-        let possible = (fastest / per_count) as i32; // and one more: the sample may fall beside an edge
+        let possible = (fastest / per_count) as i32;
         for cable in 0..6 {
             for direction in [-1, 1] {
                 let mut now = before;
-                now[cable] += direction * possible;
+                now[cable] += direction * (possible + 1); // the sample may fall just beside an edge
                 assert_eq!(drum.check_jump(&before, &now, elapsed_ms), Ok(()));
-                now[cable] += direction * 3;
+                now[cable] += direction;
                 let expected = LengthError { cable: cable as u8 + 1, fault: LengthFault::Jump };
                 assert_eq!(drum.check_jump(&before, &now, elapsed_ms), Err(expected), "{elapsed_ms} ms");
             }

@@ -5,7 +5,7 @@ mod common;
 
 use common::differences::{central_differences, flattest_mm, relative_difference};
 use common::library::{as_cables, as_parameters, as_poses, rig};
-use common::{Worn, arm, oracle, parameters, poses, rng};
+use common::{Worn, arm, distance, oracle, parameters, poses, rng};
 use glenoid::identification::model::{Model, NotClosing, PoseEquations};
 use glenoid::identification::{Identified, PaperIteration, PaperSettings, Refusal, Termination, verify};
 use glenoid::kinematics::BaseEdges;
@@ -106,6 +106,7 @@ fn the_whole_iteration_is_the_same() {
                     }
                     Termination::Settled => {
                         assert_eq!(literal.ending, Ending::IterationCap);
+                        assert_is_first_small_step(&worn, &lengths, start, cap, 1e-3);
                         by_step += 1;
                     }
                 }
@@ -132,6 +133,21 @@ fn the_whole_iteration_is_the_same() {
         }
     }
     assert!(by_deviation > 2000 && by_step > 2000 && open > 1000, "{by_deviation} {by_step} {open}");
+}
+
+/// Fails unless the literal step number `last` is the first that moves no parameter by as much as `tolerance_mm`.
+fn assert_is_first_small_step(
+    worn: &Worn,
+    poses: &[Lengths<f64>],
+    start: Estimate<f64>,
+    last: usize,
+    tolerance_mm: f64,
+) {
+    let after = |steps: usize| oracle::run(&worn.machine(), poses, start, 0.0, steps).0.estimate;
+    for step in 1..=last {
+        let small = distance(&after(step), &after(step - 1)) < tolerance_mm;
+        assert_eq!(small, step == last, "step {step} of {last}");
+    }
 }
 
 #[test]
