@@ -114,16 +114,20 @@ fn counts_that_would_wind_a_cable_past_its_end() {
     assert!(CableLengths::from_counts(&drum, &[i32::MIN; 6]).is_err());
 }
 
-/// Both cables of each end-point too short, and each longer than the other and the edge together.
+/// Both cables of each end-point too short, each longer than the other and the edge together, and squares that overflow.
 fn lengths_that_break_each_triangle<T: Real>() {
     let mut good = as_poses::<T>(&poses(&worn(), &mut rng(3), 5, 20.0));
     let base = BaseEdges::new(&rig::<T>(&worn()));
     let edge = base.as_array()[0].length_mm.to_f64();
     let beyond_squaring = 1e200_f64.min(T::max_value().unwrap_or(T::one()).to_f64() / 8.0);
     for end_point in 0..3 {
-        for (first, second) in
-            [(edge * 0.4, edge * 0.5), (edge + 201.0, 200.0), (200.0, edge + 201.0), (beyond_squaring, 200.0)]
-        {
+        for (first, second) in [
+            (edge * 0.4, edge * 0.5),
+            (edge + 201.0, 200.0),
+            (200.0, edge + 201.0),
+            (beyond_squaring, 200.0),
+            (beyond_squaring, beyond_squaring),
+        ] {
             let mut lengths = *good[2].as_mm();
             (lengths[2 * end_point], lengths[2 * end_point + 1]) = (T::of(first), T::of(second));
             let broken = CableLengths::new(lengths).expect("finite and positive");
