@@ -16,9 +16,9 @@ pub struct PoseReport {
     pub guidance: Guidance,
     /// The set that the pose belongs to.
     pub set: PoseSet,
-    /// The pose was taken.
-    pub taken: bool,
-    /// Predicted σ of the centre with the poses so far, mm, up to 64; None while they do not fix it to that.
+    /// [`Reason::Fine`] when the pose was taken, else why not.
+    pub reason: Reason,
+    /// Predicted σ of the centre with the poses so far, mm, up to 32; None while they do not fix it to that.
     pub sigma_mm: Option<f32>,
     /// Angle between this pose and the nearest one in the set, degrees; None for the first.
     pub distance_deg: Option<f32>,
@@ -27,18 +27,18 @@ pub struct PoseReport {
 mod pose {
     use super::{Field, Scale};
     pub(super) const INDEX: Field = Field::integer(16, 8);
-    pub(super) const GUIDANCE: Field = Field::integer(24, 4);
-    pub(super) const HELD_OUT: Field = Field::integer(28, 1);
-    pub(super) const TAKEN: Field = Field::integer(29, 1);
-    pub(super) const SIGMA_KNOWN: Field = Field::integer(30, 1);
-    pub(super) const DISTANCE_KNOWN: Field = Field::integer(31, 1);
-    pub(super) const SIGMA: Field = Field::scaled(32, Scale::unsigned(16, -10));
-    pub(super) const DISTANCE: Field = Field::scaled(48, Scale::unsigned(16, -7));
+    pub(super) const REASON: Field = Field::integer(24, 8);
+    pub(super) const GUIDANCE: Field = Field::integer(32, 4);
+    pub(super) const HELD_OUT: Field = Field::integer(36, 1);
+    pub(super) const SIGMA_KNOWN: Field = Field::integer(37, 1);
+    pub(super) const DISTANCE_KNOWN: Field = Field::integer(38, 1);
+    pub(super) const SIGMA: Field = Field::scaled(40, Scale::unsigned(14, -9));
+    pub(super) const DISTANCE: Field = Field::scaled(54, Scale::unsigned(10, -2));
 }
 
 impl PoseReport {
     /// The largest σ that the report can carry, mm.
-    pub const SIGMA_LIMIT_MM: f32 = 63.9;
+    pub const SIGMA_LIMIT_MM: f32 = 31.9;
 
     pub(super) fn pack(&self) -> Result<Payload, PackError> {
         Payload::new()
@@ -46,7 +46,7 @@ impl PoseReport {
             .with(pose::INDEX, self.index)
             .with(pose::GUIDANCE, self.guidance.code())
             .with(pose::HELD_OUT, self.set == PoseSet::HeldOut)
-            .with(pose::TAKEN, self.taken)
+            .with(pose::REASON, self.reason.code())
             .with_optional(pose::SIGMA_KNOWN, pose::SIGMA, self.sigma_mm)?
             .with_optional(pose::DISTANCE_KNOWN, pose::DISTANCE, self.distance_deg)
     }
@@ -57,7 +57,7 @@ impl PoseReport {
             index: payload.get_u8(pose::INDEX),
             guidance: Guidance::from_code(payload.get_u8(pose::GUIDANCE))?,
             set: PoseSet::held_out_if(payload.get_flag(pose::HELD_OUT)),
-            taken: payload.get_flag(pose::TAKEN),
+            reason: Reason::from_code(payload.get_u8(pose::REASON))?,
             sigma_mm: payload.get_optional(pose::SIGMA_KNOWN, pose::SIGMA),
             distance_deg: payload.get_optional(pose::DISTANCE_KNOWN, pose::DISTANCE),
         })
@@ -142,6 +142,9 @@ mod outcome {
 }
 
 impl OutcomeReport {
+    /// The largest size that the report can carry, mm.
+    pub const SIZE_LIMIT_MM: f32 = 63.9;
+
     pub(super) fn pack(&self) -> Result<Payload, PackError> {
         Payload::new()
             .with(RUN, self.run_id)

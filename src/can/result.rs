@@ -201,9 +201,6 @@ impl Axis {
     }
 
     pub(super) fn unpack(payload: Payload) -> Self {
-        Self {
-            run_id: payload.get_u16(RUN),
-            axis: axis::COMPONENTS.map(|field| payload.get_value(field)),
-        }
+        Self { run_id: payload.get_u16(RUN), axis: axis::COMPONENTS.map(|field| payload.get_value(field)) }
     }
 }

@@ -1,9 +1,10 @@
 //! What the procedure does when it is asked, and what it answers.
 
 use super::arm::NotReady;
+use super::forecast::Forecast;
 use super::outcome::PoseNotice;
 use super::reason::Reason;
-use super::solve::{Detail, Forecast, Solver};
+use super::solve::{Detail, Work};
 use super::state::{Command, PoseSet, StateName};
 use super::transition::{Trigger, allows};
 use super::{Guidance, Judging, Procedure, Run, State, Verifying};
@@ -132,8 +133,8 @@ impl Procedure {
 
     /// Hands the first set to the solver.
     pub(super) fn identify(&mut self, now_ms: u32) {
-        let solver = Solver::new(&self.rig);
-        if self.go(now_ms, Trigger::Identify, State::Identifying(solver)) {
+        let work = Work::new(&self.rig);
+        if self.go(now_ms, Trigger::Identify, State::Identifying(work)) {
             self.run.attempts = self.run.attempts.saturating_add(1);
             self.run.detail = None;
         }

@@ -138,11 +138,8 @@ impl Spread {
 
 /// Axis times angle of a rotation, rad; the angle lies between 0 and π.
 fn rotation_vector(rotation: &Matrix3<f32>) -> Vector3<f32> {
-    let twice_sine_axis = Vector3::new(
-        rotation.m32 - rotation.m23,
-        rotation.m13 - rotation.m31,
-        rotation.m21 - rotation.m12,
-    );
+    let twice_sine_axis =
+        Vector3::new(rotation.m32 - rotation.m23, rotation.m13 - rotation.m31, rotation.m21 - rotation.m12);
     let sine = twice_sine_axis.norm() * 0.5;
     let cosine = (rotation.trace() - 1.0) * 0.5;
     // Near 180 degrees the axis is lost in the antisymmetric part. No arm gets there; the vector is short then.

@@ -115,8 +115,7 @@ impl Limits {
     /// [`LimitsError`] names the first kind of setting that cannot be.
     pub fn new(rig: &Rig<f32>, settings: Settings) -> Result<Self, LimitsError> {
         let s = &settings;
-        let sizes =
-            [s.still_band_mm, s.frozen_mm, s.nearest_pose_rad, s.target_sigma_mm, s.verification_deviation_mm];
+        let sizes = [s.still_band_mm, s.frozen_mm, s.nearest_pose_rad, s.target_sigma_mm, s.verification_deviation_mm];
         let times = [s.hold_ms, s.silence_ms, s.collecting_timeout_ms, s.verifying_timeout_ms, s.review_timeout_ms];
         if !sizes.iter().all(|size| *size > 0.0 && size.is_finite()) {
             Err(LimitsError::NotPositive)

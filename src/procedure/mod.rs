@@ -34,6 +34,7 @@ pub mod arm;
 pub mod captured;
 mod commands;
 pub mod encoders;
+pub mod forecast;
 pub mod guidance;
 pub mod limits;
 pub mod outcome;
@@ -60,8 +61,9 @@ use crate::rig::{CABLES, Rig};
 use arm::{Arm, NotReady};
 use captured::Captured;
 use encoders::EncoderFault;
+use forecast::Forecast;
 use guidance::Spread;
-use solve::{Detail, Forecast, Solver};
+use solve::{Detail, Work};
 
 /// Poses that the first set has room for.
 pub const CAPACITY: usize = crate::identification::DEFAULT_CAPACITY;
@@ -75,10 +77,23 @@ pub const HELD_OUT_CAPACITY: usize = 32;
 enum State {
     Idle,
     Collecting,
-    Identifying(Solver),
+    Identifying(Work),
     Verifying(Verifying),
     Review(Candidate),
     Failed,
+}
+
+impl State {
+    const fn name(&self) -> StateName {
+        match self {
+            Self::Idle => StateName::Idle,
+            Self::Collecting => StateName::Collecting,
+            Self::Identifying(_) => StateName::Identifying,
+            Self::Verifying(_) => StateName::Verifying,
+            Self::Review(_) => StateName::Review,
+            Self::Failed => StateName::Failed,
+        }
+    }
 }
 
 /// The second set is being captured, or (with `judging`) laid against the centre.
@@ -160,14 +175,7 @@ impl Procedure {
 
     /// The state's name.
     pub const fn state(&self) -> StateName {
-        match self.state {
-            State::Idle => StateName::Idle,
-            State::Collecting => StateName::Collecting,
-            State::Identifying(_) => StateName::Identifying,
-            State::Verifying(_) => StateName::Verifying,
-            State::Review(_) => StateName::Review,
-            State::Failed => StateName::Failed,
-        }
+        self.state.name()
     }
 
     /// There is computing to do: the next tick should follow as soon as the board has time.
@@ -240,13 +248,11 @@ impl Procedure {
 
     /// Changes the state, if the table has this transition; the only place where `state` is assigned.
     fn go(&mut self, now_ms: u32, trigger: Trigger, state: State) -> bool {
-        let before = core::mem::replace(&mut self.state, state);
-        let allowed = transition::next(state_name(&before), trigger) == Some(self.state());
+        let allowed = transition::next(self.state.name(), trigger) == Some(state.name());
         if allowed {
+            self.state = state;
             self.run.since_ms = now_ms;
             self.run.moved = true;
-        } else {
-            self.state = before;
         }
         allowed
     }

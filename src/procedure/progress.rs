@@ -18,7 +18,7 @@ impl Procedure {
                 // sharpness says nothing before there are poses enough to have any
                 (25.0 * counted + 25.0 * counted.min(sharpened)) as u8
             }
-            State::Identifying(solver) => 50 + (29.0 * solver.share_done()) as u8,
+            State::Identifying(work) => 50 + (29.0 * work.share_done(self.poses.lengths().len())) as u8,
             State::Verifying(Verifying { judging: None, .. }) => {
                 let counted = share(f32::from(self.held_out.len()), f32::from(settings.verification_poses));
                 80 + (15.0 * counted) as u8
@@ -32,9 +32,7 @@ impl Procedure {
     pub fn reason(&self, now_ms: u32) -> Reason {
         let of_run = self.run.detail.map_or(Reason::Fine, |detail| detail.reason);
         match self.state() {
-            StateName::Idle | StateName::Failed => {
-                self.ending.map_or(Reason::Fine, |ending| ending.detail.reason)
-            }
+            StateName::Idle | StateName::Failed => self.ending.map_or(Reason::Fine, |ending| ending.detail.reason),
             StateName::Identifying | StateName::Review => Reason::Fine,
             StateName::Collecting | StateName::Verifying => match (self.fault(now_ms), self.run.refused_pose) {
                 (Some(fault), _) => fault.reason,

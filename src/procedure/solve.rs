@@ -1,7 +1,39 @@
-//! What the procedure asks of the identification: the centre, a forecast of its error bar, and words for a refusal.
+//! The solver as the procedure sees it: one slice of work at a time, and a refusal in the terms of the reports.
 
 use super::reason::Reason;
-use crate::identification::Refusal;
+use crate::identification::{Progress, Refusal, Solver, SolverSettings};
+use crate::kinematics::CableLengths;
+use crate::rig::Rig;
+
+/// The start-free solver at work, and how much it has worked.
+#[derive(Debug, Clone)]
+pub struct Work {
+    solver: Solver<f32>,
+    slices: u32,
+}
+
+/// Passes over the poses that a sound set takes: placing, two or three passes, the last one to see that it settled.
+const USUAL_PASSES: u32 = 4;
+
+impl Work {
+    /// A solver at its beginning.
+    pub fn new(rig: &Rig<f32>) -> Self {
+        Self { solver: Solver::new(rig, SolverSettings::for_rig(rig)), slices: 0 }
+    }
+
+    /// One slice of work: at most the placing of one pose.
+    pub fn advance(&mut self, poses: &[CableLengths<f32>]) -> Progress<f32> {
+        self.slices = self.slices.saturating_add(1);
+        self.solver.advance(poses)
+    }
+
+    /// How much of the work is done, 0 to below 1. How many passes there will be is not known before the end, so this
+    /// grows more and more slowly and never reaches 1.
+    pub fn share_done(&self, poses: usize) -> f32 {
+        let (done, usual) = (self.slices as f32, (USUAL_PASSES * (poses as u32 + 1)) as f32);
+        done / (done + usual * 0.5)
+    }
+}
 
 /// A refusal in the terms of the reports.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -2,12 +2,12 @@
 
 use super::outcome::{Candidate, PoseNotice, Verification};
 use super::reason::Reason;
-use super::solve::{Detail, Slice, is_cured_by_more_poses};
+use super::solve::{Detail, is_cured_by_more_poses};
 use super::state::{PoseSet, StateName};
 use super::transition::Trigger;
 use super::{Guidance, Procedure, Run, State, Verifying};
 use crate::identification::paper::FEWEST_POSES;
-use crate::identification::{Identified, verify};
+use crate::identification::{Identified, Progress, verify};
 
 impl Run {
     pub(super) const fn before_the_first() -> Self {
@@ -86,11 +86,11 @@ impl Procedure {
     }
 
     fn tick_identifying(&mut self, now_ms: u32) {
-        let State::Identifying(solver) = &mut self.state else { return };
-        match solver.advance(&self.rig, self.poses.lengths()) {
-            Slice::Working => {}
-            Slice::Found(identified) => self.found(now_ms, identified),
-            Slice::Refused(refusal) => self.refused(now_ms, Detail::from(refusal)),
+        let State::Identifying(work) = &mut self.state else { return };
+        match work.advance(self.poses.lengths()) {
+            Progress::Working => {}
+            Progress::Identified(identified) => self.found(now_ms, identified),
+            Progress::Refused(refusal) => self.refused(now_ms, Detail::from(refusal)),
         }
     }
 
