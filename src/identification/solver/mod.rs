@@ -58,6 +58,8 @@ pub struct SolverSettings<T> {
     pub sigma_limit_mm: T,
     /// Smallest sway about the most common axis, rad (see [`Sway`](super::observability::Sway)).
     pub sway_limit_rad: T,
+    /// Smallest sway about the second most common axis, rad: poses that stay below it are all alike.
+    pub spread_limit_rad: T,
 }
 
 impl<T: Real> SolverSettings<T> {
@@ -65,12 +67,14 @@ impl<T: Real> SolverSettings<T> {
     pub fn for_rig(rig: &Rig<T>) -> Self {
         Self {
             noise: Noise::Known(rig.length_noise_mm()),
-            // The error after a step is about its square over the rig's size: far below any noise.
-            tolerance_mm: (T::default_epsilon() * T::of(1e4)).min(T::of(1e-3)),
+            // Single precision: 3e-3 mm, double: 1e-7 mm. The error after a step is about its square over the rig's size.
+            tolerance_mm: T::default_epsilon().root() * T::of(8.0),
             // A tenth of what the humeral head itself moves in elevation (2-6 mm).
             sigma_limit_mm: T::one(),
-            // 2.5 degrees: 0.1 mm of noise alone makes rotations about one axis sway by 0.1 degrees.
-            sway_limit_rad: T::of(0.0436),
+            // 1 degree: 0.1 mm of noise alone makes rotations about one axis sway by 0.1 degrees.
+            sway_limit_rad: T::of(0.017_5),
+            // 2.5 degrees: nobody can hold such poses apart, let alone a control loop.
+            spread_limit_rad: T::of(0.043_6),
         }
     }
 }
@@ -89,7 +93,7 @@ enum Weighing<T> {
         /// Passes still wanted.
         left: u8,
         /// Poses that the selection left out.
-        rejected: u8,
+        rejected: u16,
     },
 }
 
@@ -162,7 +166,7 @@ impl<T: Real, const N: usize> Solver<T, N> {
     pub fn advance(&mut self, poses: &[CableLengths<T>]) -> Progress<T> {
         let poses = poses.get(..N).unwrap_or(poses);
         if poses.len() < FEWEST_POSES {
-            return Progress::Refused(Refusal::TooFewPoses { poses: poses.len() as u8 });
+            return Progress::Refused(Refusal::TooFewPoses { poses: poses.len() as u16 });
         }
         let outcome = match (self.phase, poses.get(self.next)) {
             (Phase::Place, Some(lengths)) => {
@@ -194,15 +198,7 @@ impl<T: Real, const N: usize> Solver<T, N> {
     fn place(&mut self, lengths: &CableLengths<T>) {
         let placement = match self.placer.octahedron.solve(lengths) {
             Ok(pose) => {
-                // O - R C = t, three equations.
-                for row in 0..3 {
-                    let mut equation = [T::zero(); UNKNOWNS];
-                    equation[row] = T::one();
-                    for column in 0..3 {
-                        equation[3 + column] = -pose.rotation[(row, column)];
-                    }
-                    self.linear.add(&equation, pose.origin_mm[row]);
-                }
+                self.linear.add_pivot(&pose);
                 Placement::at(&pose.rotation)
             }
             Err(OctahedronError::DoesNotClose) => Placement::unplaced(),
@@ -218,7 +214,7 @@ impl<T: Real, const N: usize> Solver<T, N> {
         let placed = self.placements.iter().filter(|p| p.is_placed()).count();
         if placed < FEWEST_POSES {
             let first = self.placements.iter().position(|p| !p.is_placed()).unwrap_or(0);
-            return Err(Refusal::PlatformDoesNotClose { pose: first as u8 });
+            return Err(Refusal::PlatformDoesNotClose { pose: first as u16 });
         }
         match self.linear.solve() {
             Ok(x) => self.pivot = Pivot::from_array(&x),
@@ -270,10 +266,13 @@ impl<T: Real, const N: usize> Solver<T, N> {
     /// Takes the step of a pass and decides what comes next.
     fn finish_pass(&mut self, weighing: Weighing<T>, poses: usize) -> Result<(), Refusal> {
         let Ok(step) = self.sum.equations.solve() else {
-            return Err(match weighing {
-                Weighing::Wander { rejected, .. } => Refusal::TooManyOutliers { rejected, poses: poses as u8 },
-                _ => self.no_inverse(),
-            });
+            let refusal = match weighing {
+                Weighing::Wander { rejected, .. } => Refusal::TooManyOutliers { rejected, poses: poses as u16 },
+                // Hardly any pose agrees with another.
+                Weighing::Selected => return self.look_for_wander(poses, poses - self.sum.poses.min(poses)),
+                Weighing::Equal | Weighing::Annealed(_) => self.no_inverse(),
+            };
+            return Err(refusal);
         };
         self.pivot = self.pivot.moved_by(&step);
         let largest = step.iter().fold(T::zero(), |largest, x| largest.max(x.abs()));
@@ -332,7 +331,12 @@ impl<T: Real, const N: usize> Solver<T, N> {
         }
         let sway = rotations.sway();
         let without_best = self.sway_without_best(&used, &sway);
-        judgement::refuse_degenerate(&sway, without_best, self.settings.sway_limit_rad)?;
+        judgement::refuse_degenerate(
+            &sway,
+            without_best,
+            self.settings.sway_limit_rad,
+            self.settings.spread_limit_rad,
+        )?;
         Ok(sway.least_rad)
     }
 
@@ -389,12 +393,22 @@ impl<T: Real, const N: usize> Solver<T, N> {
             }
         };
         if too_many || !noise_fits {
-            // What is wrong may still be the poses rather than the joint.
-            self.degenerate(|p| p.is_placed())?;
-            self.begin_pass(Weighing::Wander { left: 1, rejected: rejected as u8 });
-            return Ok(());
+            return self.look_for_wander(poses, rejected);
         }
         self.accept(poses, squares_mm2)
+    }
+
+    /// Acceptance is lost; one question is left, whether a few poses are to blame or the joint.
+    fn look_for_wander(&mut self, poses: usize, rejected: usize) -> Result<(), Refusal> {
+        // What is wrong may still be the poses rather than the joint.
+        self.degenerate(|p| p.is_placed())?;
+        match self.placements.iter().filter(|p| p.is_placed()).count() {
+            0..FEWEST_POSES => Err(Refusal::TooManyOutliers { rejected: rejected as u16, poses: poses as u16 }),
+            _ => {
+                self.begin_pass(Weighing::Wander { left: 1, rejected: rejected as u16 });
+                Ok(())
+            }
+        }
     }
 
     /// The last gates, then the result; poses left out are explained next.
@@ -414,7 +428,7 @@ impl<T: Real, const N: usize> Solver<T, N> {
         let mut rejected = Vec::new();
         for (pose, placement) in self.placements.iter().enumerate() {
             if !placement.is_used() {
-                let _ = rejected.push(Rejected { pose: pose as u8, cables: placement.broken_cables() });
+                let _ = rejected.push(Rejected { pose: pose as u16, cables: placement.broken_cables() });
             }
         }
         self.result = Some(Identified {
@@ -425,7 +439,7 @@ impl<T: Real, const N: usize> Solver<T, N> {
             deviations_mm: self.deviations_mm.clone(),
             iterations: self.iterations(),
             termination: Termination::Settled,
-            poses: poses as u8,
+            poses: poses as u16,
             rejected,
             sway_rad,
         });
