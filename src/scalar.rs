@@ -7,6 +7,9 @@ pub trait Real: RealField + Copy {
     /// A constant of the source text in this precision. `T::of(0.5)` is folded at compile time.
     fn of(value: f64) -> Self;
 
+    /// An integer, rounded to the nearest number. No double precision on the way: the target has none in hardware.
+    fn of_integer(value: i32) -> Self;
+
     /// The value in double precision, for reports and tests.
     fn to_f64(self) -> f64;
 
@@ -25,6 +28,10 @@ impl Real for f32 {
     fn of(value: f64) -> Self {
         value as f32
     }
+    #[inline(always)]
+    fn of_integer(value: i32) -> Self {
+        value as f32
+    }
     fn to_f64(self) -> f64 {
         f64::from(self)
     }
@@ -41,6 +48,10 @@ impl Real for f64 {
     #[inline(always)]
     fn of(value: f64) -> Self {
         value
+    }
+    #[inline(always)]
+    fn of_integer(value: i32) -> Self {
+        f64::from(value)
     }
     fn to_f64(self) -> f64 {
         self

@@ -1,0 +1,145 @@
+//! Least squares of six unknowns, streamed: each equation is added to the 6x6 normal equations and forgotten, so the
+//! paper's 3m x 6 matrix D~ (Eq. 14) never exists.
+
+use crate::scalar::Real;
+
+/// Unknowns.
+pub const UNKNOWNS: usize = 6;
+/// Entries of a packed symmetric 6x6 matrix (lower triangle, row by row).
+pub const PACKED: usize = UNKNOWNS * (UNKNOWNS + 1) / 2;
+
+/// DᵀD, DᵀY and YᵀY of the equations added so far (Eq. 15, 17).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NormalEquations<T> {
+    matrix: [T; PACKED],
+    gradient: [T; UNKNOWNS],
+    squares: T,
+}
+
+/// The normal matrix has no inverse: some combination of the unknowns leaves every equation unchanged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Singular;
+
+/// L D Lᵀ of a symmetric positive definite 6x6 matrix: no square roots, and the only six divisions are kept.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Factors<T> {
+    /// Unit lower triangle below the diagonal; on the diagonal the inverse pivots.
+    packed: [T; PACKED],
+}
+
+/// Position of row `i`, column `j <= i` in a packed lower triangle.
+#[inline(always)]
+pub const fn at(i: usize, j: usize) -> usize {
+    i * (i + 1) / 2 + j
+}
+
+impl<T: Real> Default for NormalEquations<T> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<T: Real> NormalEquations<T> {
+    /// No equations yet.
+    pub fn new() -> Self {
+        Self { matrix: [T::zero(); PACKED], gradient: [T::zero(); UNKNOWNS], squares: T::zero() }
+    }
+
+    /// Adds the equation `row · X = value`.
+    #[inline]
+    pub fn add(&mut self, row: &[T; UNKNOWNS], value: T) {
+        for i in 0..UNKNOWNS {
+            for j in 0..=i {
+                self.matrix[at(i, j)] += row[i] * row[j];
+            }
+            self.gradient[i] += row[i] * value;
+        }
+        self.squares += value * value;
+    }
+
+    /// YᵀY: the sum of the squared values.
+    pub fn squares(&self) -> T {
+        self.squares
+    }
+
+    /// DᵀD, lower triangle row by row.
+    pub fn matrix(&self) -> &[T; PACKED] {
+        &self.matrix
+    }
+
+    /// Eq. 15: X = (DᵀD)⁻¹ DᵀY.
+    ///
+    /// # Errors
+    /// [`Singular`] as for [`Factors::of`].
+    pub fn solve(&self) -> Result<[T; UNKNOWNS], Singular> {
+        Ok(Factors::of(&self.matrix)?.solve(&self.gradient))
+    }
+}
+
+impl<T: Real> Factors<T> {
+    /// Factors a packed symmetric matrix.
+    ///
+    /// # Errors
+    /// [`Singular`] when a pivot loses all its digits against the diagonal entry that it came from, or is not a
+    /// number.
+    pub fn of(matrix: &[T; PACKED]) -> Result<Self, Singular> {
+        let mut packed = *matrix;
+        // Row by row (Golub and Van Loan, algorithm 4.1.2): `scaled[j]` is L_ij d_j before division.
+        for i in 0..UNKNOWNS {
+            let mut pivot = packed[at(i, i)];
+            let smallest = pivot * T::default_epsilon() * T::of(8.0);
+            let mut scaled = [T::zero(); UNKNOWNS];
+            for j in 0..i {
+                let mut sum = packed[at(i, j)];
+                for k in 0..j {
+                    sum -= scaled[k] * packed[at(j, k)];
+                }
+                scaled[j] = sum;
+                let factor = sum * packed[at(j, j)];
+                packed[at(i, j)] = factor;
+                pivot -= sum * factor;
+            }
+            // Also refuses NaN.
+            if !(pivot > smallest && pivot > T::zero()) {
+                return Err(Singular);
+            }
+            packed[at(i, i)] = T::one() / pivot;
+        }
+        Ok(Self { packed })
+    }
+
+    /// The solution X of `matrix · X = right`.
+    pub fn solve(&self, right: &[T; UNKNOWNS]) -> [T; UNKNOWNS] {
+        let mut x = *right;
+        for i in 0..UNKNOWNS {
+            for j in 0..i {
+                let known = x[j];
+                x[i] -= self.packed[at(i, j)] * known;
+            }
+        }
+        for i in 0..UNKNOWNS {
+            x[i] *= self.packed[at(i, i)];
+        }
+        for i in (0..UNKNOWNS).rev() {
+            for j in i + 1..UNKNOWNS {
+                let known = x[j];
+                x[i] -= self.packed[at(j, i)] * known;
+            }
+        }
+        x
+    }
+
+    /// The inverse of the matrix, lower triangle row by row.
+    pub fn inverse(&self) -> [T; PACKED] {
+        let mut inverse = [T::zero(); PACKED];
+        for column in 0..UNKNOWNS {
+            let mut unit = [T::zero(); UNKNOWNS];
+            unit[column] = T::one();
+            let x = self.solve(&unit);
+            for row in column..UNKNOWNS {
+                inverse[at(row, column)] = x[row];
+            }
+        }
+        inverse
+    }
+}

@@ -1,0 +1,99 @@
+//! An end-point turns about its base edge like a door about its hinge.
+//!
+//! The two cables of end-point P_i run to the two ends of one base edge. Their lengths alone fix how far along the
+//! edge P_i stands (ξ) and how far from it (ρ); what remains is one angle. Everything here is independent of the
+//! joint centre and computed once a pose.
+
+use super::cable_length::{CableLengths, LengthError, LengthFault, cable_number};
+use crate::rig::{ATTACHMENTS, POINTS, Rig};
+use crate::scalar::Real;
+use nalgebra::Vector3;
+
+/// One base edge with a right-angled triad: `along` the edge, `outward` in the base plane away from the third
+/// attachment point, `upward` normal to the base plane on the platform's side.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BaseEdge<T> {
+    /// The attachment point of the end-point's first cable, in {B}, mm.
+    pub origin_mm: Vector3<T>,
+    /// Unit vector from the first to the second attachment point.
+    pub along: Vector3<T>,
+    /// Unit vector in the base plane, away from the third attachment point.
+    pub outward: Vector3<T>,
+    /// Unit normal of the base plane towards the platform.
+    pub upward: Vector3<T>,
+    /// Length of the edge, mm.
+    pub length_mm: T,
+    inverse_twice_length: T,
+}
+
+/// The three base edges, in the order of the end-points P1, P2, P3.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BaseEdges<T>([BaseEdge<T>; POINTS]);
+
+/// Where an end-point stands on its hinge: coordinate along the base edge and squared distance from it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HingeCoordinates<T> {
+    /// ξ: coordinate of P_i along the edge from its first attachment point, mm.
+    pub along_mm: T,
+    /// ρ²: squared distance of P_i from the edge's line, mm². Positive.
+    pub distance_squared_mm2: T,
+}
+
+impl<T: Real> BaseEdges<T> {
+    /// The edges of a rig.
+    pub fn new(rig: &Rig<T>) -> Self {
+        let upward = rig.base_normal();
+        let base = rig.base_mm();
+        Self(core::array::from_fn(|i| {
+            let [first, second] = ATTACHMENTS[i];
+            let third = POINTS - first - second;
+            let edge = base[second] - base[first];
+            let length_mm = edge.norm_squared().root();
+            let along = edge / length_mm;
+            let across = along.cross(&upward);
+            let inwards = across.dot(&(base[third] - base[first])) > T::zero();
+            let outward = if inwards { -across } else { across };
+            let inverse_twice_length = T::one() / (length_mm + length_mm);
+            BaseEdge { origin_mm: base[first], along, outward, upward, length_mm, inverse_twice_length }
+        }))
+    }
+
+    /// The edges in the order of the end-points.
+    pub fn iter(&self) -> impl Iterator<Item = &BaseEdge<T>> {
+        self.0.iter()
+    }
+
+    /// The three edges as an array.
+    pub fn as_array(&self) -> &[BaseEdge<T>; POINTS] {
+        &self.0
+    }
+
+    /// (ξ, ρ²) of the three end-points of a pose.
+    ///
+    /// # Errors
+    /// The first end-point whose two cables and base edge do not make a triangle.
+    pub fn coordinates(&self, lengths: &CableLengths<T>) -> Result<[HingeCoordinates<T>; POINTS], LengthError> {
+        let mm = lengths.as_mm();
+        let coordinates = core::array::from_fn(|i| self.0[i].coordinates(mm[2 * i], mm[2 * i + 1]));
+        for (i, hinge) in coordinates.iter().enumerate() {
+            // Written so that an overflow to infinity or NaN counts as broken too.
+            let closes = hinge.distance_squared_mm2 > T::zero() && hinge.distance_squared_mm2.is_a_number();
+            if !closes {
+                return Err(LengthError { cable: cable_number(2 * i), fault: LengthFault::BreaksTriangle });
+            }
+        }
+        Ok(coordinates)
+    }
+}
+
+impl<T: Real> BaseEdge<T> {
+    /// (ξ, ρ²) from the two cable lengths, mm: ξ = (L_a² - L_b² + b²) / 2b, ρ² = L_a² - ξ².
+    /// ρ² is not positive when the lengths break the triangle.
+    fn coordinates(&self, first_mm: T, second_mm: T) -> HingeCoordinates<T> {
+        // Differences as products: L_a² - L_b² in single precision would lose the digits that matter.
+        let difference = (first_mm - second_mm) * (first_mm + second_mm);
+        let along_mm = (difference + self.length_mm * self.length_mm) * self.inverse_twice_length;
+        let distance_squared_mm2 = (first_mm - along_mm) * (first_mm + along_mm);
+        HingeCoordinates { along_mm, distance_squared_mm2 }
+    }
+}
