@@ -20,11 +20,7 @@ pub struct LineBuffer<const N: usize, const END: u8> {
 impl<const N: usize, const END: u8> LineBuffer<N, END> {
     /// An empty buffer.
     pub const fn new() -> Self {
-        Self {
-            bytes: Vec::new(),
-            overlong: false,
-            complete: false,
-        }
+        Self { bytes: Vec::new(), overlong: false, complete: false }
     }
 
     /// Takes one byte. Some at the end of a line, which stays readable until the next byte.
@@ -40,11 +36,7 @@ impl<const N: usize, const END: u8> LineBuffer<N, END> {
         match byte {
             end if end == END => {
                 self.complete = true;
-                Some(if self.overlong {
-                    Err(LineTooLong)
-                } else {
-                    Ok(&self.bytes)
-                })
+                Some(if self.overlong { Err(LineTooLong) } else { Ok(&self.bytes) })
             }
             b'\r' | b'\n' => None,
             other => {
@@ -81,18 +73,12 @@ mod tests {
 
     #[test]
     fn both_line_ends_make_one_line() {
-        assert_eq!(
-            lines(b"ab\r\n\ncd\n"),
-            [Some("ab".into()), Some("".into()), Some("cd".into())]
-        );
+        assert_eq!(lines(b"ab\r\n\ncd\n"), [Some("ab".into()), Some("".into()), Some("cd".into())]);
     }
 
     #[test]
     fn a_full_line_fits_and_one_byte_more_is_dropped_whole() {
-        assert_eq!(
-            lines(b"abcd\nabcde\nf\n"),
-            [Some("abcd".into()), None, Some("f".into())]
-        );
+        assert_eq!(lines(b"abcd\nabcde\nf\n"), [Some("abcd".into()), None, Some("f".into())]);
     }
 
     #[test]

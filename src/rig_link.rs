@@ -86,10 +86,8 @@ fn parse_counts(text: &[u8]) -> Result<Signal, RigLinkError> {
     let mut fields = text.split(|&byte| byte == b' ');
     for count in &mut counts {
         let field = fields.next().ok_or(RigLinkError::WrongNumberOfCounts)?;
-        *count = core::str::from_utf8(field)
-            .ok()
-            .and_then(|digits| digits.parse().ok())
-            .ok_or(RigLinkError::BadCount)?;
+        *count =
+            core::str::from_utf8(field).ok().and_then(|digits| digits.parse().ok()).ok_or(RigLinkError::BadCount)?;
     }
     match fields.next() {
         None => Ok(Signal::Counts(counts)),
@@ -107,10 +105,7 @@ pub struct RigLink {
 impl RigLink {
     /// A link at the start of a line.
     pub const fn new() -> Self {
-        Self {
-            line: LineBuffer::new(),
-            refused: 0,
-        }
+        Self { line: LineBuffer::new(), refused: 0 }
     }
 
     /// Takes one byte; a signal or a refusal comes out at the end of each line. Carriage returns are skipped.
@@ -200,14 +195,7 @@ mod tests {
     #[test]
     fn codes_never_change() {
         use RigLinkError::*;
-        let codes = [
-            LineTooLong,
-            UnknownLine,
-            WrongNumberOfCounts,
-            BadCount,
-            BadLevel,
-        ]
-        .map(RigLinkError::code);
+        let codes = [LineTooLong, UnknownLine, WrongNumberOfCounts, BadCount, BadLevel].map(RigLinkError::code);
         assert_eq!(codes, [1, 2, 3, 4, 5]);
     }
 }

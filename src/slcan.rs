@@ -205,9 +205,7 @@ pub struct Decoder {
 impl Decoder {
     /// A decoder at the start of a line.
     pub const fn new() -> Self {
-        Self {
-            line: LineBuffer::new(),
-        }
+        Self { line: LineBuffer::new() }
     }
 
     /// Takes one byte; a command or its refusal comes out at the end of each line. Line feeds are skipped.
@@ -221,13 +219,8 @@ impl Decoder {
 }
 
 /// Identifier of `DIGITS` digits and length digit in front of a frame's data, and what follows them.
-fn head<const DIGITS: usize>(
-    line: &[u8],
-    largest_id: u32,
-) -> Result<(u32, usize, &[u8]), SlcanError> {
-    let (id, rest) = line
-        .split_at_checked(DIGITS)
-        .ok_or(SlcanError::WrongLength)?;
+fn head<const DIGITS: usize>(line: &[u8], largest_id: u32) -> Result<(u32, usize, &[u8]), SlcanError> {
+    let (id, rest) = line.split_at_checked(DIGITS).ok_or(SlcanError::WrongLength)?;
     let raw_id = hexadecimal(id)?;
     if raw_id > largest_id {
         return Err(SlcanError::IdTooLarge);
@@ -255,19 +248,13 @@ fn data(digits: &[u8], data_len: usize) -> Result<Vec<u8, MAX_DATA_LEN>, SlcanEr
 
 /// A remote frame has a length but no data.
 fn remote((raw_id, _, rest): (u32, usize, &[u8]), extended: bool) -> Result<Command, SlcanError> {
-    if rest.is_empty() {
-        Ok(Command::TransmitRemote { raw_id, extended })
-    } else {
-        Err(SlcanError::WrongLength)
-    }
+    if rest.is_empty() { Ok(Command::TransmitRemote { raw_id, extended }) } else { Err(SlcanError::WrongLength) }
 }
 
 /// Up to 8 hexadecimal digits as a number.
 fn hexadecimal(digits: &[u8]) -> Result<u32, SlcanError> {
     digits.iter().try_fold(0, |value, &byte| {
-        let digit = char::from(byte)
-            .to_digit(16)
-            .ok_or(SlcanError::NotHexadecimal)?;
+        let digit = char::from(byte).to_digit(16).ok_or(SlcanError::NotHexadecimal)?;
         Ok(value << 4 | digit)
     })
 }

@@ -54,10 +54,7 @@ impl Frame {
     pub fn new(id: u16, data: &[u8]) -> Result<Self, FrameError> {
         let id = StandardId::new(id).ok_or(FrameError::IdTooLarge)?;
         let mut frame = Self::of_eight(id, [0; MAX_DATA_LEN]);
-        let target = frame
-            .data
-            .get_mut(..data.len())
-            .ok_or(FrameError::DataTooLong)?;
+        let target = frame.data.get_mut(..data.len()).ok_or(FrameError::DataTooLong)?;
         target.copy_from_slice(data);
         // at most 8, as the line above has shown
         frame.dlc = data.len() as u8;
@@ -66,11 +63,7 @@ impl Frame {
 
     /// A frame of exactly 8 bytes; nothing is left that could be wrong.
     pub fn of_eight(id: StandardId, data: [u8; MAX_DATA_LEN]) -> Self {
-        Self {
-            id: id.as_raw(),
-            dlc: MAX_DATA_LEN as u8,
-            data,
-        }
+        Self { id: id.as_raw(), dlc: MAX_DATA_LEN as u8, data }
     }
 
     /// The identifier, `0..=0x7FF`.

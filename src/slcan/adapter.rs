@@ -76,28 +76,16 @@ impl Adapter {
             channel: Channel::Closed,
             stamps: false,
             overrun: false,
-            counters: Counters {
-                accepted: 0,
-                foreign: 0,
-                refused: 0,
-                overruns: 0,
-            },
+            counters: Counters { accepted: 0, foreign: 0, refused: 0, overruns: 0 },
         }
     }
 
     /// Takes one byte from the client. Some at the end of each line.
     pub fn receive(&mut self, byte: u8) -> Option<Answer> {
-        let answer = self
-            .decoder
-            .push(byte)?
-            .and_then(|command| self.obey(command));
+        let answer = self.decoder.push(byte)?.and_then(|command| self.obey(command));
         Some(answer.unwrap_or_else(|error| {
             self.counters.refused = self.counters.refused.wrapping_add(1);
-            Answer {
-                reply: REFUSED,
-                frame: None,
-                refusal: Some(error),
-            }
+            Answer { reply: REFUSED, frame: None, refusal: Some(error) }
         }))
     }
 
@@ -109,9 +97,7 @@ impl Adapter {
         let stamp_ms = (now_ms % STAMP_PERIOD_MS) as u16;
         match self.channel {
             Channel::Closed => None,
-            Channel::Open | Channel::Listening => {
-                Some(encode(frame, self.stamps.then_some(stamp_ms)))
-            }
+            Channel::Open | Channel::Listening => Some(encode(frame, self.stamps.then_some(stamp_ms))),
         }
     }
 
@@ -170,11 +156,7 @@ impl Adapter {
             Command::TransmitExtended { .. } => self.foreign(true)?,
             Command::TransmitRemote { extended, .. } => self.foreign(extended)?,
         };
-        Ok(Answer {
-            reply,
-            frame,
-            refusal: None,
-        })
+        Ok(Answer { reply, frame, refusal: None })
     }
 
     fn while_closed(&self) -> Result<(), SlcanError> {

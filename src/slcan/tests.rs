@@ -25,31 +25,10 @@ fn commands_of_the_manual() {
         (b"Z1", Command::TimeStamps(true)),
         (b"t10021133", Command::Transmit(frame(0x100, &[0x11, 0x33]))),
         (b"t7ff0", Command::Transmit(frame(0x7FF, &[]))),
-        (
-            b"t12380011223344aAbBcC",
-            Command::Transmit(frame(
-                0x123,
-                &[0x00, 0x11, 0x22, 0x33, 0x44, 0xAA, 0xBB, 0xCC],
-            )),
-        ),
-        (
-            b"T0000010021133",
-            Command::TransmitExtended { raw_id: 0x100 },
-        ),
-        (
-            b"r1002",
-            Command::TransmitRemote {
-                raw_id: 0x100,
-                extended: false,
-            },
-        ),
-        (
-            b"R1FFFFFFF0",
-            Command::TransmitRemote {
-                raw_id: 0x1FFF_FFFF,
-                extended: true,
-            },
-        ),
+        (b"t12380011223344aAbBcC", Command::Transmit(frame(0x123, &[0x00, 0x11, 0x22, 0x33, 0x44, 0xAA, 0xBB, 0xCC]))),
+        (b"T0000010021133", Command::TransmitExtended { raw_id: 0x100 }),
+        (b"r1002", Command::TransmitRemote { raw_id: 0x100, extended: false }),
+        (b"R1FFFFFFF0", Command::TransmitRemote { raw_id: 0x1FFF_FFFF, extended: true }),
     ];
     for (line, command) in cases {
         assert_eq!(parse(line), Ok(command), "{:?}", core::str::from_utf8(line));
@@ -95,10 +74,7 @@ fn a_received_frame_as_the_manual_writes_it() {
     assert_eq!(encode(&frame(0x100, &[0x11, 0x33]), None), b"t10021133\r");
     assert_eq!(encode(&frame(0x7FF, &[]), None), b"t7FF0\r");
     // the longest line there is: it must fit its buffer to the last character
-    assert_eq!(
-        encode(&frame(0x00A, &[0x0F, 0xF0, 1, 2, 3, 4, 5, 6]), Some(59_999)),
-        b"t00A80FF0010203040506EA5F\r"
-    );
+    assert_eq!(encode(&frame(0x00A, &[0x0F, 0xF0, 1, 2, 3, 4, 5, 6]), Some(59_999)), b"t00A80FF0010203040506EA5F\r");
 }
 
 #[test]
@@ -106,18 +82,10 @@ fn the_decoder_takes_up_after_noise() {
     let mut decoder = Decoder::new();
     let mut noise = Vec::from([0xA5; 300]);
     noise.extend(b"\rO\r\nt12\rC\r");
-    let seen: Vec<_> = noise
-        .iter()
-        .filter_map(|&byte| decoder.push(byte))
-        .collect();
+    let seen: Vec<_> = noise.iter().filter_map(|&byte| decoder.push(byte)).collect();
     assert_eq!(
         seen,
-        [
-            Err(SlcanError::LineTooLong),
-            Ok(Command::Open),
-            Err(SlcanError::WrongLength),
-            Ok(Command::Close),
-        ]
+        [Err(SlcanError::LineTooLong), Ok(Command::Open), Err(SlcanError::WrongLength), Ok(Command::Close),]
     );
 }
 
@@ -137,8 +105,5 @@ fn codes_never_change() {
         ListenOnly,
         ChannelOpen,
     ];
-    assert_eq!(
-        all.map(SlcanError::code),
-        [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11]
-    );
+    assert_eq!(all.map(SlcanError::code), [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11]);
 }

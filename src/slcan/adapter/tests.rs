@@ -22,22 +22,11 @@ fn frame(id: u16, data: &[u8]) -> Frame {
 #[test]
 fn the_bytes_of_python_can() {
     let mut adapter = Adapter::new();
-    let (replies, frames, refusals) = talk(
-        &mut adapter,
-        b"C\rS6\r\rO\rO\rt1003010203\rT000001230\rr1230\rV\rN\rC\r",
-    );
+    let (replies, frames, refusals) = talk(&mut adapter, b"C\rS6\r\rO\rO\rt1003010203\rT000001230\rr1230\rV\rN\rC\r");
     assert_eq!(replies, b"\r\r\r\r\rz\rZ\rz\rV0101\rN0001\r\r");
     assert_eq!(frames, [frame(0x100, &[1, 2, 3])]);
     assert!(refusals.is_empty());
-    assert_eq!(
-        adapter.counters(),
-        Counters {
-            accepted: 1,
-            foreign: 2,
-            refused: 0,
-            overruns: 0
-        }
-    );
+    assert_eq!(adapter.counters(), Counters { accepted: 1, foreign: 2, refused: 0, overruns: 0 });
 }
 
 #[test]
