@@ -1,1 +1,6 @@
 //! Host side of Glenoid.
+
+pub mod emulator;
+pub mod firmware;
+pub mod packages;
+pub mod slcan_client;

@@ -38,6 +38,7 @@ enum Entry {
     Lamp(LampPattern),
     SlcanRefused { error: SlcanError, so_far: u32 },
     RigLinkRefused { error: RigLinkError, so_far: u32 },
+    NobodyReads { dropped: u32 },
     Stack(stack::Usage),
 }
 
@@ -53,6 +54,7 @@ impl fmt::Display for Entry {
             Self::RigLinkRefused { error, so_far } => {
                 write!(f, "rig link: ignored, {error} ({}), {so_far} so far", error.code())
             }
+            Self::NobodyReads { dropped } => write!(f, "can: nobody reads, {dropped} messages dropped so far"),
             Self::Stack(usage) => {
                 write!(f, "stack: {} of {} bytes used at most", usage.used_bytes, usage.size_bytes)
             }
@@ -65,6 +67,7 @@ struct Outside {
     can: Uart,
     adapter: Adapter,
     lamp: Option<LampPattern>,
+    dropped_told: u32,
     log: Log<Entry>,
 }
 
@@ -84,6 +87,16 @@ impl Outside {
             }
             Action::Log(entry) => self.log.push(now_ms, Entry::Device(entry)),
         }
+    }
+
+    /// Writes one line of the log, if there is one. Losses are told here, where there is time, and not when they happen.
+    fn write_log(&mut self, now_ms: u32) -> bool {
+        let dropped = self.can.dropped();
+        if dropped != self.dropped_told {
+            self.dropped_told = dropped;
+            self.log.push(now_ms, Entry::NobodyReads { dropped });
+        }
+        self.log.write_one()
     }
 }
 
@@ -110,6 +123,7 @@ impl Board {
                 can: Uart::start(Line::Can, can_queues),
                 adapter: Adapter::new(),
                 lamp: None,
+                dropped_told: 0,
                 log: Log::new(),
             },
             last_tick_ms: clock::now_ms(),
@@ -134,7 +148,7 @@ impl Board {
         if busy && !self.device.is_busy() {
             self.outside.log.push(now_ms, Entry::Stack(stack::usage()));
         }
-        heard || busy || ticked || self.outside.log.write_one()
+        heard || busy || ticked || self.outside.write_log(now_ms)
     }
 
     fn hear_can(&mut self) -> bool {

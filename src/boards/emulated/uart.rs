@@ -126,6 +126,10 @@ impl Uart {
         true
     }
 
+    /// Messages dropped because nobody read. Wraps.
+    pub fn dropped(&self) -> u32 {
+        self.dropped
+    }
 
     /// Bytes were lost on the way in since the last call.
     pub fn take_overrun(&mut self) -> bool {
