@@ -5,3 +5,4 @@ pub mod emulator;
 pub mod firmware;
 pub mod packages;
 pub mod slcan_client;
+pub mod plot;
