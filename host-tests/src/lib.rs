@@ -6,3 +6,4 @@ pub mod firmware;
 pub mod packages;
 pub mod slcan_client;
 pub mod plot;
+pub mod wearer;
