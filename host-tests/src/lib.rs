@@ -1,3 +1,9 @@
 //! Host side of Glenoid.
 
+pub mod emulator;
+pub mod firmware;
 pub mod literal;
+pub mod packages;
+pub mod plot;
+pub mod slcan_client;
+pub mod wearer;

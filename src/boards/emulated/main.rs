@@ -1,3 +1,185 @@
-//! The emulated drive board.
+//! The emulated drive board: QEMU's mps2-an386, a Cortex-M4F with the memory sizes of the STM32G474RE.
+//!
+//! UART0 is the CAN bus as SLCAN, UART1 the rig link, the log goes out by semihosting. No decision is taken here:
+//! bytes become events, the [`Device`] decides, actions become bytes.
 #![no_std]
 #![no_main]
+
+#[cfg(not(target_os = "none"))]
+compile_error!("this image is for the Cortex-M4F: use `cargo emulate`, or --target thumbv7em-none-eabihf");
+
+mod clock;
+mod entry;
+mod faults;
+mod log;
+mod losses;
+mod stack;
+mod uart;
+mod vectors;
+
+use cortex_m::interrupt::free;
+use cortex_m::{Peripherals, asm, singleton};
+use glenoid::device::{Action, Device, Event, LampPattern};
+use glenoid::rig_link::{RigLink, Signal};
+use glenoid::slcan::Adapter;
+
+use entry::Entry;
+use log::Log;
+use losses::{Losses, Teller};
+use uart::{Line, Queues, Uart};
+
+/// Bytes of either line that are handled before the clock is looked at again.
+const BYTES_A_TURN: usize = 64;
+
+/// Everything that actions go out through.
+struct Outside {
+    can: Uart,
+    adapter: Adapter,
+    lamp: Option<LampPattern>,
+    log: Log<Entry>,
+}
+
+impl Outside {
+    fn carry_out(&mut self, now_ms: u32, action: Action) {
+        match action {
+            Action::Send(frame) => {
+                if let Some(line) = self.adapter.forward(&frame, now_ms) {
+                    self.can.write(&line);
+                }
+            }
+            Action::Lamp(pattern) if self.lamp == Some(pattern) => {}
+            Action::Lamp(pattern) => {
+                self.lamp = Some(pattern);
+                self.log.push(now_ms, Entry::Lamp(pattern));
+            }
+            Action::Log(entry) => self.log.push(now_ms, Entry::Device(entry)),
+        }
+    }
+}
+
+struct Board {
+    device: Device,
+    rig: Uart,
+    rig_link: RigLink,
+    outside: Outside,
+    losses: Losses,
+    teller: Teller,
+    last_tick_ms: u32,
+}
+
+impl Board {
+    /// None if it was called before: the peripherals and the queues exist once.
+    fn start() -> Option<Self> {
+        let core = Peripherals::take()?;
+        stack::protect(core.MPU);
+        let can_queues = singleton!(: Queues = Queues::new())?;
+        let rig_queues = singleton!(: Queues = Queues::new())?;
+        clock::start(core.SYST);
+        let mut board = Self {
+            device: Device::new(Default::default()),
+            rig: Uart::start(Line::Rig, rig_queues),
+            rig_link: RigLink::new(),
+            outside: Outside {
+                can: Uart::start(Line::Can, can_queues),
+                adapter: Adapter::new(),
+                lamp: None,
+                log: Log::new(),
+            },
+            losses: Losses::default(),
+            teller: Teller::default(),
+            last_tick_ms: clock::now_ms(),
+        };
+        let stack_bytes = stack::usage().size_bytes;
+        board.outside.log.push(board.last_tick_ms, Entry::Ready { stack_bytes });
+        Some(board)
+    }
+
+    fn handle(&mut self, now_ms: u32, event: Event) {
+        let Self { device, outside, .. } = self;
+        device.handle(now_ms, event, &mut |action| outside.carry_out(now_ms, action));
+    }
+
+    /// One turn of the main loop; false if there was nothing to do.
+    fn turn(&mut self) -> bool {
+        let heard = self.hear_can() | self.hear_rig();
+        let busy = self.device.is_busy();
+        let now_ms = clock::now_ms();
+        let ticked = now_ms != self.last_tick_ms;
+        if ticked || busy {
+            self.last_tick_ms = now_ms;
+            self.handle(now_ms, Event::Tick);
+        }
+        if busy && !self.device.is_busy() {
+            // the deepest calls of this firmware lie just behind us
+            self.outside.log.push(now_ms, Entry::Stack(stack::usage()));
+        }
+        heard || busy || ticked || self.write_log(now_ms)
+    }
+
+    fn hear_can(&mut self) -> bool {
+        if self.outside.can.take_overrun() {
+            self.outside.adapter.note_overrun();
+        }
+        for turn in 0..BYTES_A_TURN {
+            let Some(byte) = self.outside.can.read() else { return turn != 0 };
+            let Some(answer) = self.outside.adapter.receive(byte) else { continue };
+            self.outside.can.write(answer.reply);
+            if let Some(error) = answer.refusal {
+                self.losses.slcan.1 = Some(error);
+            }
+            if let Some(frame) = answer.frame {
+                self.handle(clock::now_ms(), Event::Can(frame));
+            }
+        }
+        true
+    }
+
+    fn hear_rig(&mut self) -> bool {
+        for turn in 0..BYTES_A_TURN {
+            let Some(byte) = self.rig.read() else { return turn != 0 };
+            let Some(signal) = self.rig_link.push(byte) else { continue };
+            let now_ms = clock::now_ms();
+            match signal {
+                Ok(Signal::Counts(counts)) => self.handle(now_ms, Event::Counts(counts)),
+                Ok(Signal::Button { down }) => self.handle(now_ms, Event::Button { down }),
+                Err(error) => self.losses.rig_link.1 = Some(error),
+            }
+        }
+        true
+    }
+
+    /// Writes one line of the log, if there is one. Called when there is nothing else to do.
+    fn write_log(&mut self, now_ms: u32) -> bool {
+        let Self { outside, losses, .. } = self;
+        let counters = outside.adapter.counters();
+        losses.slcan.0 = counters.refused;
+        losses.overruns = counters.overruns;
+        losses.rig_link.0 = self.rig_link.refused();
+        losses.dropped = outside.can.dropped();
+        self.teller.tell(now_ms, *losses, |entry| outside.log.push(now_ms, entry));
+        outside.log.write_one()
+    }
+
+    /// Sleeps until the next interrupt. Interrupts are masked while the queues are looked at: one that comes in
+    /// between still ends the sleep.
+    fn sleep(&self) {
+        free(|_| {
+            let idle =
+                !self.outside.can.has_received() && !self.rig.has_received() && clock::now_ms() == self.last_tick_ms;
+            if idle {
+                asm::wfi();
+            }
+        });
+    }
+}
+
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    stack::paint();
+    let Some(mut board) = Board::start() else { faults::stop() };
+    loop {
+        if !board.turn() {
+            board.sleep();
+        }
+    }
+}
