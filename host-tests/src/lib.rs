@@ -6,4 +6,5 @@ pub mod literal;
 pub mod packages;
 pub mod plot;
 pub mod slcan_client;
+pub mod vocabulary;
 pub mod wearer;
