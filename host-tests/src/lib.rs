@@ -4,5 +4,8 @@ pub mod debugger;
 pub mod elf;
 pub mod emulator;
 pub mod firmware;
+pub mod literal;
 pub mod packages;
+pub mod plot;
 pub mod slcan_client;
+pub mod wearer;

@@ -1,0 +1,287 @@
+//! The start-free solver: from raw lengths to a centre with an error bar, or a refusal that names its cause.
+//!
+//! ```text
+//! place ──► pass ──► pass … ──► judge ──► blame ──► identified
+//!   │         ▲        │          │
+//!   │         └────────┘          └──► refused
+//!   └ octahedron of each pose, linear fit of the pivot
+//! ```
+//!
+//! 1. **Place**: the octahedron gives each pose's rotation R and origin t without knowing the centre. The centre is
+//!    fixed in both bodies, O = R C + t, which is linear in O and C: one linear fit starts everything.
+//! 2. **Pass**: Gauss-Newton with each pose's exact information (see
+//!    [`pose_information`](super::pose_information)); the pose's own rotation is refined on the way. This is the
+//!    maximum-likelihood estimate; its covariance is the inverse of the summed information.
+//! 3. **Judge**: when the residuals are larger than the noise, poses are weighed down by their misfit (Geman-McClure,
+//!    the scale lowered pass by pass) until those that contradict the others stand out, and are left out.
+//! 4. **Blame**: each pose left out is explained: which cable, left out of the pose, reconciles it with the centre.
+
+mod acceptance;
+mod accumulation;
+mod blame;
+mod judgement;
+mod placement;
+mod settings;
+
+use self::accumulation::PassSum;
+use self::blame::Blame;
+use self::placement::{Placement, Placer};
+pub use self::settings::{Noise, SolverSettings};
+use super::normal_equations::{NormalEquations, Singular};
+use super::outcome::{Identified, MOST_ITERATIONS, Progress, Refusal, deviation};
+use super::pose_buffer::DEFAULT_CAPACITY;
+use crate::kinematics::{CableLengths, OctahedronError, Pivot};
+use crate::rig::Rig;
+use crate::scalar::Real;
+use heapless::Vec;
+
+/// Fewest poses that can determine the centre.
+pub const FEWEST_POSES: usize = 3;
+
+/// How poses are weighed in a pass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Weighing<T> {
+    /// All alike.
+    Equal,
+    /// By misfit over this scale, which is lowered pass by pass (in units of variance).
+    Annealed(T),
+    /// In or out.
+    Selected,
+    /// Equal weight for each pose's own centre: measures how far it wanders, after acceptance is lost.
+    Wander {
+        /// Passes still wanted.
+        left: u8,
+        /// Poses that the selection left out.
+        rejected: u16,
+    },
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Phase<T> {
+    Place,
+    Pass(Weighing<T>),
+    Blame(Blame<T>),
+}
+
+/// The solver, resumable: each call of [`advance`](Self::advance) does a bounded slice of work, at most the placing of
+/// one pose. Holds 24 bytes a pose in single precision beside the pose buffer.
+#[derive(Clone, Debug)]
+pub struct Solver<T: Real, const N: usize = DEFAULT_CAPACITY> {
+    settings: SolverSettings<T>,
+    placer: Placer<T>,
+    placements: Vec<Placement<T>, N>,
+    phase: Phase<T>,
+    next: usize,
+    linear: NormalEquations<T>,
+    pivot: Pivot<T>,
+    sum: PassSum<T>,
+    noise_mm: T,
+    selected_before: usize,
+    passes_in_weighing: u8,
+    deviations_mm: Vec<T, { MOST_ITERATIONS + 1 }>,
+    result: Option<Identified<T>>,
+}
+
+impl<T: Real, const N: usize> Solver<T, N> {
+    /// A solver for `rig`, at its beginning.
+    pub fn new(rig: &Rig<T>, settings: SolverSettings<T>) -> Self {
+        let placer = Placer::new(rig);
+        let noise_mm = match settings.noise {
+            Noise::Known(noise) => noise,
+            Noise::EstimatedUpTo(_) => rig.length_noise_mm(),
+        };
+        Self {
+            settings,
+            pivot: Pivot::from_parameters(rig.nominal(), &placer.points),
+            placer,
+            placements: Vec::new(),
+            phase: Phase::Place,
+            next: 0,
+            linear: NormalEquations::new(),
+            sum: PassSum::new(),
+            noise_mm,
+            selected_before: 0,
+            passes_in_weighing: 0,
+            deviations_mm: Vec::new(),
+            result: None,
+        }
+    }
+
+    /// Runs to the end.
+    ///
+    /// # Errors
+    /// The [`Refusal`] that names the cause.
+    pub fn run(mut self, poses: &[CableLengths<T>]) -> Result<Identified<T>, Refusal> {
+        loop {
+            match self.advance(poses) {
+                Progress::Working => {}
+                Progress::Identified(identified) => return Ok(identified),
+                Progress::Refused(refusal) => return Err(refusal),
+            }
+        }
+    }
+
+    /// One slice of work. `poses` must be the same in every call, at most `N` of them (more are not looked at).
+    pub fn advance(&mut self, poses: &[CableLengths<T>]) -> Progress<T> {
+        let poses = poses.get(..N).unwrap_or(poses);
+        if poses.len() < FEWEST_POSES {
+            return Progress::Refused(Refusal::TooFewPoses { poses: poses.len() as u16 });
+        }
+        let outcome = match (self.phase, poses.get(self.next)) {
+            (Phase::Place, Some(lengths)) => {
+                self.place(lengths);
+                Ok(())
+            }
+            (Phase::Place, None) => self.finish_placing(),
+            (Phase::Pass(weighing), Some(lengths)) => {
+                self.weigh(weighing, lengths);
+                Ok(())
+            }
+            (Phase::Pass(weighing), None) => self.finish_pass(weighing, poses.len()),
+            (Phase::Blame(blame), _) => self.explain(blame, poses),
+        };
+        match outcome {
+            Err(refusal) => Progress::Refused(refusal),
+            Ok(()) => match (&self.phase, &self.result) {
+                (Phase::Blame(blame), Some(result)) if blame.is_done(result) => Progress::Identified(result.clone()),
+                _ => Progress::Working,
+            },
+        }
+    }
+
+    /// Steps taken so far.
+    pub fn iterations(&self) -> u8 {
+        self.deviations_mm.len() as u8
+    }
+
+    fn place(&mut self, lengths: &CableLengths<T>) {
+        let placement = match self.placer.octahedron.solve(lengths) {
+            Ok(pose) => {
+                self.linear.add_pivot(&pose);
+                Placement::at(&pose.rotation)
+            }
+            Err(OctahedronError::DoesNotClose) => Placement::unplaced(),
+            Err(OctahedronError::Length(error)) => Placement::broken(error.cable),
+        };
+        // Never full: `advance` looks at no more than N poses.
+        let _ = self.placements.push(placement);
+        self.next += 1;
+    }
+
+    /// The linear fit of the pivot.
+    fn finish_placing(&mut self) -> Result<(), Refusal> {
+        let placed = self.placements.iter().filter(|p| p.is_placed()).count();
+        if placed < FEWEST_POSES {
+            let first = self.placements.iter().position(|p| !p.is_placed()).unwrap_or(0);
+            return Err(Refusal::PlatformDoesNotClose { pose: first as u16 });
+        }
+        match self.linear.solve() {
+            Ok(x) => self.pivot = Pivot::from_array(&x),
+            Err(Singular) => return Err(self.no_inverse()),
+        }
+        self.begin_pass(Weighing::Equal);
+        Ok(())
+    }
+
+    fn begin_pass(&mut self, weighing: Weighing<T>) {
+        let same = match (self.phase, weighing) {
+            (Phase::Pass(before), now) => core::mem::discriminant(&before) == core::mem::discriminant(&now),
+            _ => false,
+        };
+        self.passes_in_weighing = if same { self.passes_in_weighing + 1 } else { 0 };
+        self.phase = Phase::Pass(weighing);
+        self.next = 0;
+        self.sum = PassSum::new();
+    }
+
+    /// Adds one pose to the pass.
+    fn weigh(&mut self, weighing: Weighing<T>, lengths: &CableLengths<T>) {
+        let variance = self.noise_mm * self.noise_mm;
+        if let Some(placement) = self.placements.get_mut(self.next) {
+            // A pose that fits nothing may stand on the wrong side of the fold: the known centre places it.
+            let hopeless = placement.misfit > T::of(judgement::HOPELESS_MISFIT) || !placement.is_placed();
+            if weighing == Weighing::Selected && hopeless && self.passes_in_weighing < 2 {
+                self.placer.replace(placement, &self.pivot, lengths);
+            }
+            match weighing {
+                Weighing::Equal => self.sum.add(placement, &self.placer, &self.pivot, lengths, variance, |_| T::one()),
+                Weighing::Annealed(scale) => {
+                    self.sum.add(placement, &self.placer, &self.pivot, lengths, variance, |misfit| {
+                        let weight = scale / (scale + misfit);
+                        weight * weight
+                    });
+                }
+                Weighing::Selected => {
+                    self.sum.add(placement, &self.placer, &self.pivot, lengths, variance, |misfit| {
+                        if misfit <= T::of(judgement::MISFIT_LIMIT) { T::one() } else { T::zero() }
+                    });
+                }
+                Weighing::Wander { .. } => self.sum.add_own_centre(placement, &self.placer, &self.pivot, lengths),
+            }
+        }
+        self.next += 1;
+    }
+
+    /// Takes the step of a pass and decides what comes next.
+    fn finish_pass(&mut self, weighing: Weighing<T>, poses: usize) -> Result<(), Refusal> {
+        let Ok(step) = self.sum.equations.solve() else {
+            let refusal = match weighing {
+                Weighing::Wander { rejected, .. } => Refusal::TooManyOutliers { rejected, poses: poses as u16 },
+                // Hardly any pose agrees with another.
+                Weighing::Selected => return self.look_for_wander(poses, poses - self.sum.poses.min(poses)),
+                Weighing::Equal | Weighing::Annealed(_) => self.no_inverse(),
+            };
+            return Err(refusal);
+        };
+        self.pivot = self.pivot.moved_by(&step);
+        let largest = step.iter().fold(T::zero(), |largest, x| largest.max(x.abs()));
+        let squares_mm2 = self.sum.squares_after(&step);
+        let deviation_mm = deviation(squares_mm2, self.sum.poses.max(1));
+        if self.deviations_mm.push(deviation_mm).is_err() {
+            return Err(Refusal::IterationCap);
+        }
+        let settled = largest <= self.settings.tolerance_mm;
+        match weighing {
+            Weighing::Equal => {
+                if settled && self.sum.poses == poses && self.residuals_are_noise(squares_mm2) {
+                    return self.accept(poses, squares_mm2);
+                }
+                if settled || self.passes_in_weighing >= judgement::EQUAL_PASSES {
+                    let scale = self.begin_annealing();
+                    self.begin_pass(Weighing::Annealed(scale));
+                } else {
+                    self.begin_pass(weighing);
+                }
+            }
+            Weighing::Annealed(scale) => {
+                let floor = T::of(judgement::ANNEALED_SCALE);
+                self.begin_pass(if scale <= floor {
+                    Weighing::Selected
+                } else {
+                    Weighing::Annealed((scale * T::of(judgement::ANNEALING)).max(floor))
+                });
+            }
+            Weighing::Selected => {
+                let stable = self.sum.poses == self.selected_before && settled;
+                self.selected_before = self.sum.poses;
+                if stable || self.passes_in_weighing >= judgement::SELECTED_PASSES {
+                    return self.judge_selection(poses, squares_mm2);
+                }
+                self.begin_pass(weighing);
+            }
+            Weighing::Wander { left: 0, rejected } => {
+                return Err(self.sum.wander(&step, &mut self.placements, rejected, poses));
+            }
+            Weighing::Wander { left, rejected } => self.begin_pass(Weighing::Wander { left: left - 1, rejected }),
+        }
+        Ok(())
+    }
+
+    fn explain(&mut self, mut blame: Blame<T>, poses: &[CableLengths<T>]) -> Result<(), Refusal> {
+        if let Some(result) = &mut self.result {
+            blame.advance(result, &self.placer, &self.pivot, poses);
+        }
+        self.phase = Phase::Blame(blame);
+        Ok(())
+    }
+}
