@@ -3,7 +3,7 @@
 use super::blame::Blame;
 use super::placement::Placement;
 use super::settings::Noise;
-use super::{FEWEST_POSES, Phase, Solver, Weighing, judgement};
+use super::{FEWEST_AFTER_REJECTION, FEWEST_POSES, Phase, Solver, Weighing, judgement};
 use crate::identification::normal_equations::{Factors, UNKNOWNS};
 use crate::identification::observability::{RotationSum, Sway};
 use crate::identification::outcome::{Identified, MOST_REJECTED, Refusal, Rejected, Termination, deviation};
@@ -78,7 +78,8 @@ impl<T: Real, const N: usize> Solver<T, N> {
     /// After the selection: are enough poses left, and is what they leave noise?
     pub(super) fn judge_selection(&mut self, poses: usize, squares_mm2: T) -> Result<(), Refusal> {
         let rejected = poses - self.sum.poses.min(poses);
-        let too_many = rejected * 5 > poses || rejected > MOST_REJECTED || self.sum.poses < FEWEST_POSES;
+        let fewest = if rejected > 0 { FEWEST_AFTER_REJECTION } else { FEWEST_POSES };
+        let too_many = rejected * 5 > poses || rejected > MOST_REJECTED || self.sum.poses < fewest;
         let noise_fits = match self.settings.noise {
             Noise::Known(_) => self.residuals_are_noise(squares_mm2),
             Noise::EstimatedUpTo(most) => {

@@ -35,8 +35,12 @@ use crate::rig::Rig;
 use crate::scalar::Real;
 use heapless::Vec;
 
-/// Fewest poses that can determine the centre.
+/// Fewest poses that can determine the centre. Three have no redundancy: each of them can be wrong in one direction
+/// without the others contradicting it. From four on a wrong pose shows.
 pub const FEWEST_POSES: usize = 3;
+
+/// Fewest poses that must remain when others are left out: fewer can agree by chance with the wrong one among them.
+pub const FEWEST_AFTER_REJECTION: usize = 5;
 
 /// How poses are weighed in a pass.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -228,8 +232,10 @@ impl<T: Real, const N: usize> Solver<T, N> {
             let refusal = match weighing {
                 Weighing::Wander { rejected, .. } => Refusal::TooManyOutliers { rejected, poses: poses as u16 },
                 // Hardly any pose agrees with another.
-                Weighing::Selected => return self.look_for_wander(poses, poses - self.sum.poses.min(poses)),
-                Weighing::Equal | Weighing::Annealed(_) => self.no_inverse(),
+                Weighing::Annealed(_) | Weighing::Selected => {
+                    return self.look_for_wander(poses, poses - self.sum.poses.min(poses));
+                }
+                Weighing::Equal => self.no_inverse(),
             };
             return Err(refusal);
         };
