@@ -1,1 +1,3 @@
 //! Host side of Glenoid.
+
+pub mod plot;
