@@ -1,3 +1,4 @@
 //! Host side of Glenoid.
 
 pub mod plot;
+pub mod wearer;
