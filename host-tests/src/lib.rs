@@ -1,4 +1,8 @@
 //! Host side of Glenoid.
 
+pub mod emulator;
+pub mod firmware;
+pub mod packages;
 pub mod plot;
+pub mod slcan_client;
 pub mod wearer;

@@ -1,0 +1,258 @@
+//! Runs a firmware image in QEMU as the emulated drive board.
+
+use std::fmt;
+use std::io::{self, BufRead, BufReader, Read};
+use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
+use std::path::Path;
+use std::process::{Child, ChildStderr, ChildStdout, Command, ExitStatus, Stdio};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use crate::packages::{self, Consent, PackageError};
+
+/// The emulator's program.
+const PROGRAM: &str = "qemu-system-arm";
+
+/// Debian's package that holds it.
+const PACKAGE: &str = "qemu-system-arm";
+
+/// The firmware's first line; once it is there, both serial lines are served.
+const READY: &str = "board: ready";
+
+/// Booting takes a tenth of a second; a machine under load gets much more.
+const BOOT_LIMIT: Duration = Duration::from_secs(20);
+
+/// Tries to find ports, should another program take one between the search and the start.
+const PORT_TRIES: usize = 3;
+
+/// How a board is started.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Options {
+    /// TCP port of the CAN line (SLCAN); any free one if None.
+    pub can_port: Option<u16>,
+    /// TCP port of the rig link; any free one if None.
+    pub rig_port: Option<u16>,
+    /// TCP port for a debugger, which may change registers and memory.
+    pub debugger_port: Option<u16>,
+    /// Repeat each line of the log on the error output.
+    pub show_log: bool,
+}
+
+/// Why the board does not run.
+#[derive(Debug)]
+pub enum EmulatorError {
+    /// The emulator is not installed.
+    Missing(PackageError),
+    /// It could not be started.
+    Start(io::Error),
+    /// It ended by itself; the texts are its error output and the end of the board's log.
+    Ended {
+        /// How it ended.
+        status: ExitStatus,
+        /// What it complained about.
+        complaint: String,
+    },
+    /// The log did not show this text in time.
+    Silent(String),
+    /// A serial line could not be reached.
+    Connect(io::Error),
+}
+
+impl fmt::Display for EmulatorError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Missing(error) => write!(f, "`{PROGRAM}` is not on PATH (Debian's package {PACKAGE}): {error}"),
+            Self::Start(error) => write!(f, "`{PROGRAM}` could not be started: {error}"),
+            Self::Ended { status, complaint } => write!(f, "the emulator ended ({status}): {complaint}"),
+            Self::Silent(text) => write!(f, "the board did not log \"{text}\" in time"),
+            Self::Connect(error) => write!(f, "a serial line of the board could not be reached: {error}"),
+        }
+    }
+}
+
+impl std::error::Error for EmulatorError {}
+
+/// Makes sure that the emulator is installed.
+///
+/// # Errors
+/// [`EmulatorError::Missing`].
+pub fn ensure_installed(consent: Consent) -> Result<(), EmulatorError> {
+    if packages::find_program(PROGRAM).is_some() {
+        return Ok(());
+    }
+    packages::ensure(&[PACKAGE], "emulating the drive board", consent).map_err(EmulatorError::Missing)
+}
+
+/// A running board. Dropping it ends it.
+#[derive(Debug)]
+pub struct Emulator {
+    child: Child,
+    can: SocketAddr,
+    rig: SocketAddr,
+    log: Arc<Log>,
+    readers: Vec<JoinHandle<()>>,
+}
+
+impl Emulator {
+    /// Boots the image and waits until its serial lines are served.
+    ///
+    /// # Errors
+    /// [`EmulatorError`].
+    pub fn start(image: &Path, options: &Options) -> Result<Self, EmulatorError> {
+        let mut tries = 1;
+        loop {
+            match Self::start_once(image, options) {
+                Err(EmulatorError::Ended { complaint, .. })
+                    if complaint.contains("Address already in use") && tries < PORT_TRIES =>
+                {
+                    tries += 1;
+                }
+                result => return result,
+            }
+        }
+    }
+
+    fn start_once(image: &Path, options: &Options) -> Result<Self, EmulatorError> {
+        let can = local_address(options.can_port).map_err(EmulatorError::Start)?;
+        let rig = local_address(options.rig_port).map_err(EmulatorError::Start)?;
+        let mut command = Command::new(PROGRAM);
+        command.args(["-M", "mps2-an386", "-display", "none", "-monitor", "none"]);
+        command.args(["-semihosting-config", "enable=on,target=native"]);
+        for line in [can, rig] {
+            command.arg("-serial").arg(format!("tcp:{line},server,nowait"));
+        }
+        if let Some(port) = options.debugger_port {
+            command.arg("-gdb").arg(format!("tcp:127.0.0.1:{port}"));
+        }
+        command.arg("-kernel").arg(image);
+        let mut child = command
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .map_err(EmulatorError::Start)?;
+        let log = Arc::new(Log::default());
+        let readers = [
+            child.stdout.take().map(|out: ChildStdout| follow(out, Arc::clone(&log), options.show_log)),
+            child.stderr.take().map(|err: ChildStderr| follow(err, Arc::clone(&log), options.show_log)),
+        ];
+        let readers = readers.into_iter().flatten().collect();
+        let mut emulator = Self { child, can, rig, log, readers };
+        emulator.wait_for_log(READY, BOOT_LIMIT)?;
+        Ok(emulator)
+    }
+
+    /// Where an SLCAN client connects.
+    pub fn can_address(&self) -> SocketAddr {
+        self.can
+    }
+
+    /// Where the rig connects.
+    pub fn rig_address(&self) -> SocketAddr {
+        self.rig
+    }
+
+    /// The rig link, connected.
+    ///
+    /// # Errors
+    /// [`EmulatorError::Connect`].
+    pub fn connect_rig(&self) -> Result<TcpStream, EmulatorError> {
+        let stream = TcpStream::connect(self.rig).map_err(EmulatorError::Connect)?;
+        stream.set_nodelay(true).map_err(EmulatorError::Connect)?;
+        Ok(stream)
+    }
+
+    /// Everything that the board has logged so far.
+    pub fn log(&self) -> Vec<String> {
+        self.log.lines().clone()
+    }
+
+    /// Waits until a line of the log contains `text`, and gives that line. Lines from before the call count too.
+    ///
+    /// # Errors
+    /// [`EmulatorError::Silent`] after `limit`, [`EmulatorError::Ended`] if the board ended without such a line.
+    pub fn wait_for_log(&mut self, text: &str, limit: Duration) -> Result<String, EmulatorError> {
+        let deadline = Instant::now() + limit;
+        loop {
+            // The state first: a line that came between the two looks is then still seen.
+            let ended = self.exit_status();
+            if ended.is_some() {
+                self.finish_reading();
+            }
+            if let Some(line) = self.log.find(text, Duration::from_millis(20)) {
+                return Ok(line);
+            }
+            if let Some(status) = ended {
+                return Err(EmulatorError::Ended { status, complaint: self.log().join("\n") });
+            }
+            if Instant::now() >= deadline {
+                return Err(EmulatorError::Silent(text.to_owned()));
+            }
+        }
+    }
+
+    /// How the emulator ended, if it has.
+    pub fn exit_status(&mut self) -> Option<ExitStatus> {
+        self.child.try_wait().ok().flatten()
+    }
+
+    fn finish_reading(&mut self) {
+        for reader in self.readers.drain(..) {
+            let _ = reader.join();
+        }
+    }
+}
+
+impl Drop for Emulator {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+        self.finish_reading();
+    }
+}
+
+/// The lines that the emulator printed.
+#[derive(Debug, Default)]
+struct Log {
+    lines: Mutex<Vec<String>>,
+    grown: Condvar,
+}
+
+impl Log {
+    fn lines(&self) -> MutexGuard<'_, Vec<String>> {
+        // a reader that panicked has at worst left out a line
+        self.lines.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The first line that contains the text, waiting once for new lines.
+    fn find(&self, text: &str, limit: Duration) -> Option<String> {
+        let find = |lines: &[String]| lines.iter().find(|line| line.contains(text)).cloned();
+        let lines = self.lines();
+        find(&lines).or_else(|| {
+            let (lines, _) = self.grown.wait_timeout(lines, limit).unwrap_or_else(PoisonError::into_inner);
+            find(&lines)
+        })
+    }
+}
+
+/// Collects lines until the stream ends.
+fn follow(stream: impl Read + Send + 'static, log: Arc<Log>, show: bool) -> JoinHandle<()> {
+    thread::spawn(move || {
+        for line in BufReader::new(stream).lines().map_while(Result::ok) {
+            if show {
+                eprintln!("{line}");
+            }
+            log.lines().push(line);
+            log.grown.notify_all();
+        }
+    })
+}
+
+/// The given port on this machine alone, or one that is free at this moment.
+fn local_address(port: Option<u16>) -> io::Result<SocketAddr> {
+    match port {
+        Some(port) => Ok(SocketAddr::from((Ipv4Addr::LOCALHOST, port))),
+        None => TcpListener::bind((Ipv4Addr::LOCALHOST, 0))?.local_addr(),
+    }
+}

@@ -1,0 +1,188 @@
+//! The emulated drive board as its clients see it: bytes on two serial lines, and the log.
+//!
+//! Without the emulator, or without a toolchain for the board, each test is reported as ignored by its name. With
+//! `GLENOID_REQUIRE_EMULATOR=1` that is an error instead.
+
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+use glenoid::can::Frame;
+use host_tests::emulator::{self, Emulator, EmulatorError, Options};
+use host_tests::firmware::{self, Image};
+use host_tests::packages::Consent;
+use host_tests::slcan_client::{PYTHON_CAN_OPENING, SlcanClient};
+use libtest_mimic::{Arguments, Failed, Trial};
+
+/// Far longer than anything here takes; a loaded machine gets the time that it needs.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+/// Makes the absence of the emulator an error.
+const REQUIRED_VARIABLE: &str = "GLENOID_REQUIRE_EMULATOR";
+
+type Test = fn(&Path) -> Result<(), Failed>;
+
+const TESTS: [(&str, Test); 7] = [
+    ("python_can_opens_the_channel", python_can_opens_the_channel),
+    ("a_closed_channel_is_silent", a_closed_channel_is_silent),
+    ("frames_go_both_ways", frames_go_both_ways),
+    ("garbage_is_survived_and_counted", garbage_is_survived_and_counted),
+    ("a_client_may_vanish_and_return", a_client_may_vanish_and_return),
+    ("a_client_that_never_reads_stops_nothing", a_client_that_never_reads_stops_nothing),
+    ("an_emulator_that_ends_is_told", an_emulator_that_ends_is_told),
+];
+
+fn main() -> ExitCode {
+    let arguments = Arguments::from_args();
+    // listing must not build anything
+    let image = if arguments.list { Err("only listed".to_owned()) } else { image() };
+    if let Err(reason) = &image
+        && !arguments.list
+    {
+        if std::env::var_os(REQUIRED_VARIABLE).is_some_and(|value| value == "1") {
+            eprintln!("error: {REQUIRED_VARIABLE} is set, and the emulated board cannot run: {reason}");
+            return ExitCode::FAILURE;
+        }
+        eprintln!("the emulated board cannot run, its tests are ignored: {reason}");
+    }
+    let trials = TESTS.map(|(name, test)| {
+        let image = image.clone();
+        let ignored = image.is_err();
+        Trial::test(name, move || test(&image?)).with_ignored_flag(ignored)
+    });
+    libtest_mimic::run(&arguments, trials.into()).exit_code()
+}
+
+/// The image, or why there is none.
+fn image() -> Result<PathBuf, String> {
+    emulator::ensure_installed(Consent::Refused).map_err(|error| error.to_string())?;
+    firmware::build(Image::EMULATED, Consent::Refused).map_err(|error| error.to_string())
+}
+
+fn boot(image: &Path) -> Result<Emulator, EmulatorError> {
+    Emulator::start(image, &Options::default())
+}
+
+/// Reads until `len` bytes are there or time is up.
+fn read_some(stream: &mut TcpStream, len: usize, limit: Duration) -> Result<Vec<u8>, Failed> {
+    let deadline = Instant::now() + limit;
+    let mut bytes = Vec::new();
+    stream.set_read_timeout(Some(Duration::from_millis(20)))?;
+    while bytes.len() < len && Instant::now() < deadline {
+        let mut chunk = [0; 256];
+        if let Ok(count) = stream.read(&mut chunk) {
+            bytes.extend_from_slice(&chunk[..count]);
+        }
+    }
+    Ok(bytes)
+}
+
+/// The bytes that python-can 4.6.1 sends for `Bus(interface="slcan", bitrate=500000)`, then `V` and `N`, as its
+/// `get_version` and `get_serial_number` do. Answers by the Lawicel manual.
+fn python_can_opens_the_channel(image: &Path) -> Result<(), Failed> {
+    let board = boot(image)?;
+    let mut line = TcpStream::connect(board.can_address())?;
+    line.write_all(b"C\rS6\r\r")?;
+    assert_eq!(read_some(&mut line, 3, PATIENCE)?, b"\r\r\r");
+    line.write_all(b"V\rN\r")?;
+    let answer = read_some(&mut line, 12, PATIENCE)?;
+    assert_eq!((answer[0], answer[5], answer[6], answer[11]), (b'V', b'\r', b'N', b'\r'));
+    assert!(answer[1..5].iter().all(u8::is_ascii_digit), "python-can reads the version as two decimal numbers");
+    line.write_all(b"O\rO\r")?;
+    assert_eq!(read_some(&mut line, 2, PATIENCE)?[..2], *b"\r\r");
+    Ok(())
+}
+
+fn a_closed_channel_is_silent(image: &Path) -> Result<(), Failed> {
+    let board = boot(image)?;
+    let mut line = TcpStream::connect(board.can_address())?;
+    let quiet = Duration::from_millis(500);
+    assert_eq!(read_some(&mut line, 1, quiet)?, b"", "a frame before the channel was open");
+    line.write_all(b"t1230\r")?;
+    assert_eq!(read_some(&mut line, 1, PATIENCE)?, b"\x07", "a frame was taken before the channel was open");
+    line.write_all(b"O\r")?;
+    let heard = read_some(&mut line, 30, PATIENCE)?;
+    assert!(heard.len() >= 30, "no heartbeat on the open channel");
+    line.write_all(b"C\r")?;
+    // what was under way may still come; after that nothing
+    read_some(&mut line, usize::MAX, quiet)?;
+    assert_eq!(read_some(&mut line, 1, quiet)?, b"", "a frame after the channel was closed");
+    Ok(())
+}
+
+fn frames_go_both_ways(image: &Path) -> Result<(), Failed> {
+    let board = boot(image)?;
+    let mut client = SlcanClient::open(board.can_address())?;
+    let opened = client.acknowledged();
+    for nonce in 0..100 {
+        client.send(&Frame::new(0x7FF, &[nonce])?)?;
+    }
+    let deadline = Instant::now() + PATIENCE;
+    let mut heartbeats = 0;
+    while client.acknowledged() < opened + 100 || heartbeats < 10 {
+        heartbeats += u32::from(client.receive(Duration::from_millis(200))?.is_some());
+        assert!(Instant::now() < deadline, "{} of 100 acknowledged", client.acknowledged() - opened);
+    }
+    assert_eq!((client.acknowledged() - opened, client.refused()), (100, 0));
+    Ok(())
+}
+
+fn garbage_is_survived_and_counted(image: &Path) -> Result<(), Failed> {
+    let mut board = boot(image)?;
+    let mut client = SlcanClient::open(board.can_address())?;
+    client.write(b"quatsch\rt12\r")?;
+    client.write(&[0xFF; 1000])?;
+    client.write(b"\rt8000\r")?;
+    let line = board.wait_for_log("slcan: refused, identifier too large", PATIENCE)?;
+    assert!(line.ends_with("4 so far"), "{line}");
+    let mut rig = board.connect_rig()?;
+    rig.write_all(b"e 1 2 3\nb 7\n")?;
+    rig.write_all(&[b'9'; 1000])?;
+    rig.write_all(b"\ne 1 2 3 4 5 6\nhallo\n")?;
+    let line = board.wait_for_log("rig link: ignored, neither", PATIENCE)?;
+    assert!(line.ends_with("4 so far"), "{line}");
+    let heartbeat = client.receive(PATIENCE)?;
+    assert!(heartbeat.is_some(), "no heartbeat after garbage");
+    assert_eq!(client.refused(), 4);
+    Ok(())
+}
+
+fn a_client_may_vanish_and_return(image: &Path) -> Result<(), Failed> {
+    let board = boot(image)?;
+    for _ in 0..5 {
+        let mut line = TcpStream::connect(board.can_address())?;
+        line.write_all(PYTHON_CAN_OPENING)?;
+        assert!(!read_some(&mut line, 40, PATIENCE)?.is_empty());
+        // in the middle of a frame
+        line.write_all(b"t12381122")?;
+    }
+    let mut client = SlcanClient::open(board.can_address())?;
+    assert!(client.receive(PATIENCE)?.is_some(), "no heartbeat for the client that returned");
+    Ok(())
+}
+
+/// The board drops whole messages when nobody reads, so it neither stops nor sends half a line.
+fn a_client_that_never_reads_stops_nothing(image: &Path) -> Result<(), Failed> {
+    let mut board = boot(image)?;
+    let mut deaf = TcpStream::connect(board.can_address())?;
+    deaf.write_all(b"O\r")?;
+    // Answers of 6 bytes to queries of 2 fill every buffer between board and client, then the board's own.
+    deaf.set_write_timeout(Some(Duration::from_secs(2)))?;
+    let queries = b"N\r".repeat(400_000);
+    let _ = deaf.write_all(&queries);
+    board.wait_for_log("can: ", PATIENCE * 6)?;
+    let mut rig = board.connect_rig()?;
+    rig.write_all(b"hallo\n")?;
+    board.wait_for_log("rig link: ignored", PATIENCE)?;
+    Ok(())
+}
+
+fn an_emulator_that_ends_is_told(_: &Path) -> Result<(), Failed> {
+    let missing = Path::new("no such image");
+    match Emulator::start(missing, &Options::default()) {
+        Err(EmulatorError::Ended { complaint, .. }) if complaint.contains("no such image") => Ok(()),
+        other => Err(format!("{other:?}").into()),
+    }
+}
