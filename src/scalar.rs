@@ -13,6 +13,9 @@ pub trait Real: RealField + Copy {
     /// The value in double precision, for reports and tests.
     fn to_f64(self) -> f64;
 
+    /// The value in single precision, for what goes on the wire.
+    fn to_f32(self) -> f32;
+
     /// Correctly rounded square root, so that host and target agree to the bit. NaN for a negative number.
     ///
     /// On a Cortex-M4F this is the `vsqrt.f32` instruction (14 cycles) instead of the software routine (about 50
@@ -36,6 +39,10 @@ impl Real for f32 {
         f64::from(self)
     }
     #[inline(always)]
+    fn to_f32(self) -> f32 {
+        self
+    }
+    #[inline(always)]
     fn root(self) -> Self {
         sqrt_f32(self)
     }
@@ -55,6 +62,9 @@ impl Real for f64 {
     }
     fn to_f64(self) -> f64 {
         self
+    }
+    fn to_f32(self) -> f32 {
+        self as f32
     }
     #[inline(always)]
     fn root(self) -> Self {

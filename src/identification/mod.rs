@@ -5,12 +5,18 @@
 
 pub mod model;
 pub mod normal_equations;
+pub mod observability;
 pub mod outcome;
 pub mod paper;
 pub mod pose_buffer;
+pub mod pose_information;
+pub mod solver;
+pub mod uncertainty;
 pub mod verification;
 
+pub use outcome::Rejected;
 pub use outcome::{Identified, Progress, Refusal, Termination};
 pub use paper::{PaperIteration, PaperSettings};
 pub use pose_buffer::{DEFAULT_CAPACITY, Full, PoseBuffer};
+pub use solver::{Noise, Solver, SolverSettings};
 pub use verification::verify;

@@ -11,9 +11,9 @@ pub const PACKED: usize = UNKNOWNS * (UNKNOWNS + 1) / 2;
 /// DᵀD, DᵀY and YᵀY of the equations added so far (Eq. 15, 17).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NormalEquations<T> {
-    matrix: [T; PACKED],
-    gradient: [T; UNKNOWNS],
-    squares: T,
+    pub(crate) matrix: [T; PACKED],
+    pub(crate) gradient: [T; UNKNOWNS],
+    pub(crate) squares: T,
 }
 
 /// The normal matrix has no inverse: some combination of the unknowns leaves every equation unchanged.

@@ -1,5 +1,6 @@
 //! What an identification ends with: a centre that can be trusted, or a reason why there is none.
 
+use super::normal_equations::{PACKED, UNKNOWNS};
 use crate::kinematics::LengthFault;
 use crate::rig::Parameters;
 use crate::scalar::Real;
@@ -8,6 +9,9 @@ use heapless::Vec;
 /// Most iterations of any solver; the deviations of all of them are kept.
 pub const MOST_ITERATIONS: usize = 30;
 
+/// Most poses that can be left out: a fifth of the default buffer.
+pub const MOST_REJECTED: usize = 25;
+
 /// Why an iteration ended well.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -15,8 +19,26 @@ pub const MOST_ITERATIONS: usize = 30;
 pub enum Termination {
     /// δE fell below ε: the residuals vanish (noise-free lengths).
     DeviationBelowTolerance = 1,
-    /// The last step moved no parameter by as much as ε: what is left of δE is noise.
+    /// The last step moved no parameter by as much as the tolerance: what is left of δE is noise.
     Settled = 2,
+}
+
+/// A pose that was left out, and the cables that are to blame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Rejected {
+    /// Pose, from 0.
+    pub pose: u8,
+    /// Bit k set: cable k + 1. Two bits when two cables look alike or were exchanged; none when no single cable
+    /// explains the pose.
+    pub cables: u8,
+}
+
+impl Rejected {
+    /// The cables to blame, 1 to 6.
+    pub fn cable_numbers(self) -> impl Iterator<Item = u8> {
+        (1..=6).filter(move |cable| self.cables & (1 << (cable - 1)) != 0)
+    }
 }
 
 /// An identified joint centre.
@@ -24,14 +46,44 @@ pub enum Termination {
 pub struct Identified<T> {
     /// Joint centre and radii, mm.
     pub parameters: Parameters<T>,
-    /// δE over the poses used (Eq. 17 as the root mean square that its text describes), mm.
+    /// Covariance of x, y, z, p1, p2, p3, mm²: lower triangle, row by row.
+    pub covariance_mm2: [T; PACKED],
+    /// Standard deviation (1σ) of the noise of a cable length that the covariance was computed with, mm.
+    pub noise_mm: T,
+    /// What is left of the residuals over the poses used, root mean square of three per pose, mm. The paper's
+    /// iteration gives δE of the platform edges (Eq. 17, as the root mean square that its text describes); the
+    /// start-free solver gives the same figure in terms of cable lengths.
     pub deviation_mm: T,
-    /// δE before each step and after the last, mm.
+    /// The deviation before each step and after the last, mm.
     pub deviations_mm: Vec<T, { MOST_ITERATIONS + 1 }>,
     /// Least-squares steps taken.
     pub iterations: u8,
     /// Why the iteration ended.
     pub termination: Termination,
+    /// Poses given.
+    pub poses: u8,
+    /// Poses left out, each with the cables to blame.
+    pub rejected: Vec<Rejected, MOST_REJECTED>,
+    /// How far the poses are from turning about one common axis, rad (see
+    /// [`Sway`](super::observability::Sway)). Infinite for the paper's iteration, which does not look.
+    pub sway_rad: T,
+}
+
+impl<T: Real> Identified<T> {
+    /// 1σ of x, y, z, p1, p2, p3, mm.
+    pub fn sigma_mm(&self) -> [T; UNKNOWNS] {
+        super::uncertainty::sigmas(&self.covariance_mm2)
+    }
+
+    /// The direction in x, y, z, p1, p2, p3 that is known worst, a unit vector, and its 1σ, mm.
+    pub fn weak_direction(&self) -> ([T; UNKNOWNS], T) {
+        super::uncertainty::worst_direction(&self.covariance_mm2)
+    }
+
+    /// 1σ of the centre in its worst direction in {B}, mm, and that direction.
+    pub fn worst_centre_sigma_mm(&self) -> (T, [T; 3]) {
+        super::uncertainty::worst_centre_direction(&self.covariance_mm2)
+    }
 }
 
 /// Why no centre was identified. Codes are sent over CAN: they are never renumbered.
@@ -65,6 +117,42 @@ pub enum Refusal {
     Singular,
     /// The iteration cap was reached before the deviation or the step fell below the tolerance.
     IterationCap,
+    /// Too few poses whose six lengths fit the platform between the cables at all.
+    PlatformDoesNotClose {
+        /// The first such pose, from 0.
+        pose: u8,
+    },
+    /// All poses turn about one axis; the centre can slide along it without any length changing.
+    OneAxis {
+        /// The common axis in {B}, a unit vector.
+        axis: [f32; 3],
+        /// Root-mean-square angle by which the poses move that axis, rad.
+        sway_rad: f32,
+    },
+    /// All poses are alike: they differ by so little that no direction is determined.
+    TooAlike {
+        /// Root-mean-square angle between the poses, rad.
+        spread_rad: f32,
+    },
+    /// The centre's error bar is wider than its limit.
+    Weak {
+        /// The centre's worst direction in {B}, a unit vector.
+        direction: [f32; 3],
+        /// 1σ in that direction, mm.
+        sigma_mm: f32,
+    },
+    /// More than a fifth of the poses contradict the others.
+    TooManyOutliers {
+        /// Poses that would have to be left out.
+        rejected: u8,
+        /// Poses given.
+        poses: u8,
+    },
+    /// The poses are sound one by one, but have no common centre: it wanders, or the strap slips.
+    NotABall {
+        /// Root-mean-square wander of the centre along one axis, mm.
+        wander_mm: f32,
+    },
 }
 
 impl Refusal {
@@ -76,6 +164,12 @@ impl Refusal {
             Self::NotClosing { .. } => 3,
             Self::Singular => 4,
             Self::IterationCap => 5,
+            Self::PlatformDoesNotClose { .. } => 6,
+            Self::OneAxis { .. } => 7,
+            Self::TooAlike { .. } => 8,
+            Self::Weak { .. } => 9,
+            Self::TooManyOutliers { .. } => 10,
+            Self::NotABall { .. } => 11,
         }
     }
 
@@ -87,6 +181,12 @@ impl Refusal {
             Self::NotClosing { .. } => "a tetrahedron does not close at the estimated centre",
             Self::Singular => "the poses do not determine the centre (singular normal matrix)",
             Self::IterationCap => "the iteration cap was reached",
+            Self::PlatformDoesNotClose { .. } => "the platform does not fit between the cables",
+            Self::OneAxis { .. } => "degenerate: all poses turn about one axis",
+            Self::TooAlike { .. } => "degenerate: all poses are alike",
+            Self::Weak { .. } => "weak: the centre's error bar is wider than its limit",
+            Self::TooManyOutliers { .. } => "more than a fifth of the poses contradict the others",
+            Self::NotABall { .. } => "the joint centre wanders: not a ball joint",
         }
     }
 }

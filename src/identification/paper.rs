@@ -1,7 +1,7 @@
 //! The paper's identification: Fig. 4, iterated least squares from a start estimate.
 
 use super::model::Model;
-use super::normal_equations::NormalEquations;
+use super::normal_equations::{Factors, NormalEquations, UNKNOWNS};
 use super::outcome::{Identified, MOST_ITERATIONS, Progress, Refusal, Termination, deviation};
 use crate::kinematics::{BaseEdges, CableLengths};
 use crate::rig::{POINTS, Parameters, Rig};
@@ -128,13 +128,7 @@ impl<T: Real> PaperIteration<T> {
             return Err(Refusal::IterationCap);
         }
         if let Some(termination) = termination {
-            return Ok(Some(Identified {
-                parameters: self.parameters,
-                deviation_mm,
-                deviations_mm: self.deviations_mm.clone(),
-                iterations,
-                termination,
-            }));
+            return self.identified(deviation_mm, termination, poses).map(Some);
         }
         let step = self.equations.solve().map_err(|_| Refusal::Singular)?;
         self.largest_step_mm = Some(step.iter().fold(T::zero(), |largest, x| largest.max(x.abs())));
@@ -143,5 +137,24 @@ impl<T: Real> PaperIteration<T> {
         self.equations = NormalEquations::new();
         self.next_pose = 0;
         Ok(None)
+    }
+
+    /// The result, with the classical covariance of unweighted least squares, s² (DᵀD)⁻¹ with s² = YᵀY / (3m - 6).
+    fn identified(&self, deviation_mm: T, termination: Termination, poses: usize) -> Result<Identified<T>, Refusal> {
+        let factors = Factors::of(self.equations.matrix()).map_err(|_| Refusal::Singular)?;
+        let freedom = T::of_integer(3 * poses as i32 - UNKNOWNS as i32);
+        let variance = self.equations.squares() / freedom;
+        Ok(Identified {
+            parameters: self.parameters,
+            covariance_mm2: factors.inverse().map(|entry| entry * variance),
+            noise_mm: variance.root(),
+            deviation_mm,
+            deviations_mm: self.deviations_mm.clone(),
+            iterations: self.iterations() - 1,
+            termination,
+            poses: poses as u8,
+            rejected: Vec::new(),
+            sway_rad: T::of(f64::INFINITY),
+        })
     }
 }

@@ -76,6 +76,14 @@ impl<T: Real> CableLengths<T> {
         }))
     }
 
+    /// The same lengths with those of two cables (indices from 0) exchanged, as by two swapped connectors.
+    pub fn exchanged(mut self, first: usize, second: usize) -> Self {
+        if first < CABLES && second < CABLES {
+            self.0.swap(first, second);
+        }
+        self
+    }
+
     /// The six lengths L1..L6, mm.
     pub fn as_mm(&self) -> &[T; CABLES] {
         &self.0

@@ -89,7 +89,7 @@ impl<T: Real> BaseEdges<T> {
 impl<T: Real> BaseEdge<T> {
     /// (ξ, ρ²) from the two cable lengths, mm: ξ = (L_a² - L_b² + b²) / 2b, ρ² = L_a² - ξ².
     /// ρ² is not positive when the lengths break the triangle.
-    fn coordinates(&self, first_mm: T, second_mm: T) -> HingeCoordinates<T> {
+    pub fn coordinates(&self, first_mm: T, second_mm: T) -> HingeCoordinates<T> {
         // Differences as products: L_a² - L_b² in single precision would lose the digits that matter.
         let difference = (first_mm - second_mm) * (first_mm + second_mm);
         let along_mm = (difference + self.length_mm * self.length_mm) * self.inverse_twice_length;

@@ -1,0 +1,35 @@
+//! The library's types from the oracle's, in either precision.
+
+use super::{Worn, parameters};
+use glenoid::kinematics::CableLengths;
+use glenoid::rig::{Drum, Parameters, Rig};
+use glenoid::scalar::Real;
+use host_tests::literal::{Estimate, Lengths};
+
+/// The rig that the library is given for a worn machine. The drum plays no part in the identification.
+pub fn rig<T: Real>(worn: &Worn) -> Rig<T> {
+    let drum = Drum {
+        radius_mm: T::of(15.0),
+        counts_per_turn: T::of(4096.0),
+        home_length_mm: [T::of(250.0); 6],
+        fastest_mm_per_s: T::of(1500.0),
+    };
+    let base = worn.base_mm.map(|point| point.map(T::of));
+    Rig::new(base, worn.machine().edges_mm.map(T::of), drum, T::of(0.06), as_parameters(&worn.truth()))
+        .expect("a rig that can be built")
+}
+
+/// An estimate as the library's parameters.
+pub fn as_parameters<T: Real>(estimate: &Estimate<f64>) -> Parameters<T> {
+    Parameters::from_array(parameters(estimate).map(T::of))
+}
+
+/// Cable lengths as the library's.
+pub fn as_cables<T: Real>(lengths: &Lengths<f64>) -> CableLengths<T> {
+    CableLengths::new(lengths.map(T::of)).expect("lengths of a real pose")
+}
+
+/// A set of poses as the library's.
+pub fn as_poses<T: Real>(poses: &[Lengths<f64>]) -> Vec<CableLengths<T>> {
+    poses.iter().map(as_cables).collect()
+}

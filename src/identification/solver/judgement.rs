@@ -1,0 +1,94 @@
+//! The limits of acceptance, and the statistics behind them.
+
+use super::placement::Placement;
+use crate::identification::normal_equations::PACKED;
+use crate::identification::observability::Sway;
+use crate::identification::outcome::Refusal;
+use crate::identification::uncertainty::worst_centre_direction;
+use crate::scalar::Real;
+use nalgebra::Vector3;
+
+/// Misfit beyond which a pose is left out: chi-square with three degrees of freedom exceeds 25 once in 65 000 sound
+/// poses.
+pub(super) const MISFIT_LIMIT: f64 = 25.0;
+
+/// Misfit beyond which a pose's rotation itself is in doubt.
+pub(super) const HOPELESS_MISFIT: f64 = 100.0;
+
+/// Last scale of the annealed weights: a pose at the limit of being left out weighs a seventh.
+pub(super) const ANNEALED_SCALE: f64 = 16.0;
+
+/// The scale is lowered by this factor a pass.
+pub(super) const ANNEALING: f64 = 0.25;
+
+/// Passes with equal weights before the residuals are taken to hold something else than noise.
+pub(super) const EQUAL_PASSES: u8 = 4;
+
+/// Passes with poses in or out; a selection that has not settled by then is judged as it stands.
+pub(super) const SELECTED_PASSES: u8 = 8;
+
+/// Median of chi-square with three degrees of freedom.
+pub(super) const MEDIAN_OF_CHI_SQUARE_3: f64 = 2.366;
+
+/// No encoder is finer: below this an estimated noise is rounding, mm.
+pub(super) const LEAST_NOISE_MM: f64 = 1e-3;
+
+/// Mean over median of the squared distances of the poses' own centres, up to which the centre itself wanders.
+pub(super) const SCATTER_RATIO: f64 = 4.0;
+
+/// Quantile of the normal distribution behind the chi-square limit: one false alarm in 10 000 sound sets.
+const FALSE_ALARM_QUANTILE: f64 = 3.72;
+
+/// Chi-square value that sound residuals with `freedom` degrees of freedom exceed once in 10 000 sets (Wilson and
+/// Hilferty 1931; within 2 % from three degrees of freedom on).
+pub(super) fn chi_square_limit<T: Real>(freedom: i32) -> T {
+    let freedom = T::of_integer(freedom.max(1));
+    let ninth = T::of(2.0) / (freedom * T::of(9.0));
+    let root = T::one() - ninth + T::of(FALSE_ALARM_QUANTILE) * ninth.root();
+    freedom * root * root * root
+}
+
+/// Median of the misfits of the placed poses; 0 without any.
+///
+/// By bisection on the value: no copy, no reordering. Exact enough for a scale (1 %).
+pub(super) fn median_misfit<T: Real>(placements: &mut [Placement<T>]) -> T {
+    let placed = || placements.iter().filter(|p| p.is_placed());
+    let half = placed().count().div_ceil(2);
+    let (mut low, mut high) = (T::zero(), placed().fold(T::zero(), |most, p| most.max(p.misfit)));
+    for _ in 0..40 {
+        // Between the geometric and the arithmetic middle: misfits span many powers of ten.
+        let middle = if low > T::zero() { (low * high).root() } else { high * T::of(1.0 / 64.0) };
+        if placed().filter(|p| p.misfit <= middle).count() >= half {
+            high = middle;
+        } else {
+            low = middle;
+        }
+    }
+    high
+}
+
+/// Refuses poses that turn about one axis, or hang on a single pose for one direction, or are all alike.
+pub(super) fn refuse_degenerate<T: Real>(sway: &Sway<T>, without_best: T, limit_rad: T) -> Result<(), Refusal> {
+    if sway.second_rad < limit_rad {
+        return Err(Refusal::TooAlike { spread_rad: sway.second_rad.to_f32() });
+    }
+    if sway.least_rad < limit_rad || without_best < limit_rad {
+        return Err(Refusal::OneAxis { axis: to_f32(&sway.axis), sway_rad: without_best.min(sway.least_rad).to_f32() });
+    }
+    Ok(())
+}
+
+/// Refuses a centre whose error bar in its worst direction is too wide. `unit`: covariance for a noise of 1 mm.
+pub(super) fn refuse_weak<T: Real>(unit: &[T; PACKED], noise_mm: T, limit_mm: T) -> Result<(), Refusal> {
+    let (sigma, direction) = worst_centre_direction(unit);
+    let sigma_mm = sigma * noise_mm;
+    // Also refuses NaN.
+    if !(sigma_mm <= limit_mm) {
+        return Err(Refusal::Weak { direction: direction.map(|x| x.to_f32()), sigma_mm: sigma_mm.to_f32() });
+    }
+    Ok(())
+}
+
+fn to_f32<T: Real>(vector: &Vector3<T>) -> [f32; 3] {
+    [vector.x.to_f32(), vector.y.to_f32(), vector.z.to_f32()]
+}
