@@ -1,9 +1,9 @@
 //! What a client has heard from the device so far.
 
-use glenoid::can::{
-    Answer, BaseId, Fault, Frame, Heartbeat, Message, OutcomeReport, Parameter, PoseReport, Quality, UnpackError,
-    VerificationReport, Versions,
-};
+use glenoid::can::report::{OutcomeReport, PoseReport};
+use glenoid::can::result::{Parameter, Quality, VerificationReport};
+use glenoid::can::status::{Answer, Fault, Heartbeat, Versions};
+use glenoid::can::{BaseId, Frame, Message, UnpackError};
 use glenoid::procedure::PoseSet;
 use glenoid::rig::{CABLES, POINTS};
 use std::collections::BTreeMap;
@@ -71,11 +71,8 @@ impl Inbox {
                 let key = (raw.set == PoseSet::HeldOut, raw.index, raw.cable.wrapping_sub(1));
                 self.lengths_mm.insert(key, raw.length_mm);
             }
-            Message::LiveRadius(_)
-            | Message::WeakDirection(_)
-            | Message::LeftOut(_)
-            | Message::CommonAxis(_)
-            | Message::Counters(_) => {}
+            // Said of a set of poses that is refused, or of no interest here.
+            _ => {}
         }
     }
 

@@ -19,7 +19,7 @@ pub struct Options {
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
 
-    /// Poses to identify with. A third as many more, at least three, are used for verification.
+    /// Poses to identify with. A third as many more (3 to 30) verify the centre.
     #[arg(long, value_name = "M", default_value_t = 30, value_parser = clap::value_parser!(u8).range(3..=120))]
     pub poses: u8,
 
@@ -54,7 +54,7 @@ impl Options {
 
     /// Poses of the second set, which verify the centre and never identify it.
     pub fn verification_poses(&self) -> u8 {
-        self.poses.div_ceil(3).max(3)
+        self.poses.div_ceil(3).clamp(3, 30)
     }
 }
 
@@ -83,7 +83,8 @@ mod tests {
 
     #[test]
     fn the_flags_reach_the_wearer() {
-        let all = ["--yes", "--seed", "9", "--poses", "12", "--noise", "0.2", "--tilt", "30", "--zero-error", "1", "--json"];
+        let all =
+            ["--yes", "--seed", "9", "--poses", "12", "--noise", "0.2", "--tilt", "30", "--zero-error", "1", "--json"];
         let options = parse(&all).unwrap();
         assert!(options.yes && options.json);
         let wearer = options.wearer();

@@ -1,7 +1,8 @@
 //! The board's calculation again on the host, from the very lengths that the board used.
 
-use glenoid::can::{BaseId, Message, Parameter};
-use glenoid::identification::{Identified, PaperIteration, PaperSettings, Refusal};
+use glenoid::can::result::Parameter;
+use glenoid::can::{BaseId, Message};
+use glenoid::identification::{Identified, PaperIteration, PaperSettings, Refusal, Solver, SolverSettings};
 use glenoid::kinematics::CableLengths;
 use glenoid::rig::{CABLES, Parameters, Rig};
 use glenoid::scalar::Real;
@@ -11,6 +12,14 @@ use glenoid::scalar::Real;
 /// # Errors
 /// The library's [`Refusal`].
 pub fn identify<T: Real>(rig: &Rig<T>, lengths_mm: &[[f32; CABLES]]) -> Result<Identified<T>, Refusal> {
+    Solver::<T>::new(rig, SolverSettings::for_rig(rig)).run(&lengths(lengths_mm)?)
+}
+
+/// The paper's iteration (Fig. 4) from the rig's nominal centre over the same lengths, for comparison.
+///
+/// # Errors
+/// The library's [`Refusal`]: from a start this far off, some tetrahedron often does not close.
+pub fn identify_as_the_paper(rig: &Rig<f64>, lengths_mm: &[[f32; CABLES]]) -> Result<Identified<f64>, Refusal> {
     PaperIteration::new(rig, *rig.nominal(), PaperSettings::default()).run(&lengths(lengths_mm)?)
 }
 

@@ -166,7 +166,9 @@ impl fmt::Display for Report {
             writeln!(f, "  iterations           {}", found.iterations)?;
             match found.host_difference_mm {
                 0.0 => writeln!(f, "  host and board       agree to the bit, from the lengths read out of the board")?,
-                mm => writeln!(f, "  host and board       differ by {mm:.1e} mm, from the lengths read out of the board")?,
+                mm => {
+                    writeln!(f, "  host and board       differ by {mm:.1e} mm, from the lengths read out of the board")?
+                }
             }
         }
         for plot in &self.plots {

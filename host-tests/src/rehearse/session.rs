@@ -4,7 +4,11 @@ use super::bench::{Bench, BenchError};
 use super::display::Display;
 use super::inbox::Inbox;
 use crate::wearer::{Pose, Wearer};
-use glenoid::can::{Answer, BaseId, Opcode, OutcomeReport, PROTOCOL, Parameter, Quality, Request, VerificationReport, Versions};
+use glenoid::can::message::PROTOCOL;
+use glenoid::can::report::OutcomeReport;
+use glenoid::can::result::{Parameter, Quality, VerificationReport};
+use glenoid::can::status::{Answer, Versions};
+use glenoid::can::{BaseId, Opcode, Request};
 use glenoid::procedure::{PoseSet, Reason, StateName};
 use glenoid::rig::CABLES;
 use std::fmt;
@@ -128,12 +132,7 @@ pub struct Session<'a> {
 
 impl<'a> Session<'a> {
     /// A session that begins with the arm at home. `fastest_mm_per_s` is what the drive can follow.
-    pub fn new(
-        bench: &'a mut dyn Bench,
-        wearer: &'a mut Wearer,
-        fastest_mm_per_s: f64,
-        display: &'a Display,
-    ) -> Self {
+    pub fn new(bench: &'a mut dyn Bench, wearer: &'a mut Wearer, fastest_mm_per_s: f64, display: &'a Display) -> Self {
         let at = wearer.home();
         let fastest_counts_per_ms = SPEED_SHARE * fastest_mm_per_s / 1000.0 / wearer.encoder().mm_per_count();
         Self { bench, wearer, display, counts: at.counts, at, inbox: Inbox::default(), nonce: 0, fastest_counts_per_ms }
@@ -198,7 +197,9 @@ impl<'a> Session<'a> {
             self.move_to(pose)?;
             match self.command_when_still(Opcode::Capture, 0) {
                 Ok(_) => in_a_row = 0,
-                Err(SessionError::Refused(_, answer)) if answer.code == Reason::PoseTooNear && in_a_row < REFUSALS_LIMIT => {
+                Err(SessionError::Refused(_, answer))
+                    if answer.code == Reason::PoseTooNear && in_a_row < REFUSALS_LIMIT =>
+                {
                     refused += 1;
                     in_a_row += 1;
                     continue;
@@ -243,7 +244,8 @@ impl<'a> Session<'a> {
         let stage = self.display.stage("accepting");
         self.inbox.live_centre = [None; 3];
         self.command(Opcode::Accept, run_id, 0)?;
-        let outcome = self.wait_for("outcome", ANSWER_LIMIT_MS, |inbox| inbox.outcome.filter(|o| o.run_id == run_id))?;
+        let outcome =
+            self.wait_for("outcome", ANSWER_LIMIT_MS, |inbox| inbox.outcome.filter(|o| o.run_id == run_id))?;
         if outcome.reason != Reason::Accepted || !outcome.live {
             return Err(SessionError::Failed(outcome));
         }

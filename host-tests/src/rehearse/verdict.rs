@@ -42,7 +42,8 @@ impl Verdict {
         for (k, name) in NAMES.iter().enumerate() {
             let (error, tolerance) = (self.error_mm[k], self.tolerance_mm[k]);
             if !(error.abs() <= tolerance) {
-                objections.push(format!("{name} is off by {error:+.4} mm, more than the tolerance of {tolerance:.4} mm"));
+                objections
+                    .push(format!("{name} is off by {error:+.4} mm, more than the tolerance of {tolerance:.4} mm"));
             }
         }
         let worst = self.expected_sigma_mm.into_iter().fold(0.0, f64::max);
