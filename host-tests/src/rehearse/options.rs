@@ -9,7 +9,7 @@ use clap::Parser;
 /// calibration over CAN (SLCAN over TCP), and prints the identified joint centre beside the true one. Writes plots under
 /// target/rehearse/. Exits 0 only when the centre is right.
 #[derive(Debug, Clone, PartialEq, Parser)]
-#[command(name = "cargo rehearse", version, max_term_width = 100)]
+#[command(name = "cargo rehearse", bin_name = "cargo rehearse", version)]
 pub struct Options {
     /// Install what is missing (emulator, compiler target) without asking.
     #[arg(long)]
@@ -24,15 +24,15 @@ pub struct Options {
     pub poses: u8,
 
     /// Every cable length is wrong by up to this much, uniformly, mm (the paper's noise by default).
-    #[arg(long, value_name = "MM", default_value_t = 0.1, value_parser = length)]
+    #[arg(long, value_name = "MM", default_value_t = 0.1, allow_negative_numbers = true, value_parser = length)]
     pub noise: f64,
 
     /// Poses tilt the arm by up to this angle, degrees.
-    #[arg(long, value_name = "DEG", default_value_t = 45.0, value_parser = tilt)]
+    #[arg(long, value_name = "DEG", default_value_t = 45.0, allow_negative_numbers = true, value_parser = tilt)]
     pub tilt: f64,
 
     /// Every cable's home length is wrong by up to this much, uniformly, the same in all poses, mm.
-    #[arg(long, value_name = "MM", default_value_t = 0.0, value_parser = length)]
+    #[arg(long, value_name = "MM", default_value_t = 0.0, allow_negative_numbers = true, value_parser = length)]
     pub zero_error: f64,
 
     /// Print one JSON object on stdout and nothing else there.
