@@ -40,7 +40,7 @@ fn fewer_than_three_poses() {
     let all = as_poses::<f64>(&poses(&worn(), &mut rng(1), 3, 20.0));
     for count in 0..3 {
         let refusal = identify(&all[..count], good_start());
-        assert_eq!(refusal, Err(Refusal::TooFewPoses { poses: count as u8 }));
+        assert_eq!(refusal, Err(Refusal::TooFewPoses { poses: count as u16 }));
     }
     assert!(!matches!(identify(&all, good_start()), Err(Refusal::TooFewPoses { .. })));
     assert_eq!(verify(&rig(&worn()), &good_start::<f64>(), &[]), Err(Refusal::TooFewPoses { poses: 0 }));
@@ -160,7 +160,7 @@ fn a_tetrahedron_that_does_not_close_is_named_by_pose_and_end_point() {
             let good = set[pose];
             // A triangle over the base edge all right, but 400 mm up, where no radius of 140 mm reaches.
             (set[pose][2 * end_point], set[pose][2 * end_point + 1]) = (500.0, 500.0);
-            let expected = Refusal::NotClosing { pose: pose as u8, end_point: end_point as u8 + 1, iteration: 0 };
+            let expected = Refusal::NotClosing { pose: pose as u16, end_point: end_point as u8 + 1, iteration: 0 };
             assert_eq!(identify(&as_poses::<f64>(&set), good_start()), Err(expected));
             assert_eq!(identify(&as_poses::<f32>(&set), good_start()), Err(expected));
             assert_eq!(verify(&rig::<f64>(&worn()), &good_start(), &as_poses(&set)), Err(expected));

@@ -24,13 +24,12 @@ const REQUIRED_VARIABLE: &str = "GLENOID_REQUIRE_EMULATOR";
 
 type Test = fn(&Path) -> Result<(), Failed>;
 
-const TESTS: [(&str, Test); 7] = [
+const TESTS: [(&str, Test); 6] = [
     ("python_can_opens_the_channel", python_can_opens_the_channel),
     ("a_closed_channel_is_silent", a_closed_channel_is_silent),
     ("frames_go_both_ways", frames_go_both_ways),
     ("garbage_is_survived_and_counted", garbage_is_survived_and_counted),
     ("a_client_may_vanish_and_return", a_client_may_vanish_and_return),
-    ("a_client_that_never_reads_stops_nothing", a_client_that_never_reads_stops_nothing),
     ("an_emulator_that_ends_is_told", an_emulator_that_ends_is_told),
 ];
 
@@ -135,14 +134,12 @@ fn garbage_is_survived_and_counted(image: &Path) -> Result<(), Failed> {
     client.write(b"quatsch\rt12\r")?;
     client.write(&[0xFF; 1000])?;
     client.write(b"\rt8000\r")?;
-    let line = board.wait_for_log("slcan: refused, identifier too large", PATIENCE)?;
-    assert!(line.ends_with("4 so far"), "{line}");
+    board.wait_for_log("slcan: 4 lines refused so far, last: identifier too large (5)", PATIENCE)?;
     let mut rig = board.connect_rig()?;
     rig.write_all(b"e 1 2 3\nb 7\n")?;
     rig.write_all(&[b'9'; 1000])?;
     rig.write_all(b"\ne 1 2 3 4 5 6\nhallo\n")?;
-    let line = board.wait_for_log("rig link: ignored, neither", PATIENCE)?;
-    assert!(line.ends_with("4 so far"), "{line}");
+    board.wait_for_log("rig link: 4 lines ignored so far, last: neither counts nor button (2)", PATIENCE)?;
     let heartbeat = client.receive(PATIENCE)?;
     assert!(heartbeat.is_some(), "no heartbeat after garbage");
     assert_eq!(client.refused(), 4);
@@ -160,22 +157,6 @@ fn a_client_may_vanish_and_return(image: &Path) -> Result<(), Failed> {
     }
     let mut client = SlcanClient::open(board.can_address())?;
     assert!(client.receive(PATIENCE)?.is_some(), "no heartbeat for the client that returned");
-    Ok(())
-}
-
-/// The board drops whole messages when nobody reads, so it neither stops nor sends half a line.
-fn a_client_that_never_reads_stops_nothing(image: &Path) -> Result<(), Failed> {
-    let mut board = boot(image)?;
-    let mut deaf = TcpStream::connect(board.can_address())?;
-    deaf.write_all(b"O\r")?;
-    // Answers of 6 bytes to queries of 2 fill every buffer between board and client, then the board's own.
-    deaf.set_write_timeout(Some(Duration::from_secs(2)))?;
-    let queries = b"N\r".repeat(400_000);
-    let _ = deaf.write_all(&queries);
-    board.wait_for_log("can: ", PATIENCE * 6)?;
-    let mut rig = board.connect_rig()?;
-    rig.write_all(b"hallo\n")?;
-    board.wait_for_log("rig link: ignored", PATIENCE)?;
     Ok(())
 }
 

@@ -5,7 +5,7 @@ mod common;
 
 use common::differences::{central_differences, flattest_mm, relative_difference};
 use common::library::{as_cables, as_parameters, as_poses, rig};
-use common::{Worn, arm, distance, oracle, parameters, poses, rng};
+use common::{Worn, arm, distance, one_axis, oracle, parameters, poses, rng};
 use glenoid::identification::model::{Model, NotClosing, PoseEquations};
 use glenoid::identification::{Identified, PaperIteration, PaperSettings, Refusal, Termination, verify};
 use glenoid::kinematics::BaseEdges;
@@ -185,6 +185,38 @@ fn one_pose_many_times_is_singular_in_both() {
             assert_eq!(literal.ending, Ending::Failed(Failure::SingularNormalMatrix), "{count} poses");
         }
     }
+}
+
+#[test]
+fn poses_about_one_axis_are_singular_in_both() {
+    let mut rng = rng(107);
+    for count in [3, 10, 100] {
+        for _ in 0..300 {
+            let worn = Worn::random(&mut rng, 20.0);
+            let lengths = one_axis(&worn, &mut rng, count, 20.0);
+            // At the truth, where D has rank five exactly.
+            let library = library_run::<f64>(&worn, &lengths, &worn.truth(), 0.0, 5);
+            assert_eq!(library, Err(Refusal::Singular), "{count} poses");
+            let (literal, _) = oracle::run(&worn.machine(), &lengths, worn.truth(), 0.0, 5);
+            assert_eq!(literal.ending, Ending::Failed(Failure::SingularNormalMatrix), "{count} poses");
+        }
+    }
+}
+
+#[test]
+fn poses_about_one_axis_are_never_identified_though_their_deviation_vanishes() {
+    let mut rng = rng(108);
+    let mut vanished = 0;
+    for trial in 0..3000 {
+        let worn = Worn::random(&mut rng, 20.0);
+        let lengths = one_axis(&worn, &mut rng, [3, 10, 100][trial % 3], 30.0);
+        let start = worn.start(&mut rng, 10.0);
+        let library = library_run::<f64>(&worn, &lengths, &start, 1e-3, 20);
+        assert!(matches!(library, Err(Refusal::Singular | Refusal::NotClosing { .. })), "{library:?}");
+        let (literal, _) = oracle::run(&worn.machine(), &lengths, start, 1e-3, 20);
+        vanished += usize::from(literal.ending == Ending::Converged);
+    }
+    assert!(vanished > 500, "{vanished} of 3000 end with the paper's δE below its ε");
 }
 
 #[test]

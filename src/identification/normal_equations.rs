@@ -8,6 +8,16 @@ pub const UNKNOWNS: usize = 6;
 /// Entries of a packed symmetric 6x6 matrix (lower triangle, row by row).
 pub const PACKED: usize = UNKNOWNS * (UNKNOWNS + 1) / 2;
 
+/// The smallest pivot that counts, as a share of the diagonal entry that it came from: below it the weakest
+/// combination of the unknowns is seen a thousand times worse than the others.
+///
+/// Measured over random machines, at the end of the paper's iteration from ±10 mm starts: 4000 sets of 3 to 100 poses
+/// about one axis left at most 6e-7 (their centre is wrong by up to 100 mm while δE looks perfect), three poses within
+/// ±10 degrees at least 4e-6, within ±30 degrees at least 1.6e-4.
+const SMALLEST_PIVOT: f64 = 1e-6;
+/// The same in roundings, where those are coarser: in `f32` the rows' own rounding leaves more than the above.
+const SMALLEST_PIVOT_ROUNDINGS: f64 = 256.0;
+
 /// DᵀD, DᵀY and YᵀY of the equations added so far (Eq. 15, 17).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NormalEquations<T> {
@@ -80,14 +90,13 @@ impl<T: Real> Factors<T> {
     /// Factors a packed symmetric matrix.
     ///
     /// # Errors
-    /// [`Singular`] when a pivot loses all its digits against the diagonal entry that it came from, or is not a
-    /// number.
+    /// [`Singular`] when a pivot is too small against the diagonal entry that it came from, or is not a number.
     pub fn of(matrix: &[T; PACKED]) -> Result<Self, Singular> {
         let mut packed = *matrix;
         // Row by row (Golub and Van Loan, algorithm 4.1.2): `scaled[j]` is L_ij d_j before division.
         for i in 0..UNKNOWNS {
             let mut pivot = packed[at(i, i)];
-            let smallest = pivot * T::default_epsilon() * T::of(8.0);
+            let smallest = pivot * T::of(SMALLEST_PIVOT).max(T::default_epsilon() * T::of(SMALLEST_PIVOT_ROUNDINGS));
             let mut scaled = [T::zero(); UNKNOWNS];
             for j in 0..i {
                 let mut sum = packed[at(i, j)];

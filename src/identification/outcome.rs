@@ -28,7 +28,7 @@ pub enum Termination {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Rejected {
     /// Pose, from 0.
-    pub pose: u8,
+    pub pose: u16,
     /// Bit k set: cable k + 1. Two bits when two cables look alike or were exchanged; none when no single cable
     /// explains the pose.
     pub cables: u8,
@@ -61,7 +61,7 @@ pub struct Identified<T> {
     /// Why the iteration ended.
     pub termination: Termination,
     /// Poses given.
-    pub poses: u8,
+    pub poses: u16,
     /// Poses left out, each with the cables to blame.
     pub rejected: Vec<Rejected, MOST_REJECTED>,
     /// How far the poses are from turning about one common axis, rad (see
@@ -93,12 +93,12 @@ pub enum Refusal {
     /// Fewer than three poses. Two never suffice: the centre is free along the axis of their relative rotation.
     TooFewPoses {
         /// Poses given.
-        poses: u8,
+        poses: u16,
     },
     /// A cable length of a pose cannot be.
     BadLength {
         /// Pose, from 0.
-        pose: u8,
+        pose: u16,
         /// Cable, 1 to 6.
         cable: u8,
         /// What is wrong with it.
@@ -107,7 +107,7 @@ pub enum Refusal {
     /// A tetrahedron does not close at the current estimate: the start is too far off, or a length is wrong.
     NotClosing {
         /// Pose, from 0.
-        pose: u8,
+        pose: u16,
         /// End-point, 1 to 3.
         end_point: u8,
         /// Steps taken before.
@@ -120,7 +120,7 @@ pub enum Refusal {
     /// Too few poses whose six lengths fit the platform between the cables at all.
     PlatformDoesNotClose {
         /// The first such pose, from 0.
-        pose: u8,
+        pose: u16,
     },
     /// All poses turn about one axis; the centre can slide along it without any length changing.
     OneAxis {
@@ -144,9 +144,9 @@ pub enum Refusal {
     /// More than a fifth of the poses contradict the others.
     TooManyOutliers {
         /// Poses that would have to be left out.
-        rejected: u8,
+        rejected: u16,
         /// Poses given.
-        poses: u8,
+        poses: u16,
     },
     /// The poses are sound one by one, but have no common centre: it wanders, or the strap slips.
     NotABall {

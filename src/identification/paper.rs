@@ -78,7 +78,7 @@ impl<T: Real> PaperIteration<T> {
     /// same in every call.
     pub fn advance(&mut self, poses: &[CableLengths<T>]) -> Progress<T> {
         if poses.len() < FEWEST_POSES {
-            return Progress::Refused(Refusal::TooFewPoses { poses: poses.len() as u8 });
+            return Progress::Refused(Refusal::TooFewPoses { poses: poses.len() as u16 });
         }
         let outcome = match poses.get(self.next_pose) {
             Some(lengths) => self.add_pose(lengths),
@@ -97,7 +97,7 @@ impl<T: Real> PaperIteration<T> {
     }
 
     fn add_pose(&mut self, lengths: &CableLengths<T>) -> Result<Option<Identified<T>>, Refusal> {
-        let pose = self.next_pose as u8;
+        let pose = self.next_pose as u16;
         let hinges = self.base.coordinates(lengths).map_err(|error| Refusal::BadLength {
             pose,
             cable: error.cable,
@@ -152,7 +152,7 @@ impl<T: Real> PaperIteration<T> {
             deviations_mm: self.deviations_mm.clone(),
             iterations: self.iterations() - 1,
             termination,
-            poses: poses as u8,
+            poses: poses as u16,
             rejected: Vec::new(),
             sway_rad: T::of(f64::INFINITY),
         })

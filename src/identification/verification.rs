@@ -19,7 +19,7 @@ pub fn verify<T: Real>(rig: &Rig<T>, parameters: &Parameters<T>, poses: &[CableL
     let model = Model::new(&base, rig.edges_mm(), parameters);
     let mut squares_mm2 = T::zero();
     for (index, lengths) in poses.iter().enumerate() {
-        let pose = index as u8;
+        let pose = index as u16;
         let hinges = base.coordinates(lengths).map_err(|error| Refusal::BadLength {
             pose,
             cable: error.cable,

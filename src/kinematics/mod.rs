@@ -1,7 +1,7 @@
 //! Geometry of the 3-3 cable arrangement: counts to lengths, lengths to points, rotations to lengths.
 //!
 //! Two ways lead from cable lengths to the end-points. The [`tetrahedron`] of the paper needs the joint centre; the
-//! [`octahedron`] needs only the platform's edges. Both turn an end-point about its base edge, the [`hinge`].
+//! [`octahedron`](mod@octahedron) needs only the platform's edges. Both turn an end-point about its base edge, the [`hinge`].
 
 pub mod arm;
 pub mod cable_length;

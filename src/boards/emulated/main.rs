@@ -9,65 +9,33 @@
 compile_error!("this image is for the Cortex-M4F: use `cargo emulate`, or --target thumbv7em-none-eabihf");
 
 mod clock;
+mod entry;
 mod faults;
 mod log;
+mod losses;
 mod stack;
 mod uart;
 mod vectors;
 
-use core::fmt;
-
-use cortex_m::Peripherals;
 use cortex_m::interrupt::free;
-use cortex_m::{asm, singleton};
-use cortex_m_rt::entry;
-use glenoid::device::{Action, Device, Event, LampPattern, LogEntry};
-use glenoid::rig_link::{RigLink, RigLinkError, Signal};
-use glenoid::slcan::{Adapter, SlcanError};
+use cortex_m::{Peripherals, asm, singleton};
+use glenoid::device::{Action, Device, Event, LampPattern};
+use glenoid::rig_link::{RigLink, Signal};
+use glenoid::slcan::Adapter;
 
+use entry::Entry;
 use log::Log;
+use losses::{Losses, Teller};
 use uart::{Line, Queues, Uart};
 
 /// Bytes of either line that are handled before the clock is looked at again.
 const BYTES_A_TURN: usize = 64;
-
-/// One line of the log.
-enum Entry {
-    Boot { stack_bytes: usize },
-    Device(LogEntry),
-    Lamp(LampPattern),
-    SlcanRefused { error: SlcanError, so_far: u32 },
-    RigLinkRefused { error: RigLinkError, so_far: u32 },
-    NobodyReads { dropped: u32 },
-    Stack(stack::Usage),
-}
-
-impl fmt::Display for Entry {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Boot { stack_bytes } => write!(f, "board: ready, {stack_bytes} bytes of stack"),
-            Self::Device(entry) => write!(f, "device: {entry:?}"),
-            Self::Lamp(pattern) => write!(f, "lamp: {pattern:?}"),
-            Self::SlcanRefused { error, so_far } => {
-                write!(f, "slcan: refused, {error} ({}), {so_far} so far", error.code())
-            }
-            Self::RigLinkRefused { error, so_far } => {
-                write!(f, "rig link: ignored, {error} ({}), {so_far} so far", error.code())
-            }
-            Self::NobodyReads { dropped } => write!(f, "can: nobody reads, {dropped} messages dropped so far"),
-            Self::Stack(usage) => {
-                write!(f, "stack: {} of {} bytes used at most", usage.used_bytes, usage.size_bytes)
-            }
-        }
-    }
-}
 
 /// Everything that actions go out through.
 struct Outside {
     can: Uart,
     adapter: Adapter,
     lamp: Option<LampPattern>,
-    dropped_told: u32,
     log: Log<Entry>,
 }
 
@@ -76,8 +44,7 @@ impl Outside {
         match action {
             Action::Send(frame) => {
                 if let Some(line) = self.adapter.forward(&frame, now_ms) {
-                    // a full queue drops the frame, as a bus without a listener would
-                    let _ = self.can.write(&line);
+                    self.can.write(&line);
                 }
             }
             Action::Lamp(pattern) if self.lamp == Some(pattern) => {}
@@ -88,16 +55,6 @@ impl Outside {
             Action::Log(entry) => self.log.push(now_ms, Entry::Device(entry)),
         }
     }
-
-    /// Writes one line of the log, if there is one. Losses are told here, where there is time, and not when they happen.
-    fn write_log(&mut self, now_ms: u32) -> bool {
-        let dropped = self.can.dropped();
-        if dropped != self.dropped_told {
-            self.dropped_told = dropped;
-            self.log.push(now_ms, Entry::NobodyReads { dropped });
-        }
-        self.log.write_one()
-    }
 }
 
 struct Board {
@@ -105,17 +62,20 @@ struct Board {
     rig: Uart,
     rig_link: RigLink,
     outside: Outside,
+    losses: Losses,
+    teller: Teller,
     last_tick_ms: u32,
 }
 
 impl Board {
+    /// None if it was called before: the peripherals and the queues exist once.
     fn start() -> Option<Self> {
         let core = Peripherals::take()?;
         stack::protect(core.MPU);
         let can_queues = singleton!(: Queues = Queues::new())?;
         let rig_queues = singleton!(: Queues = Queues::new())?;
         clock::start(core.SYST);
-        Some(Self {
+        let mut board = Self {
             device: Device::new(Default::default()),
             rig: Uart::start(Line::Rig, rig_queues),
             rig_link: RigLink::new(),
@@ -123,11 +83,15 @@ impl Board {
                 can: Uart::start(Line::Can, can_queues),
                 adapter: Adapter::new(),
                 lamp: None,
-                dropped_told: 0,
                 log: Log::new(),
             },
+            losses: Losses::default(),
+            teller: Teller::default(),
             last_tick_ms: clock::now_ms(),
-        })
+        };
+        let stack_bytes = stack::usage().size_bytes;
+        board.outside.log.push(board.last_tick_ms, Entry::Ready { stack_bytes });
+        Some(board)
     }
 
     fn handle(&mut self, now_ms: u32, event: Event) {
@@ -146,9 +110,10 @@ impl Board {
             self.handle(now_ms, Event::Tick);
         }
         if busy && !self.device.is_busy() {
+            // the deepest calls of this firmware lie just behind us
             self.outside.log.push(now_ms, Entry::Stack(stack::usage()));
         }
-        heard || busy || ticked || self.outside.write_log(now_ms)
+        heard || busy || ticked || self.write_log(now_ms)
     }
 
     fn hear_can(&mut self) -> bool {
@@ -158,14 +123,12 @@ impl Board {
         for turn in 0..BYTES_A_TURN {
             let Some(byte) = self.outside.can.read() else { return turn != 0 };
             let Some(answer) = self.outside.adapter.receive(byte) else { continue };
-            let now_ms = clock::now_ms();
-            let _ = self.outside.can.write(answer.reply);
+            self.outside.can.write(answer.reply);
             if let Some(error) = answer.refusal {
-                let so_far = self.outside.adapter.counters().refused;
-                self.outside.log.push(now_ms, Entry::SlcanRefused { error, so_far });
+                self.losses.slcan.1 = Some(error);
             }
             if let Some(frame) = answer.frame {
-                self.handle(now_ms, Event::Can(frame));
+                self.handle(clock::now_ms(), Event::Can(frame));
             }
         }
         true
@@ -179,13 +142,22 @@ impl Board {
             match signal {
                 Ok(Signal::Counts(counts)) => self.handle(now_ms, Event::Counts(counts)),
                 Ok(Signal::Button { down }) => self.handle(now_ms, Event::Button { down }),
-                Err(error) => {
-                    let so_far = self.rig_link.refused();
-                    self.outside.log.push(now_ms, Entry::RigLinkRefused { error, so_far });
-                }
+                Err(error) => self.losses.rig_link.1 = Some(error),
             }
         }
         true
+    }
+
+    /// Writes one line of the log, if there is one. Called when there is nothing else to do.
+    fn write_log(&mut self, now_ms: u32) -> bool {
+        let Self { outside, losses, .. } = self;
+        let counters = outside.adapter.counters();
+        losses.slcan.0 = counters.refused;
+        losses.overruns = counters.overruns;
+        losses.rig_link.0 = self.rig_link.refused();
+        losses.dropped = outside.can.dropped();
+        self.teller.tell(now_ms, *losses, |entry| outside.log.push(now_ms, entry));
+        outside.log.write_one()
     }
 
     /// Sleeps until the next interrupt. Interrupts are masked while the queues are looked at: one that comes in
@@ -201,12 +173,10 @@ impl Board {
     }
 }
 
-#[entry]
+#[cortex_m_rt::entry]
 fn main() -> ! {
     stack::paint();
     let Some(mut board) = Board::start() else { faults::stop() };
-    let stack_bytes = stack::usage().size_bytes;
-    board.outside.log.push(clock::now_ms(), Entry::Boot { stack_bytes });
     loop {
         if !board.turn() {
             board.sleep();

@@ -16,8 +16,7 @@ use heapless::spsc::{Consumer, Producer, Queue};
 
 use super::vectors::Interrupt;
 
-/// Bytes that wait for the main loop: half a second of the fastest sender that the emulator can serve (20 kB/s)
-/// would be 10 KB, but the main loop comes by every millisecond.
+/// Bytes that wait for the main loop: 25 ms of the fastest sender that the emulator serves (20 kB/s).
 pub const RECEIVE_CAPACITY: usize = 512;
 
 /// Bytes that wait for the client: forty frames.
@@ -111,11 +110,11 @@ impl Uart {
         self.received.ready()
     }
 
-    /// Queues a whole message; false if there was no room and it was dropped whole.
-    pub fn write(&mut self, message: &[u8]) -> bool {
+    /// Queues a whole message. Without room for it, it is dropped whole and counted.
+    pub fn write(&mut self, message: &[u8]) {
         if self.to_send.capacity() - self.to_send.len() < message.len() {
             self.dropped = self.dropped.wrapping_add(1);
-            return false;
+            return;
         }
         for &byte in message {
             // the room was there, and only this end fills the queue
@@ -123,7 +122,6 @@ impl Uart {
         }
         let [_, transmit] = self.line.interrupts();
         NVIC::pend(transmit);
-        true
     }
 
     /// Messages dropped because nobody read. Wraps.

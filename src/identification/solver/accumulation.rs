@@ -2,14 +2,14 @@
 
 use super::judgement;
 use super::placement::{Placement, Placer};
-use crate::identification::normal_equations::{NormalEquations, UNKNOWNS, at};
+use crate::identification::normal_equations::{NormalEquations, UNKNOWNS};
 use crate::identification::outcome::Refusal;
 use crate::identification::pose_information::PoseInformation;
 use crate::kinematics::arm::turned;
 use crate::kinematics::pivot::inverse_of_symmetric;
 use crate::kinematics::{CableLengths, LengthEquations, Pivot};
 use crate::scalar::Real;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Matrix3;
 
 /// Ridge on a pose's information when its own centre is asked for: keeps the direction that a pose near the fold does
 /// not know from drowning the others.
@@ -61,7 +61,7 @@ impl<T: Real> PassSum<T> {
         if weight > T::zero() {
             self.poses += 1;
             self.equations.squares += pose.squares_mm2 * weight;
-            self.add_information(&rotation, &(pose.information * weight), &(pose.gradient_mm * weight));
+            self.equations.add_information(&rotation, &(pose.information * weight), &(pose.gradient_mm * weight));
         }
     }
 
@@ -86,11 +86,17 @@ impl<T: Real> PassSum<T> {
         placement.set_attitude(turned(placement.attitude(), &pose.turn));
         self.poses += 1;
         self.equations.squares += own.norm_squared();
-        self.add_information(&rotation, &Matrix3::identity(), &own);
+        self.equations.add_information(&rotation, &Matrix3::identity(), &own);
     }
 
     /// How far the centre wanders, or that a few poses alone are to blame.
-    pub fn wander(&self, step: &[T; UNKNOWNS], placements: &mut [Placement<T>], rejected: u8, poses: usize) -> Refusal {
+    pub fn wander(
+        &self,
+        step: &[T; UNKNOWNS],
+        placements: &mut [Placement<T>],
+        rejected: u16,
+        poses: usize,
+    ) -> Refusal {
         let freedom = T::of_integer((3 * self.poses as i32 - UNKNOWNS as i32).max(1));
         let variance = self.squares_after(step) / freedom;
         let median = judgement::median_misfit(placements);
@@ -99,26 +105,7 @@ impl<T: Real> PassSum<T> {
         if scattered {
             Refusal::NotABall { wander_mm: variance.root().to_f32() }
         } else {
-            Refusal::TooManyOutliers { rejected, poses: poses as u8 }
-        }
-    }
-
-    /// Adds Jᵀ S J and Jᵀ g for J = [I, -R].
-    fn add_information(&mut self, rotation: &Matrix3<T>, information: &Matrix3<T>, gradient: &Vector3<T>) {
-        let mixed = rotation.transpose() * information;
-        let inner = mixed * rotation;
-        let turned = rotation.transpose() * gradient;
-        let NormalEquations { matrix, gradient: total, .. } = &mut self.equations;
-        for i in 0..3 {
-            for j in 0..=i {
-                matrix[at(i, j)] += information[(i, j)];
-                matrix[at(3 + i, 3 + j)] += inner[(i, j)];
-            }
-            for j in 0..3 {
-                matrix[at(3 + i, j)] -= mixed[(i, j)];
-            }
-            total[i] += gradient[i];
-            total[3 + i] -= turned[i];
+            Refusal::TooManyOutliers { rejected, poses: poses as u16 }
         }
     }
 }

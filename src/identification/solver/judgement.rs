@@ -30,6 +30,10 @@ pub(super) const SELECTED_PASSES: u8 = 8;
 /// Median of chi-square with three degrees of freedom.
 pub(super) const MEDIAN_OF_CHI_SQUARE_3: f64 = 2.366;
 
+/// Share of the sway limit that must be left without the pose that sways the axis most: a direction that hangs on a
+/// single pose is not checked by any other.
+const SWAY_WITHOUT_BEST: f64 = 0.4;
+
 /// No encoder is finer: below this an estimated noise is rounding, mm.
 pub(super) const LEAST_NOISE_MM: f64 = 1e-3;
 
@@ -68,11 +72,17 @@ pub(super) fn median_misfit<T: Real>(placements: &mut [Placement<T>]) -> T {
 }
 
 /// Refuses poses that turn about one axis, or hang on a single pose for one direction, or are all alike.
-pub(super) fn refuse_degenerate<T: Real>(sway: &Sway<T>, without_best: T, limit_rad: T) -> Result<(), Refusal> {
-    if sway.second_rad < limit_rad {
+pub(super) fn refuse_degenerate<T: Real>(
+    sway: &Sway<T>,
+    without_best: T,
+    sway_limit_rad: T,
+    spread_limit_rad: T,
+) -> Result<(), Refusal> {
+    if sway.second_rad < spread_limit_rad {
         return Err(Refusal::TooAlike { spread_rad: sway.second_rad.to_f32() });
     }
-    if sway.least_rad < limit_rad || without_best < limit_rad {
+    let alone = T::of(SWAY_WITHOUT_BEST);
+    if sway.least_rad < sway_limit_rad || without_best < sway_limit_rad * alone {
         return Err(Refusal::OneAxis { axis: to_f32(&sway.axis), sway_rad: without_best.min(sway.least_rad).to_f32() });
     }
     Ok(())

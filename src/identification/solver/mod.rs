@@ -16,19 +16,20 @@
 //!    the scale lowered pass by pass) until those that contradict the others stand out, and are left out.
 //! 4. **Blame**: each pose left out is explained: which cable, left out of the pose, reconciles it with the centre.
 
+mod acceptance;
 mod accumulation;
 mod blame;
 mod judgement;
 mod placement;
+mod settings;
 
 use self::accumulation::PassSum;
 use self::blame::Blame;
 use self::placement::{Placement, Placer};
-use super::normal_equations::{Factors, NormalEquations, Singular, UNKNOWNS};
-use super::observability::RotationSum;
-use super::outcome::{Identified, MOST_ITERATIONS, MOST_REJECTED, Progress, Refusal, Rejected, Termination, deviation};
+pub use self::settings::{Noise, SolverSettings};
+use super::normal_equations::{NormalEquations, Singular};
+use super::outcome::{Identified, MOST_ITERATIONS, Progress, Refusal, deviation};
 use super::pose_buffer::DEFAULT_CAPACITY;
-use super::uncertainty::covariance_of_parameters;
 use crate::kinematics::{CableLengths, OctahedronError, Pivot};
 use crate::rig::Rig;
 use crate::scalar::Real;
@@ -36,44 +37,6 @@ use heapless::Vec;
 
 /// Fewest poses that can determine the centre.
 pub const FEWEST_POSES: usize = 3;
-
-/// What is known of the noise of a cable length.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Noise<T> {
-    /// Its standard deviation is known, mm. Residuals beyond it are then evidence: of a bad reading, or of a centre
-    /// that wanders.
-    Known(T),
-    /// It is estimated from the residuals; at most this much, mm, is taken for noise.
-    EstimatedUpTo(T),
-}
-
-/// Limits of acceptance.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SolverSettings<T> {
-    /// Noise of a cable length.
-    pub noise: Noise<T>,
-    /// Gauss-Newton ends when no unknown moves by more than this, mm.
-    pub tolerance_mm: T,
-    /// Largest 1σ of the centre in its worst direction, mm.
-    pub sigma_limit_mm: T,
-    /// Smallest sway about the most common axis, rad (see [`Sway`](super::observability::Sway)).
-    pub sway_limit_rad: T,
-}
-
-impl<T: Real> SolverSettings<T> {
-    /// The limits for `rig`, whose cable noise is taken as known.
-    pub fn for_rig(rig: &Rig<T>) -> Self {
-        Self {
-            noise: Noise::Known(rig.length_noise_mm()),
-            // The error after a step is about its square over the rig's size: far below any noise.
-            tolerance_mm: (T::default_epsilon() * T::of(1e4)).min(T::of(1e-3)),
-            // A tenth of what the humeral head itself moves in elevation (2-6 mm).
-            sigma_limit_mm: T::one(),
-            // 2.5 degrees: 0.1 mm of noise alone makes rotations about one axis sway by 0.1 degrees.
-            sway_limit_rad: T::of(0.0436),
-        }
-    }
-}
 
 /// How poses are weighed in a pass.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -89,7 +52,7 @@ enum Weighing<T> {
         /// Passes still wanted.
         left: u8,
         /// Poses that the selection left out.
-        rejected: u8,
+        rejected: u16,
     },
 }
 
@@ -162,7 +125,7 @@ impl<T: Real, const N: usize> Solver<T, N> {
     pub fn advance(&mut self, poses: &[CableLengths<T>]) -> Progress<T> {
         let poses = poses.get(..N).unwrap_or(poses);
         if poses.len() < FEWEST_POSES {
-            return Progress::Refused(Refusal::TooFewPoses { poses: poses.len() as u8 });
+            return Progress::Refused(Refusal::TooFewPoses { poses: poses.len() as u16 });
         }
         let outcome = match (self.phase, poses.get(self.next)) {
             (Phase::Place, Some(lengths)) => {
@@ -194,15 +157,7 @@ impl<T: Real, const N: usize> Solver<T, N> {
     fn place(&mut self, lengths: &CableLengths<T>) {
         let placement = match self.placer.octahedron.solve(lengths) {
             Ok(pose) => {
-                // O - R C = t, three equations.
-                for row in 0..3 {
-                    let mut equation = [T::zero(); UNKNOWNS];
-                    equation[row] = T::one();
-                    for column in 0..3 {
-                        equation[3 + column] = -pose.rotation[(row, column)];
-                    }
-                    self.linear.add(&equation, pose.origin_mm[row]);
-                }
+                self.linear.add_pivot(&pose);
                 Placement::at(&pose.rotation)
             }
             Err(OctahedronError::DoesNotClose) => Placement::unplaced(),
@@ -218,7 +173,7 @@ impl<T: Real, const N: usize> Solver<T, N> {
         let placed = self.placements.iter().filter(|p| p.is_placed()).count();
         if placed < FEWEST_POSES {
             let first = self.placements.iter().position(|p| !p.is_placed()).unwrap_or(0);
-            return Err(Refusal::PlatformDoesNotClose { pose: first as u8 });
+            return Err(Refusal::PlatformDoesNotClose { pose: first as u16 });
         }
         match self.linear.solve() {
             Ok(x) => self.pivot = Pivot::from_array(&x),
@@ -270,10 +225,13 @@ impl<T: Real, const N: usize> Solver<T, N> {
     /// Takes the step of a pass and decides what comes next.
     fn finish_pass(&mut self, weighing: Weighing<T>, poses: usize) -> Result<(), Refusal> {
         let Ok(step) = self.sum.equations.solve() else {
-            return Err(match weighing {
-                Weighing::Wander { rejected, .. } => Refusal::TooManyOutliers { rejected, poses: poses as u8 },
-                _ => self.no_inverse(),
-            });
+            let refusal = match weighing {
+                Weighing::Wander { rejected, .. } => Refusal::TooManyOutliers { rejected, poses: poses as u16 },
+                // Hardly any pose agrees with another.
+                Weighing::Selected => return self.look_for_wander(poses, poses - self.sum.poses.min(poses)),
+                Weighing::Equal | Weighing::Annealed(_) => self.no_inverse(),
+            };
+            return Err(refusal);
         };
         self.pivot = self.pivot.moved_by(&step);
         let largest = step.iter().fold(T::zero(), |largest, x| largest.max(x.abs()));
@@ -316,120 +274,6 @@ impl<T: Real, const N: usize> Solver<T, N> {
             }
             Weighing::Wander { left, rejected } => self.begin_pass(Weighing::Wander { left: left - 1, rejected }),
         }
-        Ok(())
-    }
-
-    /// Rotations decide why the normal matrix has no inverse.
-    fn no_inverse(&self) -> Refusal {
-        self.degenerate(|p| p.is_placed()).err().unwrap_or(Refusal::Singular)
-    }
-
-    /// Refuses poses that turn about one axis or are all alike; else their sway, rad.
-    fn degenerate(&self, used: impl Fn(&Placement<T>) -> bool) -> Result<T, Refusal> {
-        let mut rotations = RotationSum::default();
-        for placement in self.placements.iter().filter(|p| used(p)) {
-            rotations.add(&placement.rotation());
-        }
-        let sway = rotations.sway();
-        let without_best = self.sway_without_best(&used, &sway);
-        judgement::refuse_degenerate(&sway, without_best, self.settings.sway_limit_rad)?;
-        Ok(sway.least_rad)
-    }
-
-    /// A direction that a single pose determines is not determined: that pose could not be checked.
-    fn sway_without_best(&self, used: impl Fn(&Placement<T>) -> bool, sway: &super::observability::Sway<T>) -> T {
-        let (mut sum, mut most, mut count) = (T::zero(), T::zero(), 0);
-        for placement in self.placements.iter().filter(|p| used(p)) {
-            let moved = (placement.rotation() * sway.axis_in_platform - sway.axis).norm_squared();
-            sum += moved;
-            most = most.max(moved);
-            count += 1;
-        }
-        ((sum - most).max(T::zero()) / T::of_integer(count.max(1))).root()
-    }
-
-    /// Are the residuals no larger than the noise explains?
-    fn residuals_are_noise(&mut self, squares_mm2: T) -> bool {
-        let freedom = 3 * self.sum.poses as i32 - UNKNOWNS as i32;
-        match self.settings.noise {
-            Noise::Known(noise) => squares_mm2 <= noise * noise * judgement::chi_square_limit(freedom),
-            Noise::EstimatedUpTo(most) => {
-                let estimate = (squares_mm2 / T::of_integer(freedom.max(1))).root();
-                let worst = self.placements.iter().fold(T::zero(), |worst, p| worst.max(p.misfit));
-                // `misfit` is in units of the present noise figure; outliers stand out against the others.
-                let floor = T::of(judgement::LEAST_NOISE_MM);
-                let unit = self.noise_mm / estimate.max(floor);
-                estimate <= most && worst * unit * unit <= T::of(judgement::MISFIT_LIMIT)
-            }
-        }
-    }
-
-    /// First scale of the annealing; with an unknown noise, its robust estimate too.
-    fn begin_annealing(&mut self) -> T {
-        let median = judgement::median_misfit(&mut self.placements);
-        if let Noise::EstimatedUpTo(most) = self.settings.noise {
-            let poses = T::of_integer(self.placements.len() as i32);
-            let typical = median / T::of(judgement::MEDIAN_OF_CHI_SQUARE_3) * poses / (poses - T::of(2.0));
-            let noise = (self.noise_mm * typical.root()).clamp(T::of(judgement::LEAST_NOISE_MM), most);
-            self.noise_mm = noise;
-            return T::of(judgement::ANNEALED_SCALE * 8.0);
-        }
-        (median * T::of(3.0)).max(T::of(judgement::ANNEALED_SCALE))
-    }
-
-    /// After the selection: are enough poses left, and is what they leave noise?
-    fn judge_selection(&mut self, poses: usize, squares_mm2: T) -> Result<(), Refusal> {
-        let rejected = poses - self.sum.poses.min(poses);
-        let too_many = rejected * 5 > poses || rejected > MOST_REJECTED || self.sum.poses < FEWEST_POSES;
-        let noise_fits = match self.settings.noise {
-            Noise::Known(_) => self.residuals_are_noise(squares_mm2),
-            Noise::EstimatedUpTo(most) => {
-                let freedom = 3 * self.sum.poses as i32 - UNKNOWNS as i32;
-                (squares_mm2 / T::of_integer(freedom.max(1))).root() <= most
-            }
-        };
-        if too_many || !noise_fits {
-            // What is wrong may still be the poses rather than the joint.
-            self.degenerate(|p| p.is_placed())?;
-            self.begin_pass(Weighing::Wander { left: 1, rejected: rejected as u8 });
-            return Ok(());
-        }
-        self.accept(poses, squares_mm2)
-    }
-
-    /// The last gates, then the result; poses left out are explained next.
-    fn accept(&mut self, poses: usize, squares_mm2: T) -> Result<(), Refusal> {
-        let sway_rad = self.degenerate(|p| p.is_used())?;
-        let factors = Factors::of(&self.sum.equations.matrix).map_err(|_| Refusal::Singular)?;
-        let freedom = T::of_integer((3 * self.sum.poses as i32 - UNKNOWNS as i32).max(1));
-        let noise_mm = match self.settings.noise {
-            Noise::Known(noise) => noise,
-            Noise::EstimatedUpTo(_) => (squares_mm2 / freedom).root(),
-        };
-        let of_pivot = factors.inverse();
-        let unit = covariance_of_parameters(&of_pivot, &self.pivot, &self.placer.points);
-        // Noise-free lengths must not pass a geometry that noise would ruin.
-        let gate = noise_mm.max(self.placer.rig_noise_mm);
-        judgement::refuse_weak(&unit, gate, self.settings.sigma_limit_mm)?;
-        let mut rejected = Vec::new();
-        for (pose, placement) in self.placements.iter().enumerate() {
-            if !placement.is_used() {
-                let _ = rejected.push(Rejected { pose: pose as u8, cables: placement.broken_cables() });
-            }
-        }
-        self.result = Some(Identified {
-            parameters: self.pivot.parameters(&self.placer.points),
-            covariance_mm2: unit.map(|entry| entry * noise_mm * noise_mm),
-            noise_mm,
-            deviation_mm: deviation(squares_mm2, self.sum.poses),
-            deviations_mm: self.deviations_mm.clone(),
-            iterations: self.iterations(),
-            termination: Termination::Settled,
-            poses: poses as u8,
-            rejected,
-            sway_rad,
-        });
-        self.phase = Phase::Blame(Blame::new());
         Ok(())
     }
 

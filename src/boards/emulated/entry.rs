@@ -1,0 +1,50 @@
+//! What this board writes into its log.
+
+use core::fmt;
+
+use glenoid::device::{LampPattern, LogEntry};
+use glenoid::rig_link::RigLinkError;
+use glenoid::slcan::SlcanError;
+
+use super::stack;
+
+/// One line of the log.
+pub enum Entry {
+    /// Power-up is over: both lines are served.
+    Ready { stack_bytes: usize },
+    /// The device has something to say.
+    Device(LogEntry),
+    /// The lamp shows another pattern.
+    Lamp(LampPattern),
+    /// Lines of the CAN client were answered with a bell.
+    SlcanRefused { last: SlcanError, so_far: u32 },
+    /// Lines of the rig link were ignored.
+    RigLinkIgnored { last: RigLinkError, so_far: u32 },
+    /// Messages for the CAN client found their queue full.
+    NobodyReads { dropped: u32 },
+    /// Bytes of the CAN client were lost.
+    Overrun { so_far: u32 },
+    /// How far the stack has reached.
+    Stack(stack::Usage),
+}
+
+impl fmt::Display for Entry {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Ready { stack_bytes } => write!(f, "board: ready, {stack_bytes} bytes of stack"),
+            Self::Device(entry) => write!(f, "device: {entry:?}"),
+            Self::Lamp(pattern) => write!(f, "lamp: {pattern:?}"),
+            Self::SlcanRefused { last, so_far } => {
+                write!(f, "slcan: {so_far} lines refused so far, last: {last} ({})", last.code())
+            }
+            Self::RigLinkIgnored { last, so_far } => {
+                write!(f, "rig link: {so_far} lines ignored so far, last: {last} ({})", last.code())
+            }
+            Self::NobodyReads { dropped } => write!(f, "can: {dropped} messages dropped so far, nobody reads"),
+            Self::Overrun { so_far } => write!(f, "can: bytes lost {so_far} times so far"),
+            Self::Stack(usage) => {
+                write!(f, "stack: {} of {} bytes used at most", usage.used_bytes, usage.size_bytes)
+            }
+        }
+    }
+}

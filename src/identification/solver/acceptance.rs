@@ -1,0 +1,143 @@
+//! From a settled fit to a result: the gates, in the order in which a cause explains the next.
+
+use super::blame::Blame;
+use super::placement::Placement;
+use super::settings::Noise;
+use super::{FEWEST_POSES, Phase, Solver, Weighing, judgement};
+use crate::identification::normal_equations::{Factors, UNKNOWNS};
+use crate::identification::observability::{RotationSum, Sway};
+use crate::identification::outcome::{Identified, MOST_REJECTED, Refusal, Rejected, Termination, deviation};
+use crate::identification::uncertainty::covariance_of_parameters;
+use crate::scalar::Real;
+use heapless::Vec;
+
+impl<T: Real, const N: usize> Solver<T, N> {
+    /// Rotations decide why the normal matrix has no inverse.
+    pub(super) fn no_inverse(&self) -> Refusal {
+        self.degenerate(|p| p.is_placed()).err().unwrap_or(Refusal::Singular)
+    }
+
+    /// Refuses poses that turn about one axis or are all alike; else their sway, rad.
+    fn degenerate(&self, used: impl Fn(&Placement<T>) -> bool) -> Result<T, Refusal> {
+        let mut rotations = RotationSum::default();
+        for placement in self.placements.iter().filter(|p| used(p)) {
+            rotations.add(&placement.rotation());
+        }
+        let sway = rotations.sway();
+        let without_best = self.sway_without_best(&used, &sway);
+        judgement::refuse_degenerate(
+            &sway,
+            without_best,
+            self.settings.sway_limit_rad,
+            self.settings.spread_limit_rad,
+        )?;
+        Ok(sway.least_rad)
+    }
+
+    /// A direction that a single pose determines is not determined: that pose could not be checked.
+    fn sway_without_best(&self, used: impl Fn(&Placement<T>) -> bool, sway: &Sway<T>) -> T {
+        let (mut sum, mut most, mut count) = (T::zero(), T::zero(), 0);
+        for placement in self.placements.iter().filter(|p| used(p)) {
+            let moved = (placement.rotation() * sway.axis_in_platform - sway.axis).norm_squared();
+            sum += moved;
+            most = most.max(moved);
+            count += 1;
+        }
+        ((sum - most).max(T::zero()) / T::of_integer(count.max(1))).root()
+    }
+
+    /// Are the residuals no larger than the noise explains?
+    pub(super) fn residuals_are_noise(&mut self, squares_mm2: T) -> bool {
+        let freedom = 3 * self.sum.poses as i32 - UNKNOWNS as i32;
+        match self.settings.noise {
+            Noise::Known(noise) => squares_mm2 <= noise * noise * judgement::chi_square_limit(freedom),
+            Noise::EstimatedUpTo(most) => {
+                let estimate = (squares_mm2 / T::of_integer(freedom.max(1))).root();
+                let worst = self.placements.iter().fold(T::zero(), |worst, p| worst.max(p.misfit));
+                // `misfit` is in units of the present noise figure; outliers stand out against the others.
+                let floor = T::of(judgement::LEAST_NOISE_MM);
+                let unit = self.noise_mm / estimate.max(floor);
+                estimate <= most && worst * unit * unit <= T::of(judgement::MISFIT_LIMIT)
+            }
+        }
+    }
+
+    /// First scale of the annealing; with an unknown noise, its robust estimate too.
+    pub(super) fn begin_annealing(&mut self) -> T {
+        let median = judgement::median_misfit(&mut self.placements);
+        if let Noise::EstimatedUpTo(most) = self.settings.noise {
+            let poses = T::of_integer(self.placements.len() as i32);
+            let typical = median / T::of(judgement::MEDIAN_OF_CHI_SQUARE_3) * poses / (poses - T::of(2.0));
+            let noise = (self.noise_mm * typical.root()).clamp(T::of(judgement::LEAST_NOISE_MM), most);
+            self.noise_mm = noise;
+            return T::of(judgement::ANNEALED_SCALE * 8.0);
+        }
+        (median * T::of(3.0)).max(T::of(judgement::ANNEALED_SCALE))
+    }
+
+    /// After the selection: are enough poses left, and is what they leave noise?
+    pub(super) fn judge_selection(&mut self, poses: usize, squares_mm2: T) -> Result<(), Refusal> {
+        let rejected = poses - self.sum.poses.min(poses);
+        let too_many = rejected * 5 > poses || rejected > MOST_REJECTED || self.sum.poses < FEWEST_POSES;
+        let noise_fits = match self.settings.noise {
+            Noise::Known(_) => self.residuals_are_noise(squares_mm2),
+            Noise::EstimatedUpTo(most) => {
+                let freedom = 3 * self.sum.poses as i32 - UNKNOWNS as i32;
+                (squares_mm2 / T::of_integer(freedom.max(1))).root() <= most
+            }
+        };
+        if too_many || !noise_fits {
+            return self.look_for_wander(poses, rejected);
+        }
+        self.accept(poses, squares_mm2)
+    }
+
+    /// Acceptance is lost; one question is left, whether a few poses are to blame or the joint.
+    pub(super) fn look_for_wander(&mut self, poses: usize, rejected: usize) -> Result<(), Refusal> {
+        // What is wrong may still be the poses rather than the joint.
+        self.degenerate(|p| p.is_placed())?;
+        match self.placements.iter().filter(|p| p.is_placed()).count() {
+            0..FEWEST_POSES => Err(Refusal::TooManyOutliers { rejected: rejected as u16, poses: poses as u16 }),
+            _ => {
+                self.begin_pass(Weighing::Wander { left: 1, rejected: rejected as u16 });
+                Ok(())
+            }
+        }
+    }
+
+    /// The last gates, then the result; poses left out are explained next.
+    pub(super) fn accept(&mut self, poses: usize, squares_mm2: T) -> Result<(), Refusal> {
+        let sway_rad = self.degenerate(|p| p.is_used())?;
+        let factors = Factors::of(&self.sum.equations.matrix).map_err(|_| Refusal::Singular)?;
+        let freedom = T::of_integer((3 * self.sum.poses as i32 - UNKNOWNS as i32).max(1));
+        let noise_mm = match self.settings.noise {
+            Noise::Known(noise) => noise,
+            Noise::EstimatedUpTo(_) => (squares_mm2 / freedom).root(),
+        };
+        let of_pivot = factors.inverse();
+        let unit = covariance_of_parameters(&of_pivot, &self.pivot, &self.placer.points);
+        // Noise-free lengths must not pass a geometry that noise would ruin.
+        let gate = noise_mm.max(self.placer.rig_noise_mm);
+        judgement::refuse_weak(&unit, gate, self.settings.sigma_limit_mm)?;
+        let mut rejected = Vec::new();
+        for (pose, placement) in self.placements.iter().enumerate() {
+            if !placement.is_used() {
+                let _ = rejected.push(Rejected { pose: pose as u16, cables: placement.broken_cables() });
+            }
+        }
+        self.result = Some(Identified {
+            parameters: self.pivot.parameters(&self.placer.points),
+            covariance_mm2: unit.map(|entry| entry * noise_mm * noise_mm),
+            noise_mm,
+            deviation_mm: deviation(squares_mm2, self.sum.poses),
+            deviations_mm: self.deviations_mm.clone(),
+            iterations: self.iterations(),
+            termination: Termination::Settled,
+            poses: poses as u16,
+            rejected,
+            sway_rad,
+        });
+        self.phase = Phase::Blame(Blame::new());
+        Ok(())
+    }
+}

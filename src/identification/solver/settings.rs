@@ -1,0 +1,46 @@
+//! What the solver is told beside the poses: the noise, and the limits of acceptance.
+
+use crate::rig::Rig;
+use crate::scalar::Real;
+
+/// What is known of the noise of a cable length.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Noise<T> {
+    /// Its standard deviation is known, mm. Residuals beyond it are then evidence: of a bad reading, or of a centre
+    /// that wanders.
+    Known(T),
+    /// It is estimated from the residuals; at most this much, mm, is taken for noise.
+    EstimatedUpTo(T),
+}
+
+/// Limits of acceptance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SolverSettings<T> {
+    /// Noise of a cable length.
+    pub noise: Noise<T>,
+    /// Gauss-Newton ends when no unknown moves by more than this, mm.
+    pub tolerance_mm: T,
+    /// Largest 1σ of the centre in its worst direction, mm.
+    pub sigma_limit_mm: T,
+    /// Smallest sway about the most common axis, rad (see [`Sway`](crate::identification::observability::Sway)).
+    pub sway_limit_rad: T,
+    /// Smallest sway about the second most common axis, rad: poses that stay below it are all alike.
+    pub spread_limit_rad: T,
+}
+
+impl<T: Real> SolverSettings<T> {
+    /// The limits for `rig`, whose cable noise is taken as known.
+    pub fn for_rig(rig: &Rig<T>) -> Self {
+        Self {
+            noise: Noise::Known(rig.length_noise_mm()),
+            // Single precision: 3e-3 mm, double: 1e-7 mm. The error after a step is about its square over the rig's size.
+            tolerance_mm: T::default_epsilon().root() * T::of(8.0),
+            // A tenth of what the humeral head itself moves in elevation (2-6 mm).
+            sigma_limit_mm: T::one(),
+            // 1 degree: 0.1 mm of noise alone makes rotations about one axis sway by 0.1 degrees.
+            sway_limit_rad: T::of(0.017_5),
+            // 2.5 degrees: nobody can hold such poses apart, let alone a control loop.
+            spread_limit_rad: T::of(0.043_6),
+        }
+    }
+}

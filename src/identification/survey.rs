@@ -1,0 +1,80 @@
+//! The error bar foretold: what the poses captured so far will give, updated with every pose.
+//!
+//! The information of a pose hangs on its geometry alone, so the covariance of the result is known before any residual
+//! is looked at. A therapist can be told after each pose how good the centre would be, and what is missing.
+
+use super::normal_equations::{Factors, NormalEquations};
+use super::observability::{RotationSum, Sway};
+use super::pose_information::PoseInformation;
+use super::uncertainty::worst_centre_direction;
+use crate::kinematics::{CableLengths, LengthEquations, Octahedron, OctahedronError, Pivot, PlatformPose, RigPoints};
+use crate::rig::Rig;
+use crate::scalar::Real;
+
+/// The information gathered so far.
+#[derive(Clone, Debug)]
+pub struct Survey<T: Real> {
+    octahedron: Octahedron<T>,
+    points: RigPoints<T>,
+    noise_mm: T,
+    pivot: Pivot<T>,
+    linear: NormalEquations<T>,
+    information: NormalEquations<T>,
+    rotations: RotationSum<T>,
+}
+
+/// What an identification from the poses so far would be worth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Foretold<T> {
+    /// 1σ of the centre in its worst direction, mm.
+    pub sigma_mm: T,
+    /// That direction in {B}, a unit vector.
+    pub direction: [T; 3],
+}
+
+impl<T: Real> Survey<T> {
+    /// A survey of no poses. The information of the first poses is judged at the rig's nominal centre.
+    pub fn new(rig: &Rig<T>) -> Self {
+        let points = RigPoints::new(rig);
+        Self {
+            octahedron: Octahedron::new(rig),
+            pivot: Pivot::from_parameters(rig.nominal(), &points),
+            points,
+            noise_mm: rig.length_noise_mm(),
+            linear: NormalEquations::new(),
+            information: NormalEquations::new(),
+            rotations: RotationSum::default(),
+        }
+    }
+
+    /// Adds a pose; returns where the platform stands in it.
+    ///
+    /// # Errors
+    /// [`OctahedronError`] when the lengths give no platform pose; nothing is added then.
+    pub fn add(&mut self, lengths: &CableLengths<T>) -> Result<PlatformPose<T>, OctahedronError> {
+        let pose = self.octahedron.solve(lengths)?;
+        self.rotations.add(&pose.rotation);
+        self.linear.add_pivot(&pose);
+        // As soon as the poses tell a centre, theirs is better than the nominal one.
+        if let Ok(x) = self.linear.solve() {
+            self.pivot = Pivot::from_array(&x);
+        }
+        let equations = LengthEquations::new(&self.points, &self.pivot, &pose.rotation, lengths);
+        if let Some(known) = PoseInformation::of(&equations) {
+            self.information.add_information(&pose.rotation, &known.information, &known.gradient_mm);
+        }
+        Ok(pose)
+    }
+
+    /// The error bar that the poses so far would give, or `None` while they leave the centre undetermined.
+    pub fn foretold(&self) -> Option<Foretold<T>> {
+        let unit = Factors::of(&self.information.matrix).ok()?.inverse();
+        let (sigma, direction) = worst_centre_direction(&unit);
+        Some(Foretold { sigma_mm: sigma * self.noise_mm, direction })
+    }
+
+    /// How far the poses so far are from turning about one axis, and about which.
+    pub fn sway(&self) -> Sway<T> {
+        self.rotations.sway()
+    }
+}
