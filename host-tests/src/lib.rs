@@ -1,5 +1,7 @@
 //! Host side of Glenoid.
 
+pub mod debugger;
+pub mod elf;
 pub mod emulator;
 pub mod firmware;
 pub mod literal;

@@ -176,7 +176,7 @@ impl Board {
 #[cortex_m_rt::entry]
 fn main() -> ! {
     stack::paint();
-    let Some(mut board) = Board::start() else { faults::stop() };
+    let Some(mut board) = Board::start() else { faults::stop(format_args!("board: started twice")) };
     loop {
         if !board.turn() {
             board.sleep();

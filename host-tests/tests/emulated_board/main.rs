@@ -10,6 +10,8 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use glenoid::can::Frame;
+use host_tests::debugger::{Debugger, Register};
+use host_tests::elf::Elf;
 use host_tests::emulator::{self, Emulator, EmulatorError, Options};
 use host_tests::firmware::{self, Image};
 use host_tests::packages::Consent;
@@ -24,13 +26,15 @@ const REQUIRED_VARIABLE: &str = "GLENOID_REQUIRE_EMULATOR";
 
 type Test = fn(&Path) -> Result<(), Failed>;
 
-const TESTS: [(&str, Test); 6] = [
+const TESTS: [(&str, Test); 8] = [
     ("python_can_opens_the_channel", python_can_opens_the_channel),
     ("a_closed_channel_is_silent", a_closed_channel_is_silent),
     ("frames_go_both_ways", frames_go_both_ways),
     ("garbage_is_survived_and_counted", garbage_is_survived_and_counted),
     ("a_client_may_vanish_and_return", a_client_may_vanish_and_return),
     ("an_emulator_that_ends_is_told", an_emulator_that_ends_is_told),
+    ("a_stack_overflow_ends_the_board", a_stack_overflow_ends_the_board),
+    ("a_wild_jump_ends_the_board", a_wild_jump_ends_the_board),
 ];
 
 fn main() -> ExitCode {
@@ -166,4 +170,38 @@ fn an_emulator_that_ends_is_told(_: &Path) -> Result<(), Failed> {
         Err(EmulatorError::Ended { complaint, .. }) if complaint.contains("no such image") => Ok(()),
         other => Err(format!("{other:?}").into()),
     }
+}
+
+/// The board with registers changed while it ran; gives its last words once it has ended with a failure.
+fn last_words(image: &Path, changes: &[(Register, u32)]) -> Result<String, Failed> {
+    let mut board = Emulator::start(image, &Options { debugger: true, ..Options::default() })?;
+    let address = board.debugger_address().ok_or("the board serves no debugger")?;
+    let mut debugger = Debugger::halt(address)?;
+    for &(register, value) in changes {
+        debugger.set(register, value)?;
+    }
+    debugger.resume()?;
+    let status = board.wait_for_end(PATIENCE)?;
+    assert_eq!(status.code(), Some(1), "{:?}", board.log());
+    Ok(board.log().pop().unwrap_or_default())
+}
+
+/// The guard is the first whole 4 KiB above the static variables. With the stack pointer at its upper end, the next
+/// function that is called, be it `main` once more, has no room to put anything down.
+fn a_stack_overflow_ends_the_board(image: &Path) -> Result<(), Failed> {
+    let elf = Elf::read(image)?;
+    let guard_end = u32::try_from(elf.symbol("_stack_end")?)?.next_multiple_of(4096) + 4096;
+    // the lowest bit of a function's address says Thumb and is no part of the program counter
+    let main = u32::try_from(elf.symbol("main")?)? & !1;
+    let changes = [(Register::StackPointer, guard_end), (Register::ProgramCounter, main)];
+    let words = last_words(image, &changes)?;
+    assert!(words.starts_with("fault: stack overflow"), "{words}");
+    Ok(())
+}
+
+fn a_wild_jump_ends_the_board(image: &Path) -> Result<(), Failed> {
+    // the system region may never be executed (ARMv7-M ARM, B3.1)
+    let words = last_words(image, &[(Register::ProgramCounter, 0xE000_0000)])?;
+    assert!(words.starts_with("fault: CFSR 0x1,"), "{words}");
+    Ok(())
 }
