@@ -175,7 +175,8 @@ fn part_of_run(position: u8, procedure: &Procedure) -> Option<Message> {
             let index = position.checked_sub(LEFT_OUT)?;
             let rejected = identified.rejected.get(usize::from(index))?;
             let of = identified.rejected.len() as u8;
-            Some(Message::LeftOut(LeftOut { run_id, index, of, pose: rejected.pose, cables: rejected.cables }))
+            let pose = u8::try_from(rejected.pose).ok()?;
+            Some(Message::LeftOut(LeftOut { run_id, index, of, pose, cables: rejected.cables }))
         }
     }
 }

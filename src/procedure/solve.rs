@@ -56,6 +56,11 @@ impl Detail {
     pub const fn of(reason: Reason) -> Self {
         Self { reason, pose: None, cable: 0, size_mm: None, axis: None }
     }
+
+    /// A reason about one pose of a set; no set of a run has more poses than a byte counts.
+    fn about_pose(reason: Reason, pose: u16) -> Self {
+        Self { pose: u8::try_from(pose).ok(), ..Self::of(reason) }
+    }
 }
 
 impl From<Refusal> for Detail {
@@ -63,10 +68,10 @@ impl From<Refusal> for Detail {
         match refusal {
             Refusal::TooFewPoses { .. } => Self::of(Reason::TooFewPoses),
             Refusal::BadLength { pose, cable, .. } => {
-                Self { pose: Some(pose), cable, ..Self::of(Reason::LengthImpossible) }
+                Self { cable, ..Self::about_pose(Reason::LengthImpossible, pose) }
             }
             Refusal::NotClosing { pose, .. } | Refusal::PlatformDoesNotClose { pose } => {
-                Self { pose: Some(pose), ..Self::of(Reason::PoseDoesNotClose) }
+                Self::about_pose(Reason::PoseDoesNotClose, pose)
             }
             Refusal::Singular => Self::of(Reason::Singular),
             Refusal::IterationCap => Self::of(Reason::NotConverged),
