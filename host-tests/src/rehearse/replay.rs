@@ -27,7 +27,7 @@ pub fn identify_as_the_paper(rig: &Rig<f64>, lengths_mm: &[[f32; CABLES]]) -> Re
 fn lengths<T: Real>(lengths_mm: &[[f32; CABLES]]) -> Result<Vec<CableLengths<T>>, Refusal> {
     let convert = |(pose, lengths): (usize, &[f32; CABLES])| {
         CableLengths::new(lengths.map(|length| T::of(f64::from(length)))).map_err(|error| Refusal::BadLength {
-            pose: pose as u8,
+            pose: pose as u16,
             cable: error.cable,
             fault: error.fault,
         })
