@@ -325,7 +325,8 @@ impl<'a> Session<'a> {
     fn command_when_still(&mut self, opcode: Opcode, argument: u16) -> Result<Answer, SessionError> {
         for _ in 0..STILL_LIMIT_MS / (5 * PERIOD_MS) {
             match self.command(opcode, 0, argument) {
-                Err(SessionError::Refused(_, answer)) if answer.code == Reason::ArmMoving => {
+                // An arm that is coming to rest may for a moment move one cable only.
+                Err(SessionError::Refused(_, Answer { code: Reason::ArmMoving | Reason::CableLoose, .. })) => {
                     for _ in 0..5 {
                         self.step()?;
                     }
