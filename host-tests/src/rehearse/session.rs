@@ -244,8 +244,9 @@ impl<'a> Session<'a> {
         let stage = self.display.stage("accepting");
         self.inbox.live_centre = [None; 3];
         self.command(Opcode::Accept, run_id, 0)?;
-        let outcome =
-            self.wait_for("outcome", ANSWER_LIMIT_MS, |inbox| inbox.outcome.filter(|o| o.run_id == run_id))?;
+        // In the review the outcome says that nothing is decided yet; it may still be under way.
+        let decided = |outcome: &OutcomeReport| outcome.run_id == run_id && outcome.reason != Reason::Fine;
+        let outcome = self.wait_for("outcome", ANSWER_LIMIT_MS, |inbox| inbox.outcome.filter(decided))?;
         if outcome.reason != Reason::Accepted || !outcome.live {
             return Err(SessionError::Failed(outcome));
         }
