@@ -19,7 +19,9 @@
 //! | erasing the old record | anything | the new record, committed | the new record |
 //!
 //! The commit word is what makes this hold for words that read differently each time: an image whose last word is torn
-//! may pass its CRC once and not again, but it has no commit word, and gives way to one that has.
+//! may pass its CRC once and not again, but it has no commit word, and gives way to one that has. At power-up whatever
+//! was interrupted is finished: what does not count is erased, and a record that counts without a commit word is
+//! written anew.
 //!
 //! The old record is erased, and not kept in reserve, on purpose: should the new one rot, the device starts without a
 //! centre, not with that of somebody who was calibrated before.

@@ -15,7 +15,7 @@ const COMMITTED: u8 = 0x3C;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Reading {
     pub content: Content,
-    /// The commit word is not erased: the image was whole once.
+    /// The commit word is there, whole: the image was complete when it was written.
     pub committed: bool,
     pub image: Image,
 }
@@ -54,13 +54,13 @@ impl Page {
         let mut commit = [ERASED; LONGEST_COMMIT];
         let commit = commit.get_mut(..commit_len::<F>()).unwrap_or_default();
         let readable = flash.read(self.from, &mut image).is_ok() && flash.read(self.commit_from::<F>(), commit).is_ok();
-        let committed = !is_erased(commit);
         let content = match image::header(&image) {
             _ if !readable => Content::Unreadable,
             Ok(header) => Content::Sound(header),
-            Err(_) if is_erased(&image) && !committed => Content::Blank,
+            Err(_) if is_all(&image, ERASED) && is_all(commit, ERASED) => Content::Blank,
             Err(_) => Content::Broken,
         };
+        let committed = readable && is_all(commit, COMMITTED);
         Reading { content, committed, image }
     }
 
@@ -101,6 +101,6 @@ pub(super) const fn commit_len<F: NorFlash>() -> usize {
     if F::WRITE_SIZE > DRIVE_BOARDS { F::WRITE_SIZE } else { DRIVE_BOARDS }
 }
 
-fn is_erased(bytes: &[u8]) -> bool {
-    bytes.iter().all(|byte| *byte == ERASED)
+fn is_all(bytes: &[u8], value: u8) -> bool {
+    bytes.iter().all(|byte| *byte == value)
 }

@@ -1,7 +1,7 @@
 //! The two pages together: which record counts, and how it is replaced.
 
 use super::content::Record;
-use super::image::{self, Header, IMAGE_LEN, VERSION};
+use super::image::{self, Header, IMAGE_LEN, Image, VERSION};
 use super::page::{Content, LONGEST_COMMIT, Page, PageError, Reading, commit_len};
 use embedded_storage::nor_flash::NorFlash;
 
@@ -105,13 +105,6 @@ pub struct RecordStore<F> {
     pages: [Page; 2],
 }
 
-/// What the two pages say together.
-struct Survey {
-    readings: [Reading; 2],
-    /// The page whose record counts, from 0.
-    chosen: Option<(usize, Header)>,
-}
-
 impl<F: NorFlash> RecordStore<F> {
     /// Bytes of flash that the store takes: two pages.
     pub const LEN: usize = 2 * F::ERASE_SIZE;
@@ -128,19 +121,18 @@ impl<F: NorFlash> RecordStore<F> {
         Self { flash, pages: [Page { from }, Page { from: from + F::ERASE_SIZE as u32 }] }
     }
 
-    /// The record that counts, if it is of the rig with this fingerprint. Finishes what a power cut left unfinished:
-    /// the page that does not count is erased, when there is one that does.
+    /// The record that counts, if it is of the rig with this fingerprint. Finishes what a power cut left unfinished, so
+    /// that afterwards one page holds the record with its commit word, and the other one is erased.
     ///
     /// # Errors
-    /// [`LoadError`]; nothing is erased then, except beside a record that counts and is refused.
+    /// [`LoadError`].
     pub fn load(&mut self, rig: u32) -> Result<Record, LoadError> {
-        let Survey { readings: [first, second], chosen } = self.survey();
-        let Some((index, header)) = chosen else { return Err(why_nothing(&[first, second])) };
+        let readings = self.read();
+        let Some((index, header)) = choose(&readings) else { return Err(why_nothing(&readings)) };
+        let [first, second] = &readings;
         let (counts, other) = if index == 0 { (first, second) } else { (second, first) };
-        if other.content != Content::Blank {
-            // Failing to is no harm: the record counts as it stands, and the next store erases again.
-            let _ = self.other_page(index).erase(&mut self.flash);
-        }
+        // Failing to finish is no harm: the record counts as it stands, and the next store tries again.
+        let _ = self.settle(index, counts, other);
         match header.version {
             0..VERSION => return Err(LoadError::OlderVersion),
             VERSION => {}
@@ -162,18 +154,9 @@ impl<F: NorFlash> RecordStore<F> {
     /// [`StoreError`].
     pub fn store(&mut self, record: &Record) -> Result<(), StoreError> {
         record.check().map_err(|_| StoreError::Unfit)?;
-        let chosen = self.survey().chosen;
+        let chosen = choose(&self.read());
         let (index, sequence) = chosen.map_or((1, 0), |(index, header)| (index, header.sequence));
-        let target = self.other_page(index);
-        let flash = &mut self.flash;
-        target.erase(flash)?;
-        target.write(flash, &image::encode(record, sequence.wrapping_add(1)))?;
-        target.commit(flash)?;
-        // The new record counts from here on. The old one must not outlive it; failing to erase it is told by the next
-        // store, which will need that page.
-        if let Some(old) = self.pages.get(index) {
-            let _ = old.erase(&mut self.flash);
-        }
+        self.replace(index, &image::encode(record, sequence.wrapping_add(1)))?;
         Ok(())
     }
 
@@ -187,10 +170,33 @@ impl<F: NorFlash> RecordStore<F> {
         self.flash
     }
 
-    fn survey(&mut self) -> Survey {
-        let readings = self.pages.map(|page| page.read(&mut self.flash));
-        let chosen = choose(&readings);
-        Survey { readings, chosen }
+    fn read(&mut self) -> [Reading; 2] {
+        self.pages.map(|page| page.read(&mut self.flash))
+    }
+
+    /// Brings the pages to rest: the record that counts, in the page `index`, committed, and the other page erased.
+    fn settle(&mut self, index: usize, counts: &Reading, other: &Reading) -> Result<(), PageError> {
+        match (counts.committed, other.content) {
+            (true, Content::Blank) => Ok(()),
+            (true, _) => self.other_page(index).erase(&mut self.flash),
+            // Some word of it may be torn and have read rightly just this once.
+            (false, _) => self.replace(index, &counts.image),
+        }
+    }
+
+    /// Writes an image to the page that is not `index`, commits it, erases the page `index`.
+    fn replace(&mut self, index: usize, image: &Image) -> Result<(), PageError> {
+        let target = self.other_page(index);
+        let flash = &mut self.flash;
+        target.erase(flash)?;
+        target.write(flash, image)?;
+        target.commit(flash)?;
+        // The new record counts from here on. The old one must not outlive it; failing to erase it is told by the next
+        // store, which will need that page.
+        if let Some(old) = self.pages.get(index) {
+            let _ = old.erase(flash);
+        }
+        Ok(())
     }
 
     fn other_page(&self, index: usize) -> Page {
