@@ -7,6 +7,7 @@ use glenoid::can::Frame;
 use glenoid::rig::CABLES;
 use std::io::Write;
 use std::net::TcpStream;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// A booted board with both of its lines connected. Dropping it ends the emulator.
@@ -16,17 +17,18 @@ pub struct EmulatedBoard {
     can: SlcanClient,
     /// When the time that was asked for so far is over.
     clock: Instant,
+    stop: &'static AtomicBool,
 }
 
 impl EmulatedBoard {
-    /// Connects the rig link and opens the CAN channel.
+    /// Connects the rig link and opens the CAN channel. The board is given up as soon as `stop` is set.
     ///
     /// # Errors
     /// [`BenchError`] when a line cannot be reached.
-    pub fn connect(emulator: Emulator) -> Result<Self, BenchError> {
+    pub fn connect(emulator: Emulator, stop: &'static AtomicBool) -> Result<Self, BenchError> {
         let rig = emulator.connect_rig().map_err(|error: EmulatorError| BenchError(error.to_string()))?;
         let can = SlcanClient::open(emulator.can_address()).map_err(|error| BenchError(error.to_string()))?;
-        Ok(Self { emulator, rig, can, clock: Instant::now() })
+        Ok(Self { emulator, rig, can, clock: Instant::now(), stop })
     }
 
     /// The end of the board's log, for a report on what went wrong.
@@ -51,6 +53,9 @@ impl Bench for EmulatedBoard {
     }
 
     fn pass(&mut self, ms: u32) -> Result<Vec<Frame>, BenchError> {
+        if self.stop.load(Ordering::Relaxed) {
+            return Err(BenchError("interrupted".to_string()));
+        }
         // The pace is kept against a clock that runs on, so that the work between two calls does not add up. A host
         // that fell far behind does not catch up: the board would see an arm that leaps.
         let asked = Duration::from_millis(u64::from(ms));

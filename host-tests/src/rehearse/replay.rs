@@ -2,7 +2,7 @@
 
 use glenoid::can::result::Parameter;
 use glenoid::can::{BaseId, Message};
-use glenoid::identification::{Identified, PaperIteration, PaperSettings, Refusal, Solver, SolverSettings};
+use glenoid::identification::{Identified, PaperIteration, PaperSettings, Refusal, Solver, SolverSettings, verify};
 use glenoid::kinematics::CableLengths;
 use glenoid::rig::{CABLES, Parameters, Rig};
 use glenoid::scalar::Real;
@@ -33,6 +33,15 @@ fn lengths<T: Real>(lengths_mm: &[[f32; CABLES]]) -> Result<Vec<CableLengths<T>>
         })
     };
     lengths_mm.iter().enumerate().map(convert).collect()
+}
+
+/// δE in the paper's sense (Eq. 17, over the platform's edges) of the board's parameters over these lengths, mm.
+///
+/// # Errors
+/// The library's [`Refusal`], when a pose does not fit the parameters at all.
+pub fn deviation_mm(rig: &Rig<f64>, board: &[Parameter; 6], lengths_mm: &[[f32; CABLES]]) -> Result<f64, Refusal> {
+    let parameters = Parameters::from_array(board.map(|parameter| f64::from(parameter.value_mm)));
+    verify(rig, &parameters, &lengths(lengths_mm)?)
 }
 
 /// How far the board's parameters, as they came over CAN, are from the host's, mm: exactly 0 when the host's would

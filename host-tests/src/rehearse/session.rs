@@ -19,6 +19,9 @@ const PERIOD_MS: u32 = 10;
 const SPEED_SHARE: f64 = 0.5;
 /// Shortest movement between two poses, ms.
 const SHORTEST_MOVE_MS: u32 = 150;
+/// The arm is held still this long before a capture is tried, ms, and this long before it is tried again.
+const SETTLE_MS: u32 = 400;
+const RETRY_MS: u32 = 50;
 /// Longest wait for the answer to a command, ms.
 const ANSWER_LIMIT_MS: u32 = 2_000;
 /// Longest wait for the arm to count as still, ms.
@@ -208,10 +211,8 @@ impl<'a> Session<'a> {
             }
             let predicted_sigma_mm = self.inbox.poses.last().and_then(|report| report.sigma_mm);
             taken.push(Captured { pose, lengths_mm: [0.0; CABLES], predicted_sigma_mm });
-            stage.reached(taken.len() as u64);
-            if let Some(sigma) = predicted_sigma_mm {
-                stage.note(&format!("expected σ of the centre {sigma:.3} mm"));
-            }
+            let expected = predicted_sigma_mm.map(|sigma| format!("expected σ of the centre {sigma:.3} mm"));
+            stage.reached(taken.len() as u64, &expected.unwrap_or_default());
         }
         stage.done(&match refused {
             0 => format!("{count} captured"),
@@ -234,7 +235,7 @@ impl<'a> Session<'a> {
         for (index, captured) in (0u8..).zip(captured) {
             self.command(Opcode::ReadPose, run_id, held_out | u16::from(index))?;
             captured.lengths_mm = self.wait_for("raw pose", ANSWER_LIMIT_MS, |inbox| inbox.pose_mm(set, index))?;
-            stage.reached(u64::from(index) + 1);
+            stage.reached(u64::from(index) + 1, "");
         }
         stage.done("the lengths that the board used");
         Ok(())
@@ -271,6 +272,14 @@ impl<'a> Session<'a> {
             self.step()?;
         }
         self.at = pose;
+        self.hold(SETTLE_MS)
+    }
+
+    /// Holds the arm where it is.
+    fn hold(&mut self, ms: u32) -> Result<(), SessionError> {
+        for _ in 0..ms / PERIOD_MS {
+            self.step()?;
+        }
         Ok(())
     }
 
@@ -324,13 +333,11 @@ impl<'a> Session<'a> {
 
     /// Sends a command that needs a still arm, again and again until the board agrees that it is still.
     fn command_when_still(&mut self, opcode: Opcode, argument: u16) -> Result<Answer, SessionError> {
-        for _ in 0..STILL_LIMIT_MS / (5 * PERIOD_MS) {
+        for _ in 0..STILL_LIMIT_MS / RETRY_MS {
             match self.command(opcode, 0, argument) {
                 // An arm that is coming to rest may for a moment move one cable only.
                 Err(SessionError::Refused(_, Answer { code: Reason::ArmMoving | Reason::CableLoose, .. })) => {
-                    for _ in 0..5 {
-                        self.step()?;
-                    }
+                    self.hold(RETRY_MS)?;
                 }
                 result => return result,
             }
