@@ -32,7 +32,7 @@ use crate::packages::Consent;
 use crate::wearer::Wearer;
 use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, Rig};
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Builds and boots the board, rehearses a calibration on it and reports. Gives up as soon as `stop` is set.
 pub fn run(options: &Options, display: &Display, plots: &Path, stop: &'static AtomicBool) -> Report {
@@ -45,7 +45,7 @@ pub fn run(options: &Options, display: &Display, plots: &Path, stop: &'static At
         Err(reason) => Report::failed(options, &wearer.truth(), reason),
         Ok(mut board) => {
             let mut report = rehearse(&mut board, &mut wearer, &rig, options, display, plots);
-            if report.status == Status::Failed {
+            if report.status == Status::Failed && !stop.load(Ordering::Relaxed) {
                 report.reasons.extend(board.last_words().into_iter().map(|line| format!("board's log: {line}")));
             }
             report
@@ -60,7 +60,8 @@ fn boot(options: &Options, display: &Display, stop: &'static AtomicBool) -> Resu
     let toolchain = firmware::choose_toolchain(consent).map_err(|error| error.to_string())?;
     let stage = display.stage("building the firmware");
     let image = firmware::build_with(toolchain, Image::EMULATED).map_err(|error| error.to_string())?;
-    stage.done(&format!("{} with {toolchain:?}'s toolchain", image.display()));
+    let shown = image.strip_prefix(firmware::workspace()).unwrap_or(&image);
+    stage.done(&format!("{} by {toolchain:?}'s toolchain", shown.display()));
     let stage = display.stage("booting the board");
     let emulator = Emulator::start(&image, &emulator::Options::default()).map_err(|error| error.to_string())?;
     let board = EmulatedBoard::connect(emulator, stop).map_err(|error| error.to_string())?;

@@ -66,12 +66,13 @@ pub fn write(
 
 /// δE step by step.
 fn converging(convergence: &Convergence, conditions: &str) -> Chart {
-    let mut subtitle = conditions.to_string();
+    let mut subtitle =
+        format!("{conditions}\nroot mean square of what is left of the cable lengths (paper: of the platform's edges)");
     if convergence.paper.is_none() {
-        subtitle += "\nthe paper's iteration does not converge from the nominal centre";
+        subtitle += "\nthe paper's iteration from the nominal centre: some tetrahedron does not close";
     }
     let x = Axis::count("iteration").including(0.0);
-    let chart = Chart::new("Convergence of the identification", x, Axis::log10("deviation δE (mm)"))
+    let chart = Chart::new("Convergence of the identification", x, Axis::log10("deviation (mm)"))
         .subtitled(&subtitle)
         .with(Series::line("start-free solver, single precision as on the board", convergence.single.points()))
         .with(Series::line("start-free solver, double precision", convergence.double.points()));
