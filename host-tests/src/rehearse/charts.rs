@@ -1,6 +1,7 @@
 //! The plots at the end of a rehearsal.
 
 use super::options::Options;
+use super::replay::PaperRun;
 use super::session::{Captured, Transcript};
 use crate::plot::{self, Axis, Chart, Directions, PlotError, Series, Sphere};
 use glenoid::identification::{Identified, PaperSettings};
@@ -38,8 +39,8 @@ pub struct Convergence {
     pub single: Descent,
     /// The same in double precision.
     pub double: Descent,
-    /// The paper's iteration from the nominal centre; None when it does not converge.
-    pub paper: Option<Descent>,
+    /// The paper's iteration; None when it converges from nowhere near.
+    pub paper: Option<PaperRun>,
 }
 
 /// Writes all plots into `folder`; returns their files.
@@ -68,8 +69,9 @@ pub fn write(
 fn converging(convergence: &Convergence, conditions: &str) -> Chart {
     let mut subtitle =
         format!("{conditions}\nroot mean square of what is left of the cable lengths (paper: of the platform's edges)");
-    if convergence.paper.is_none() {
-        subtitle += "\nthe paper's iteration from the nominal centre: some tetrahedron does not close";
+    if convergence.paper.as_ref().is_none_or(|paper| paper.share > 0.0) {
+        subtitle +=
+            "\nfrom the nominal centre the paper's iteration does not converge: some tetrahedron does not close";
     }
     let x = Axis::count("iteration").including(0.0);
     let chart = Chart::new("Convergence of the identification", x, Axis::log10("deviation (mm)"))
@@ -77,7 +79,10 @@ fn converging(convergence: &Convergence, conditions: &str) -> Chart {
         .with(Series::line("start-free solver, single precision as on the board", convergence.single.points()))
         .with(Series::line("start-free solver, double precision", convergence.double.points()));
     let chart = match &convergence.paper {
-        Some(paper) => chart.with(Series::line("paper's iteration from the nominal centre", paper.points())),
+        Some(paper) => {
+            let label = format!("paper's iteration, start {:.1} mm off", paper.start_off_mm);
+            chart.with(Series::line(&label, Descent::of(&paper.identified).points()))
+        }
         None => chart,
     };
     chart.with_level("the paper's tolerance ε", PaperSettings::<f64>::default().tolerance_mm)

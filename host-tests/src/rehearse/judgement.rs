@@ -51,12 +51,8 @@ pub fn judge(
         reasons.push(format!("the board used a length that is {off} off what the encoders showed"));
     }
 
-    let paper = replay::identify_as_the_paper(rig, &lengths_mm).ok();
-    let convergence = Convergence {
-        single: Descent::of(&single),
-        double: Descent::of(&double),
-        paper: paper.as_ref().map(Descent::of),
-    };
+    let paper = replay::identify_as_the_paper(rig, &double.parameters, &lengths_mm).ok();
+    let convergence = Convergence { single: Descent::of(&single), double: Descent::of(&double), paper };
     let files = charts::write(transcript, &convergence, options, plots).map_err(|error| error.to_string())?;
     let deviation_mm = replay::deviation_mm(rig, &transcript.parameters, &lengths_mm).map_err(refuses)?;
     let hosts = HostsView {
