@@ -31,6 +31,14 @@ impl EmulatedBoard {
         Ok(Self { emulator, rig, can, clock: Instant::now(), stop })
     }
 
+    /// Waits until the board has logged a line with `text` in it, and gives that line.
+    ///
+    /// # Errors
+    /// [`EmulatorError`] when there is none within `limit`.
+    pub fn wait_for_log(&mut self, text: &str, limit: Duration) -> Result<String, EmulatorError> {
+        self.emulator.wait_for_log(text, limit)
+    }
+
     /// The end of the board's log, for a report on what went wrong.
     pub fn last_words(&self) -> Vec<String> {
         let log = self.emulator.log();
