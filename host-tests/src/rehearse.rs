@@ -64,9 +64,9 @@ fn boot(options: &Options, display: &Display, stop: &'static AtomicBool) -> Resu
     stage.done(&format!("{} by {toolchain:?}'s toolchain", shown.display()));
     let stage = display.stage("booting the board");
     let emulator = Emulator::start(&image, &emulator::Options::default()).map_err(|error| error.to_string())?;
-    let board = EmulatedBoard::connect(emulator, stop).map_err(|error| error.to_string())?;
+    let board = EmulatedBoard::connect(emulator).map_err(|error| error.to_string())?;
     stage.done("QEMU mps2-an386, Cortex-M4F");
-    Ok(board)
+    Ok(board.until(stop))
 }
 
 /// Rehearses a calibration on a bench and holds the result against the truth. Writes the plots into `plots`.

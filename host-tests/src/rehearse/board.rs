@@ -17,18 +17,24 @@ pub struct EmulatedBoard {
     can: SlcanClient,
     /// When the time that was asked for so far is over.
     clock: Instant,
-    stop: &'static AtomicBool,
+    stop: Option<&'static AtomicBool>,
 }
 
 impl EmulatedBoard {
-    /// Connects the rig link and opens the CAN channel. The board is given up as soon as `stop` is set.
+    /// Connects the rig link and opens the CAN channel.
     ///
     /// # Errors
     /// [`BenchError`] when a line cannot be reached.
-    pub fn connect(emulator: Emulator, stop: &'static AtomicBool) -> Result<Self, BenchError> {
+    pub fn connect(emulator: Emulator) -> Result<Self, BenchError> {
         let rig = emulator.connect_rig().map_err(|error: EmulatorError| BenchError(error.to_string()))?;
         let can = SlcanClient::open(emulator.can_address()).map_err(|error| BenchError(error.to_string()))?;
-        Ok(Self { emulator, rig, can, clock: Instant::now(), stop })
+        Ok(Self { emulator, rig, can, clock: Instant::now(), stop: None })
+    }
+
+    /// The same board, given up as soon as `stop` is set.
+    #[must_use]
+    pub fn until(self, stop: &'static AtomicBool) -> Self {
+        Self { stop: Some(stop), ..self }
     }
 
     /// Waits until the board has logged a line with `text` in it, and gives that line.
@@ -61,7 +67,7 @@ impl Bench for EmulatedBoard {
     }
 
     fn pass(&mut self, ms: u32) -> Result<Vec<Frame>, BenchError> {
-        if self.stop.load(Ordering::Relaxed) {
+        if self.stop.is_some_and(|stop| stop.load(Ordering::Relaxed)) {
             return Err(BenchError("interrupted".to_string()));
         }
         // The pace is kept against a clock that runs on, so that the work between two calls does not add up. A host
