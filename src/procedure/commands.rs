@@ -58,11 +58,13 @@ impl Procedure {
     fn start(&mut self, now_ms: u32, by_command_only: bool) -> Reply {
         // A count lost in an earlier run must not lock the device for ever; the new run begins from where the
         // encoders stand, and outliers, second set and error bar judge it like any other.
-        self.arm.forgive();
-        if let Err(NotReady { reason, cable }) = self.arm.ready(now_ms) {
+        let mut arm = self.arm;
+        arm.forgive();
+        if let Err(NotReady { reason, cable }) = arm.ready(now_ms) {
             return Reply::refused(reason, u16::from(cable));
         }
         if self.go(now_ms, Trigger::Start, State::Collecting) {
+            self.arm = arm;
             self.run = Run::new(self.run.id, by_command_only, now_ms);
             self.forget_poses();
             self.ending = None;
@@ -80,15 +82,15 @@ impl Procedure {
     }
 
     fn identify_by_command(&mut self, now_ms: u32) -> Reply {
-        if usize::from(self.poses.len()) < FEWEST_POSES {
-            return Reply::refused(Reason::TooFewPoses, u16::from(self.poses.len()));
+        if usize::from(self.poses.count()) < FEWEST_POSES {
+            return Reply::refused(Reason::TooFewPoses, u16::from(self.poses.count()));
         }
         self.identify(now_ms);
         Reply::FINE
     }
 
     fn verify_by_command(&mut self) -> Reply {
-        if self.held_out.len() == 0 {
+        if self.held_out.count() == 0 {
             return Reply::refused(Reason::TooFewPoses, 0);
         }
         self.judge();
@@ -136,6 +138,7 @@ impl Procedure {
         let work = Work::new(&self.rig);
         if self.go(now_ms, Trigger::Identify, State::Identifying(work)) {
             self.run.attempts = self.run.attempts.saturating_add(1);
+            self.run.attempted_poses = self.poses.count();
             self.run.detail = None;
         }
     }
@@ -166,8 +169,8 @@ impl Procedure {
             _ => Guidance::TightenCable,
         };
         let count = match set {
-            PoseSet::Identification => self.poses.len(),
-            PoseSet::HeldOut => self.held_out.len(),
+            PoseSet::Identification => self.poses.count(),
+            PoseSet::HeldOut => self.held_out.count(),
         };
         PoseNotice {
             set,

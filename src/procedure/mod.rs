@@ -37,6 +37,7 @@ pub mod encoders;
 pub mod forecast;
 pub mod guidance;
 pub mod limits;
+pub mod loose;
 pub mod outcome;
 mod progress;
 pub mod reason;
@@ -116,8 +117,9 @@ struct Run {
     /// 0 before the first run.
     id: u16,
     by_command_only: bool,
-    /// Solver runs so far.
+    /// Solver runs so far, and poses in the first set at the last of them.
     attempts: u8,
+    attempted_poses: u8,
     /// The arm has moved since the last automatic capture: when it rests, that is a new pose.
     moved: bool,
     /// Since when the time of the state runs, ms.
@@ -252,7 +254,8 @@ impl Procedure {
         if allowed {
             self.state = state;
             self.run.since_ms = now_ms;
-            self.run.moved = true;
+            // The pose in which the state begins was captured already, if it was to be captured.
+            self.run.moved = false;
         }
         allowed
     }
