@@ -2,6 +2,7 @@
 
 pub mod emulator;
 pub mod firmware;
+pub mod identify;
 pub mod literal;
 pub mod packages;
 pub mod plot;
