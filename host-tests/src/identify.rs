@@ -4,16 +4,17 @@
 //! column), the library's solver is run in the precision asked for ([`calculation`]), and the outcome is one [`report`]
 //! that is printed as JSON or as a [`summary`] with a remedy for every refusal.
 
-mod calculation;
+pub mod calculation;
 pub mod input_error;
 pub mod lengths_file;
-mod remedy;
+pub mod refusal;
+pub mod remedy;
 pub mod report;
 pub mod rig_file;
 pub mod selection;
-mod summary;
+pub mod summary;
 pub mod units;
-mod verification;
+pub mod verification;
 
 use glenoid::identification::DEFAULT_CAPACITY;
 use glenoid::rig::Rig;
@@ -22,9 +23,14 @@ use std::path::{Path, PathBuf};
 use self::calculation::Problem;
 use self::input_error::InputError;
 use self::lengths_file::LengthsFile;
-use self::report::{Method, Precision, Report, Start};
+use self::report::{Method, Precision, Report, Setting, Start};
 use self::rig_file::RigFile;
 use self::selection::RowsUsed;
+
+/// Without `--noise`, residuals up to this many times the noise expected of the rig are taken for noise of the cables:
+/// 0.35 mm for the shoulder, which uniform noise within ±0.6 mm gives. What is left of a rig file that is wrong by a
+/// centimetre, or of a strap that slips, is larger.
+const MOST_TIMES_EXPECTED_NOISE: f64 = 6.0;
 
 /// What is to be identified, and how.
 #[derive(Clone, Debug, PartialEq)]
@@ -65,19 +71,8 @@ pub fn run(request: &Request) -> Result<Finding, InputError> {
     let log = log(&request.lengths, &machine.rig)?;
     let second = request.verify.as_deref().map(|path| self::log(path, &machine.rig)).transpose()?;
     warnings.extend(unused(request));
-    let problem = Problem {
-        rig: &machine.rig,
-        log: &log,
-        rows: RowsUsed::of(log.rows().len(), DEFAULT_CAPACITY),
-        method: request.method,
-        start: start(request, &machine),
-        noise_mm: request.noise_mm,
-        second: second.as_ref(),
-    };
-    let report = match request.precision {
-        Precision::F32 => problem.solve::<f32>(),
-        Precision::F64 => problem.solve::<f64>(),
-    }?;
+    let setting = setting(request, &machine, log.rows().len());
+    let report = Problem { rig: &machine.rig, log: &log, setting, second: second.as_ref() }.solve()?;
     let summary = summary::of(&report, &log, second.as_ref());
     Ok(Finding { report, summary, warnings })
 }
@@ -111,6 +106,21 @@ fn log(path: &Path, rig: &Rig<f64>) -> Result<LengthsFile, InputError> {
     match (units::complaint_about_lengths(log.rows(), rig.base_mm()), log.rows().first()) {
         (Some(complaint), Some(row)) => Err(log.at(row.line, 0, complaint)),
         _ => Ok(log),
+    }
+}
+
+/// How to compute, for a log of so many rows.
+fn setting(request: &Request, machine: &RigFile, rows: usize) -> Setting {
+    let expected_noise_mm = machine.rig.length_noise_mm();
+    let full = request.method == Method::Full;
+    Setting {
+        rows_used: RowsUsed::of(rows, DEFAULT_CAPACITY),
+        method: request.method,
+        precision: request.precision,
+        start: (!full).then(|| start(request, machine)),
+        given_noise_mm: request.noise_mm.filter(|_| full),
+        expected_noise_mm,
+        noise_limit_mm: expected_noise_mm * MOST_TIMES_EXPECTED_NOISE,
     }
 }
 

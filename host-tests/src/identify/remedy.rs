@@ -1,18 +1,19 @@
 //! For every refusal: what was seen, and what to do about it, in words that need no knowledge of the method.
 
-use super::calculation::MOST_ESTIMATED_NOISE_MM;
 use super::lengths_file::LengthsFile;
-use super::report::{Method, RefusalDetail, Report};
-use super::summary::direction;
+use super::refusal::RefusalDetail;
+use super::report::{Method, Report};
+use super::summary::{counted, direction};
 
 /// What was seen, with its figures.
 pub fn seen(refusal: &RefusalDetail, log: &LengthsFile) -> String {
     let pose = |pose: usize| super::summary::pose(pose, log);
     match *refusal {
-        RefusalDetail::TooFewPoses { poses } => format!("{poses} in {}", log.file()),
+        RefusalDetail::TooFewPoses { poses } => format!("{} in {}", counted(poses.into(), "pose"), log.file()),
         RefusalDetail::BadLength { pose: at, cable, problem } => format!("{}, cable {cable}: {problem}", pose(at)),
         RefusalDetail::NotClosing { pose: at, end_point, iteration } => {
-            format!("{}, end-point P{end_point}, after {iteration} iterations", pose(at))
+            let steps = counted(iteration.into(), "iteration");
+            format!("{}, end-point P{end_point}, after {steps}", pose(at))
         }
         RefusalDetail::Singular | RefusalDetail::IterationCap => format!("in {}", log.file()),
         RefusalDetail::PlatformDoesNotClose { pose: at } => format!("{} is the first of them", pose(at)),
@@ -30,15 +31,16 @@ pub fn seen(refusal: &RefusalDetail, log: &LengthsFile) -> String {
 
 /// What to do.
 pub fn remedy(report: &Report, refusal: &RefusalDetail) -> String {
-    let other_method = match report.method {
+    let other_method = match report.setting.method {
         Method::Paper => " --method full needs no start and leaves out bad poses.",
         Method::Full => "",
     };
-    let noise = match report.noise_given {
-        true => "If the cables are noisier than --noise says, give the true figure.".to_owned(),
-        false => {
-            format!("If the noise of your cables is above {MOST_ESTIMATED_NOISE_MM} mm, say so with --noise.")
-        }
+    let noise = match report.setting.given_noise_mm {
+        Some(_) => "If the cables are noisier than --noise says, give the true figure.".to_owned(),
+        None => format!(
+            "If the noise of your cables is above {:.2} mm, say so with --noise.",
+            report.setting.noise_limit_mm
+        ),
     };
     match refusal {
         RefusalDetail::TooFewPoses { .. } => {

@@ -1,5 +1,6 @@
 //! What `cargo identify --json` prints: one object, its keys always the same and in the same order.
 
+use super::refusal::RefusalDetail;
 use super::selection::RowsUsed;
 use super::verification::Verification;
 use glenoid::identification::{Identified, Refusal};
@@ -63,6 +64,25 @@ pub struct WorstCentre {
     pub direction: [f64; 3],
 }
 
+/// How a result is computed: what was asked for, and what follows from it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Setting {
+    /// Rows of the log that are looked at.
+    pub rows_used: RowsUsed,
+    /// Which identification.
+    pub method: Method,
+    /// In which precision.
+    pub precision: Precision,
+    /// Where the paper's method begins. The full one has no start.
+    pub start: Option<Start>,
+    /// Noise of a cable length that was given, 1σ, mm; otherwise it is estimated from the residuals.
+    pub given_noise_mm: Option<f64>,
+    /// Noise that is expected of the rig, 1σ, mm.
+    pub expected_noise_mm: f64,
+    /// Residuals beyond this are not taken for noise unless it is given, mm.
+    pub noise_limit_mm: f64,
+}
+
 /// The outcome. What is not known is `null`, never a made-up number.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Report {
@@ -92,50 +112,23 @@ pub struct Report {
     pub worst_centre: Option<WorstCentre>,
     /// Noise of a cable length behind the error bar, 1σ, mm. The paper's method: of an edge of the platform.
     pub noise_mm: Option<f64>,
-    /// Was the noise given, rather than estimated from the residuals?
-    pub noise_given: bool,
-    /// Noise that is expected of the rig, 1σ, mm.
-    pub expected_noise_mm: f64,
     /// How far the poses are from turning about one common axis, degrees, root mean square.
     pub sway_deg: Option<f64>,
     /// Poses that the result stands on.
     pub poses_used: Option<usize>,
-    /// Rows of the log that were looked at.
-    pub rows_used: RowsUsed,
-    /// Which identification.
-    pub method: Method,
-    /// In which precision.
-    pub precision: Precision,
-    /// Where the paper's method began.
-    pub start: Option<Start>,
+    /// How it was computed.
+    #[serde(flatten)]
+    pub setting: Setting,
     /// What is known of the refusal.
     pub refusal: Option<RefusalDetail>,
     /// The result on a second log.
     pub verification: Option<Verification>,
 }
 
-/// A refusal with its figures. Poses are rows of the log from 0; directions are unit vectors in {B}.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-#[serde(tag = "kind", rename_all = "snake_case")]
-#[allow(missing_docs)] // the fields are those of `Refusal`, with angles in degrees
-pub enum RefusalDetail {
-    TooFewPoses { poses: u16 },
-    BadLength { pose: usize, cable: u8, problem: &'static str },
-    NotClosing { pose: usize, end_point: u8, iteration: u8 },
-    Singular,
-    IterationCap,
-    PlatformDoesNotClose { pose: usize },
-    OneAxis { axis: [f64; 3], sway_deg: f64 },
-    TooAlike { spread_deg: f64 },
-    Weak { direction: [f64; 3], sigma_mm: f64 },
-    TooManyOutliers { rejected: u16, poses: u16 },
-    NotABall { wander_mm: f64 },
-}
-
 impl Report {
     /// An identified centre.
-    pub fn accepted<T: Real>(found: &Identified<T>, rows: RowsUsed) -> Self {
-        let of_pose: Vec<usize> = rows.iter().collect();
+    pub fn accepted<T: Real>(found: &Identified<T>, setting: Setting) -> Self {
+        let of_pose: Vec<usize> = setting.rows_used.iter().collect();
         let mut rejected = Vec::new();
         for entry in &found.rejected {
             let pose = of_pose[usize::from(entry.pose)];
@@ -159,22 +152,22 @@ impl Report {
             noise_mm: Some(found.noise_mm.to_f64()),
             // The paper's method does not look.
             sway_deg: sway_deg.is_finite().then_some(sway_deg),
-            poses_used: Some(rows.count - found.rejected.len()),
-            ..Self::empty(found.iterations, rows)
+            poses_used: Some(setting.rows_used.count - found.rejected.len()),
+            ..Self::empty(found.iterations, setting)
         }
     }
 
     /// A refusal after so many iterations.
-    pub fn refused(refusal: &Refusal, iterations: u8, rows: RowsUsed) -> Self {
-        let row = |pose: u16| rows.iter().nth(usize::from(pose)).unwrap_or_default();
+    pub fn refused(refusal: &Refusal, iterations: u8, setting: Setting) -> Self {
+        let row = |pose: u16| setting.rows_used.iter().nth(usize::from(pose)).unwrap_or_default();
         Self {
             reason: Some(refusal.text()),
             refusal: Some(RefusalDetail::of(refusal, row)),
-            ..Self::empty(iterations, rows)
+            ..Self::empty(iterations, setting)
         }
     }
 
-    fn empty(iterations: u8, rows_used: RowsUsed) -> Self {
+    fn empty(iterations: u8, setting: Setting) -> Self {
         Self {
             status: Status::Refused,
             reason: None,
@@ -189,44 +182,11 @@ impl Report {
             weak_direction: None,
             worst_centre: None,
             noise_mm: None,
-            noise_given: false,
-            expected_noise_mm: 0.0,
             sway_deg: None,
             poses_used: None,
-            rows_used,
-            method: Method::Full,
-            precision: Precision::F64,
-            start: None,
+            setting,
             refusal: None,
             verification: None,
-        }
-    }
-}
-
-impl RefusalDetail {
-    /// The figures of a refusal; `row` turns a pose into its row of the log.
-    fn of(refusal: &Refusal, row: impl Fn(u16) -> usize) -> Self {
-        let degrees = |angle_rad: f32| f64::from(angle_rad).to_degrees();
-        match *refusal {
-            Refusal::TooFewPoses { poses } => Self::TooFewPoses { poses },
-            Refusal::BadLength { pose, cable, fault } => {
-                Self::BadLength { pose: row(pose), cable, problem: fault.text() }
-            }
-            Refusal::NotClosing { pose, end_point, iteration } => {
-                Self::NotClosing { pose: row(pose), end_point, iteration }
-            }
-            Refusal::Singular => Self::Singular,
-            Refusal::IterationCap => Self::IterationCap,
-            Refusal::PlatformDoesNotClose { pose } => Self::PlatformDoesNotClose { pose: row(pose) },
-            Refusal::OneAxis { axis, sway_rad } => {
-                Self::OneAxis { axis: axis.map(f64::from), sway_deg: degrees(sway_rad) }
-            }
-            Refusal::TooAlike { spread_rad } => Self::TooAlike { spread_deg: degrees(spread_rad) },
-            Refusal::Weak { direction, sigma_mm } => {
-                Self::Weak { direction: direction.map(f64::from), sigma_mm: sigma_mm.into() }
-            }
-            Refusal::TooManyOutliers { rejected, poses } => Self::TooManyOutliers { rejected, poses },
-            Refusal::NotABall { wander_mm } => Self::NotABall { wander_mm: wander_mm.into() },
         }
     }
 }

@@ -59,22 +59,25 @@ fn figures(text: &mut String, report: &Report, log: &LengthsFile) -> std::fmt::R
         line(text, "worst of centre", &worst)?;
     }
     if let Some(deviation) = report.deviation_mm {
-        let of = match report.method {
+        let of = match report.setting.method {
             Method::Full => "cable lengths",
             Method::Paper => "platform edges",
         };
-        let steps = report.iterations;
-        line(text, "deviation", &format!("{} mm root mean square of the {of}, {steps} iterations", small(deviation)))?;
+        let steps = counted(report.iterations.into(), "iteration");
+        line(text, "deviation", &format!("{} mm root mean square of the {of}, {steps}", small(deviation)))?;
     }
     let used = report.poses_used.unwrap_or_default();
     if let Some(noise) = report.noise_mm {
-        let source = match report.noise_given {
-            true => "as given".to_owned(),
-            false => format!("estimated, {} degrees of freedom", 3 * used as i64 - 6),
+        let source = match report.setting.given_noise_mm {
+            Some(_) => "as given".to_owned(),
+            None => format!("estimated, {} degrees of freedom", 3 * used as i64 - 6),
         };
         line(text, "noise", &format!("{} mm, {source}", small(noise)))?;
-        let expected = report.expected_noise_mm;
-        if report.method == Method::Full && !report.noise_given && noise > expected * SUSPICIOUS_NOISE {
+        let expected = report.setting.expected_noise_mm;
+        if report.setting.method == Method::Full
+            && report.setting.given_noise_mm.is_none()
+            && noise > expected * SUSPICIOUS_NOISE
+        {
             let note = format!(
                 "more than the {expected:.3} mm expected of this rig: the joint may wander, or the rig file be off; \
                  --noise {expected:.3} tests it"
@@ -82,7 +85,11 @@ fn figures(text: &mut String, report: &Report, log: &LengthsFile) -> std::fmt::R
             line(text, "", &note)?;
         }
     }
-    line(text, "poses", &format!("{used} used, {} left out", report.rows_used.count - used))?;
+    let left_out = match report.setting.rows_used.count - used {
+        0 => "none left out".to_owned(),
+        count => format!("{count} left out:"),
+    };
+    line(text, "poses", &format!("{used} used, {left_out}"))?;
     let mut rest = report.rejected.as_slice();
     while let Some(first) = rest.first() {
         let (same, others) = rest.split_at(rest.iter().take_while(|entry| entry.pose == first.pose).count());
@@ -104,11 +111,11 @@ fn suspects(entries: &[RejectedCable]) -> String {
 
 /// How it was computed, and from which rows.
 fn method(text: &mut String, report: &Report, log: &LengthsFile) -> std::fmt::Result {
-    let precision = match report.precision {
+    let precision = match report.setting.precision {
         Precision::F32 => "single precision",
         Precision::F64 => "double precision",
     };
-    match report.start {
+    match report.setting.start {
         None => line(text, "method", &format!("start-free, {precision}"))?,
         Some(start) => {
             let values = start.values_mm.map(|value| fixed(value, 2)).join(", ");
@@ -116,7 +123,7 @@ fn method(text: &mut String, report: &Report, log: &LengthsFile) -> std::fmt::Re
             line(text, "start", &format!("{values} ({})", start.from))?;
         }
     }
-    let rows = report.rows_used;
+    let rows = report.setting.rows_used;
     let at = |row: usize| log.rows().get(row).map_or(0, |row| row.line);
     let (first, last) = (at(rows.first), at(rows.last));
     if rows.is_partial() {
@@ -149,8 +156,29 @@ fn verified(found: &Verification, log: &LengthsFile) -> String {
     text
 }
 
+/// One entry: its name, and its value in lines of a readable width beside it.
 fn line(text: &mut String, name: &str, value: &str) -> std::fmt::Result {
-    writeln!(text, "  {name:16}{value}")
+    const WIDTH: usize = 92;
+    write!(text, "  {name:16}")?;
+    let mut column = 0;
+    for word in value.split(' ') {
+        let width = word.chars().count();
+        if column > 0 && column + 1 + width > WIDTH {
+            write!(text, "\n  {:16}", "")?;
+            column = 0;
+        } else if column > 0 {
+            text.push(' ');
+            column += 1;
+        }
+        text.push_str(word);
+        column += width;
+    }
+    writeln!(text)
+}
+
+/// A number of things.
+pub fn counted(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
 /// A length in mm; what would print as zero is told to be small.
