@@ -33,8 +33,8 @@ pub struct Options {
     pub can_port: Option<u16>,
     /// TCP port of the rig link; any free one if None.
     pub rig_port: Option<u16>,
-    /// TCP port for a debugger, which may change registers and memory.
-    pub debugger_port: Option<u16>,
+    /// Serve a debugger, which may change registers (see [`crate::debugger`]).
+    pub debugger: bool,
     /// Repeat each line of the log on the error output.
     pub show_log: bool,
 }
@@ -55,6 +55,8 @@ pub enum EmulatorError {
     },
     /// The log did not show this text in time.
     Silent(String),
+    /// It should have ended, and runs on.
+    StillRunning,
     /// A serial line could not be reached.
     Connect(io::Error),
 }
@@ -66,6 +68,7 @@ impl fmt::Display for EmulatorError {
             Self::Start(error) => write!(f, "`{PROGRAM}` could not be started: {error}"),
             Self::Ended { status, complaint } => write!(f, "the emulator ended ({status}): {complaint}"),
             Self::Silent(text) => write!(f, "the board did not log \"{text}\" in time"),
+            Self::StillRunning => write!(f, "the emulator did not end in time"),
             Self::Connect(error) => write!(f, "a serial line of the board could not be reached: {error}"),
         }
     }
@@ -90,6 +93,7 @@ pub struct Emulator {
     child: Child,
     can: SocketAddr,
     rig: SocketAddr,
+    debugger: Option<SocketAddr>,
     log: Arc<Log>,
     readers: Vec<JoinHandle<()>>,
 }
@@ -120,10 +124,12 @@ impl Emulator {
         command.args(["-M", "mps2-an386", "-display", "none", "-monitor", "none"]);
         command.args(["-semihosting-config", "enable=on,target=native"]);
         for line in [can, rig] {
-            command.arg("-serial").arg(format!("tcp:{line},server,nowait"));
+            // the UART sends single bytes; without "nodelay" each answer would wait 40 ms for the client's acknowledgement
+            command.arg("-serial").arg(format!("tcp:{line},server=on,wait=off,nodelay=on"));
         }
-        if let Some(port) = options.debugger_port {
-            command.arg("-gdb").arg(format!("tcp:127.0.0.1:{port}"));
+        let debugger = options.debugger.then(|| local_address(None)).transpose().map_err(EmulatorError::Start)?;
+        if let Some(address) = debugger {
+            command.arg("-gdb").arg(format!("tcp:{address}"));
         }
         command.arg("-kernel").arg(image);
         let mut child = command
@@ -138,7 +144,7 @@ impl Emulator {
             child.stderr.take().map(|err: ChildStderr| follow(err, Arc::clone(&log), options.show_log)),
         ];
         let readers = readers.into_iter().flatten().collect();
-        let mut emulator = Self { child, can, rig, log, readers };
+        let mut emulator = Self { child, can, rig, debugger, log, readers };
         emulator.wait_for_log(READY, BOOT_LIMIT)?;
         Ok(emulator)
     }
@@ -151,6 +157,11 @@ impl Emulator {
     /// Where the rig connects.
     pub fn rig_address(&self) -> SocketAddr {
         self.rig
+    }
+
+    /// Where a debugger connects, if the board serves one.
+    pub fn debugger_address(&self) -> Option<SocketAddr> {
+        self.debugger
     }
 
     /// The rig link, connected.
@@ -189,6 +200,24 @@ impl Emulator {
             if Instant::now() >= deadline {
                 return Err(EmulatorError::Silent(text.to_owned()));
             }
+        }
+    }
+
+    /// Waits until the emulator ends.
+    ///
+    /// # Errors
+    /// [`EmulatorError::StillRunning`] after `limit`.
+    pub fn wait_for_end(&mut self, limit: Duration) -> Result<ExitStatus, EmulatorError> {
+        let deadline = Instant::now() + limit;
+        loop {
+            if let Some(status) = self.exit_status() {
+                self.finish_reading();
+                return Ok(status);
+            }
+            if Instant::now() >= deadline {
+                return Err(EmulatorError::StillRunning);
+            }
+            thread::sleep(Duration::from_millis(5));
         }
     }
 

@@ -1,1 +1,267 @@
-//! The calibration procedure: a state machine with time passed in.
+//! The calibration procedure: from the wish to calibrate to an accepted centre, with a person at the arm.
+//!
+//! ```text
+//! Idle        --Start-->        Collecting
+//! Idle        --Abort-->        Idle
+//! Idle        --Acknowledge-->  Idle
+//! Collecting  --Identify-->     Identifying
+//! Collecting  --Timeout-->      Failed
+//! Collecting  --CountLost-->    Failed
+//! Collecting  --Abort-->        Idle
+//! Identifying --Found-->        Verifying
+//! Identifying --WantsMore-->    Collecting
+//! Identifying --GaveUp-->       Failed
+//! Identifying --Abort-->        Idle
+//! Verifying   --Verified-->     Review
+//! Verifying   --Contradicted--> Failed
+//! Verifying   --Timeout-->      Failed
+//! Verifying   --CountLost-->    Failed
+//! Verifying   --Abort-->        Idle
+//! Review      --Accept-->       Idle
+//! Review      --Reject-->       Idle
+//! Review      --Abort-->        Idle
+//! Review      --Acknowledge-->  Review
+//! Review      --Timeout-->      Failed
+//! Failed      --Acknowledge-->  Idle
+//! Failed      --Abort-->        Idle
+//! ```
+//!
+//! These are all transitions; [`transition::next`] is the table that the code goes by, and a test holds it against
+//! this picture. The live centre changes in one of them only, Accept. Time is passed in as milliseconds that may wrap.
+//! Every state's time is watched here and nowhere else.
+
+pub mod arm;
+pub mod captured;
+mod commands;
+pub mod encoders;
+pub mod forecast;
+pub mod guidance;
+pub mod limits;
+pub mod outcome;
+mod progress;
+pub mod reason;
+pub mod solve;
+pub mod state;
+pub mod stillness;
+mod ticks;
+pub mod transition;
+
+pub use commands::Reply;
+pub use guidance::Guidance;
+pub use limits::{Limits, LimitsError, Settings};
+pub use outcome::{Candidate, Ending, PoseNotice, Verification};
+pub use reason::{Band, Reason};
+pub use state::{Command, PoseSet, StateName};
+pub use transition::Trigger;
+
+use crate::identification::Identified;
+use crate::kinematics::CableLengths;
+use crate::kinematics::octahedron::Octahedron;
+use crate::rig::{CABLES, Rig};
+use arm::{Arm, NotReady};
+use captured::Captured;
+use encoders::EncoderFault;
+use forecast::Forecast;
+use guidance::Spread;
+use solve::{Detail, Work};
+
+/// Poses that the first set has room for.
+pub const CAPACITY: usize = crate::identification::DEFAULT_CAPACITY;
+/// Poses that the second set has room for.
+pub const HELD_OUT_CAPACITY: usize = 32;
+
+/// A state with its data.
+// Both large variants live in the one procedure of a device; there is no heap to box them on.
+#[allow(clippy::large_enum_variant)]
+#[derive(Debug, Clone)]
+enum State {
+    Idle,
+    Collecting,
+    Identifying(Work),
+    Verifying(Verifying),
+    Review(Candidate),
+    Failed,
+}
+
+impl State {
+    const fn name(&self) -> StateName {
+        match self {
+            Self::Idle => StateName::Idle,
+            Self::Collecting => StateName::Collecting,
+            Self::Identifying(_) => StateName::Identifying,
+            Self::Verifying(_) => StateName::Verifying,
+            Self::Review(_) => StateName::Review,
+            Self::Failed => StateName::Failed,
+        }
+    }
+}
+
+/// The second set is being captured, or (with `judging`) laid against the centre.
+#[derive(Debug, Clone)]
+struct Verifying {
+    identified: Identified<f32>,
+    judging: Option<Judging>,
+}
+
+/// One pose of the second set a tick is laid against the centre.
+#[derive(Debug, Clone, Copy)]
+struct Judging {
+    next: u8,
+    squares_mm2: f32,
+}
+
+/// What belongs to the run as a whole.
+#[derive(Debug, Clone, Copy)]
+struct Run {
+    /// 0 before the first run.
+    id: u16,
+    by_command_only: bool,
+    /// Solver runs so far.
+    attempts: u8,
+    /// The arm has moved since the last automatic capture: when it rests, that is a new pose.
+    moved: bool,
+    /// Since when the time of the state runs, ms.
+    since_ms: u32,
+    advice: Guidance,
+    /// Why the solver or the second set refused, last.
+    detail: Option<Detail>,
+    /// Why the last pose was refused, if it was.
+    refused_pose: Option<NotReady>,
+}
+
+/// The procedure, with the poses of the run and the centre in use.
+#[derive(Debug, Clone)]
+pub struct Procedure {
+    rig: Rig<f32>,
+    octahedron: Octahedron<f32>,
+    limits: Limits,
+    arm: Arm,
+    state: State,
+    run: Run,
+    poses: Captured<CAPACITY>,
+    held_out: Captured<HELD_OUT_CAPACITY>,
+    spread: Spread,
+    forecast: Forecast,
+    ending: Option<Ending>,
+    live: Option<Candidate>,
+}
+
+impl Procedure {
+    /// A procedure in the idle state, without a centre.
+    pub fn new(rig: Rig<f32>, limits: Limits) -> Self {
+        Self {
+            octahedron: Octahedron::new(&rig),
+            arm: Arm::new(&limits),
+            forecast: Forecast::new(&rig),
+            rig,
+            limits,
+            state: State::Idle,
+            run: Run::before_the_first(),
+            poses: Captured::new(),
+            held_out: Captured::new(),
+            spread: Spread::default(),
+            ending: None,
+            live: None,
+        }
+    }
+
+    /// Takes in one sample of the six counts. Every sample counts: silence is a fault.
+    pub fn sample(&mut self, now_ms: u32, counts: &[i32; CABLES]) {
+        self.arm.sample(now_ms, counts, self.rig.drum());
+        if self.arm.ready(now_ms).is_err() {
+            self.run.moved = true;
+        }
+    }
+
+    /// The state's name.
+    pub const fn state(&self) -> StateName {
+        self.state.name()
+    }
+
+    /// There is computing to do: the next tick should follow as soon as the board has time.
+    pub const fn is_busy(&self) -> bool {
+        matches!(self.state, State::Identifying(_) | State::Verifying(Verifying { judging: Some(_), .. }))
+    }
+
+    /// The run under way, or the last one; 0 before the first.
+    pub const fn run_id(&self) -> u16 {
+        self.run.id
+    }
+
+    /// Are poses captured by command only?
+    pub const fn by_command_only(&self) -> bool {
+        self.run.by_command_only
+    }
+
+    /// The centre in use.
+    pub const fn live(&self) -> Option<&Candidate> {
+        self.live.as_ref()
+    }
+
+    /// The new centre that waits for a decision.
+    pub const fn candidate(&self) -> Option<&Candidate> {
+        match &self.state {
+            State::Review(candidate) => Some(candidate),
+            _ => None,
+        }
+    }
+
+    /// The centre that the run has identified so far, verified or not.
+    pub const fn identified(&self) -> Option<&Identified<f32>> {
+        match &self.state {
+            State::Verifying(verifying) => Some(&verifying.identified),
+            State::Review(candidate) => Some(&candidate.identified),
+            _ => None,
+        }
+    }
+
+    /// How the last run ended; None while one is under way and before the first.
+    pub const fn ending(&self) -> Option<&Ending> {
+        self.ending.as_ref()
+    }
+
+    /// Why the solver refused the set, last; None when it did not.
+    pub const fn refusal(&self) -> Option<&Detail> {
+        self.run.detail.as_ref()
+    }
+
+    /// Lengths of the captured poses of a set. They stay until the next run starts, unless the run is aborted.
+    pub fn poses(&self, set: PoseSet) -> &[CableLengths<f32>] {
+        match set {
+            PoseSet::Identification => self.poses.lengths(),
+            PoseSet::HeldOut => self.held_out.lengths(),
+        }
+    }
+
+    /// What is wrong with the encoders now.
+    pub fn fault(&self, now_ms: u32) -> Option<EncoderFault> {
+        self.arm.fault(now_ms)
+    }
+
+    /// Is the arm held still, with believable encoders and every cable at rest?
+    ///
+    /// # Errors
+    /// What is in the way.
+    pub fn arm(&self, now_ms: u32) -> Result<(), NotReady> {
+        self.arm.ready(now_ms)
+    }
+
+    /// Changes the state, if the table has this transition; the only place where `state` is assigned.
+    fn go(&mut self, now_ms: u32, trigger: Trigger, state: State) -> bool {
+        let allowed = transition::next(self.state.name(), trigger) == Some(state.name());
+        if allowed {
+            self.state = state;
+            self.run.since_ms = now_ms;
+            self.run.moved = true;
+        }
+        allowed
+    }
+
+    /// Ends the run; the poses stay for read-out.
+    fn end(&mut self, now_ms: u32, trigger: Trigger, detail: Detail) {
+        let failed = transition::next(self.state(), trigger) == Some(StateName::Failed);
+        if self.go(now_ms, trigger, if failed { State::Failed } else { State::Idle }) {
+            self.ending = Some(Ending { run_id: self.run.id, detail });
+        }
+    }
+}

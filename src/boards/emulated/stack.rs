@@ -12,8 +12,9 @@ unsafe extern "C" {
     static _stack_end: u32;
 }
 
-/// The smallest guard that no frame of this firmware jumps over unseen; also the MPU's alignment.
-const GUARD_LEN: usize = 256;
+/// Length of the guard, and its alignment: the MPU asks for a power of two at a multiple of itself. A function with
+/// a larger frame could step over it unseen, so it is larger than any frame of this firmware.
+const GUARD_LEN: usize = 4096;
 
 /// What unused stack looks like.
 const PAINT: u32 = 0xA5A5_5A5A;
@@ -45,15 +46,15 @@ pub fn is_in_guard(address: usize) -> bool {
 pub fn protect(mpu: MPU) {
     const REGION_VALID: u32 = 1 << 4;
     const EXECUTE_NEVER: u32 = 1 << 28;
-    // 2^(7+1) = 256 bytes; the access permission bits stay 0: no access
-    const SIZE_256: u32 = 7 << 1;
+    // the field holds the power of two less one; the access permission bits stay 0: no access
+    const SIZE: u32 = (GUARD_LEN.trailing_zeros() - 1) << 1;
     const REGION_ENABLE: u32 = 1;
     const MPU_ENABLE: u32 = 1;
     const DEFAULT_MAP_ELSEWHERE: u32 = 1 << 2;
     // SAFETY: region 0 takes only the guard away, which no object of this program lies in.
     unsafe {
         mpu.rbar.write(guard_address() as u32 | REGION_VALID);
-        mpu.rasr.write(EXECUTE_NEVER | SIZE_256 | REGION_ENABLE);
+        mpu.rasr.write(EXECUTE_NEVER | SIZE | REGION_ENABLE);
         mpu.ctrl.write(MPU_ENABLE | DEFAULT_MAP_ELSEWHERE);
     }
     cortex_m::asm::dsb();

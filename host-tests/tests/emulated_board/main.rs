@@ -9,7 +9,9 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-use glenoid::can::Frame;
+use glenoid::can::{BaseId, Frame, Message, Opcode, Request};
+use host_tests::debugger::{Debugger, Register};
+use host_tests::elf::Elf;
 use host_tests::emulator::{self, Emulator, EmulatorError, Options};
 use host_tests::firmware::{self, Image};
 use host_tests::packages::Consent;
@@ -24,13 +26,15 @@ const REQUIRED_VARIABLE: &str = "GLENOID_REQUIRE_EMULATOR";
 
 type Test = fn(&Path) -> Result<(), Failed>;
 
-const TESTS: [(&str, Test); 6] = [
+const TESTS: [(&str, Test); 8] = [
     ("python_can_opens_the_channel", python_can_opens_the_channel),
     ("a_closed_channel_is_silent", a_closed_channel_is_silent),
     ("frames_go_both_ways", frames_go_both_ways),
     ("garbage_is_survived_and_counted", garbage_is_survived_and_counted),
     ("a_client_may_vanish_and_return", a_client_may_vanish_and_return),
     ("an_emulator_that_ends_is_told", an_emulator_that_ends_is_told),
+    ("a_stack_overflow_ends_the_board", a_stack_overflow_ends_the_board),
+    ("a_wild_jump_ends_the_board", a_wild_jump_ends_the_board),
 ];
 
 fn main() -> ExitCode {
@@ -111,20 +115,34 @@ fn a_closed_channel_is_silent(image: &Path) -> Result<(), Failed> {
     Ok(())
 }
 
+/// 500 commands, each with its own nonce, are answered one by one and in order; heartbeats come in between. Foreign
+/// frames are acknowledged by the adapter and answered by nobody.
 fn frames_go_both_ways(image: &Path) -> Result<(), Failed> {
     let board = boot(image)?;
     let mut client = SlcanClient::open(board.can_address())?;
     let opened = client.acknowledged();
-    for nonce in 0..100 {
-        client.send(&Frame::new(0x7FF, &[nonce])?)?;
-    }
-    let deadline = Instant::now() + PATIENCE;
     let mut heartbeats = 0;
-    while client.acknowledged() < opened + 100 || heartbeats < 10 {
-        heartbeats += u32::from(client.receive(Duration::from_millis(200))?.is_some());
-        assert!(Instant::now() < deadline, "{} of 100 acknowledged", client.acknowledged() - opened);
+    for nonce in 1..=500 {
+        client.send(&Frame::new(0x7FF, &[0xFF; 8])?)?;
+        let query = Request { opcode: Opcode::Query as u8, nonce, run_id: 0, argument: 0 };
+        client.send(&query.pack(BaseId::DEFAULT.command()))?;
+        loop {
+            let frame = client.receive(PATIENCE)?.ok_or("no answer")?;
+            match Message::unpack(&frame, BaseId::DEFAULT)? {
+                Message::Answer(answer) => {
+                    assert_eq!((answer.opcode, answer.nonce), (Opcode::Query as u8, nonce));
+                    break;
+                }
+                Message::Heartbeat(_) => heartbeats += 1,
+                _ => {}
+            }
+        }
     }
-    assert_eq!((client.acknowledged() - opened, client.refused()), (100, 0));
+    while heartbeats < 3 {
+        let frame = client.receive(PATIENCE)?.ok_or("no heartbeat")?;
+        heartbeats += u32::from(matches!(Message::unpack(&frame, BaseId::DEFAULT)?, Message::Heartbeat(_)));
+    }
+    assert_eq!((client.acknowledged() - opened, client.refused()), (1_000, 0));
     Ok(())
 }
 
@@ -166,4 +184,38 @@ fn an_emulator_that_ends_is_told(_: &Path) -> Result<(), Failed> {
         Err(EmulatorError::Ended { complaint, .. }) if complaint.contains("no such image") => Ok(()),
         other => Err(format!("{other:?}").into()),
     }
+}
+
+/// The board with registers changed while it ran; gives its last words once it has ended with a failure.
+fn last_words(image: &Path, changes: &[(Register, u32)]) -> Result<String, Failed> {
+    let mut board = Emulator::start(image, &Options { debugger: true, ..Options::default() })?;
+    let address = board.debugger_address().ok_or("the board serves no debugger")?;
+    let mut debugger = Debugger::halt(address)?;
+    for &(register, value) in changes {
+        debugger.set(register, value)?;
+    }
+    debugger.resume()?;
+    let status = board.wait_for_end(PATIENCE)?;
+    assert_eq!(status.code(), Some(1), "{:?}", board.log());
+    Ok(board.log().pop().unwrap_or_default())
+}
+
+/// The guard is the first whole 4 KiB above the static variables. With the stack pointer at its upper end, the next
+/// function that is called, be it `main` once more, has no room to put anything down.
+fn a_stack_overflow_ends_the_board(image: &Path) -> Result<(), Failed> {
+    let elf = Elf::read(image)?;
+    let guard_end = u32::try_from(elf.symbol("_stack_end")?)?.next_multiple_of(4096) + 4096;
+    // the lowest bit of a function's address says Thumb and is no part of the program counter
+    let main = u32::try_from(elf.symbol("main")?)? & !1;
+    let changes = [(Register::StackPointer, guard_end), (Register::ProgramCounter, main)];
+    let words = last_words(image, &changes)?;
+    assert!(words.starts_with("fault: stack overflow"), "{words}");
+    Ok(())
+}
+
+fn a_wild_jump_ends_the_board(image: &Path) -> Result<(), Failed> {
+    // the system region may never be executed (ARMv7-M ARM, B3.1)
+    let words = last_words(image, &[(Register::ProgramCounter, 0xE000_0000)])?;
+    assert!(words.starts_with("fault: CFSR 0x1,"), "{words}");
+    Ok(())
 }

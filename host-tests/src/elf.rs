@@ -1,0 +1,98 @@
+//! What a firmware image holds: sections and symbols of its ELF file.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, elf};
+
+/// Why an image cannot be read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum ElfError {
+    /// The file cannot be read.
+    Unreadable(PathBuf, String),
+    /// The file is no ELF file.
+    Malformed(PathBuf, String),
+    /// The image has no such symbol.
+    NoSymbol(String),
+}
+
+impl fmt::Display for ElfError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Unreadable(path, error) => write!(f, "{} cannot be read: {error}", path.display()),
+            Self::Malformed(path, error) => write!(f, "{} is no ELF file: {error}", path.display()),
+            Self::NoSymbol(name) => write!(f, "the image has no symbol {name}"),
+        }
+    }
+}
+
+impl std::error::Error for ElfError {}
+
+/// A section that takes memory on the board.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Section {
+    /// Its name, such as `.text`.
+    pub name: String,
+    /// Its address while the board runs.
+    pub address: u64,
+    /// Its size.
+    pub size_bytes: u64,
+    /// It is stored in flash (`.data` is, and is copied to RAM at power-up).
+    pub in_flash: bool,
+    /// It lies in RAM while the board runs.
+    pub in_ram: bool,
+}
+
+/// An image, read whole.
+#[derive(Debug)]
+pub struct Elf {
+    path: PathBuf,
+    bytes: Vec<u8>,
+}
+
+impl Elf {
+    /// Reads the file.
+    ///
+    /// # Errors
+    /// [`ElfError::Unreadable`].
+    pub fn read(path: &Path) -> Result<Self, ElfError> {
+        match std::fs::read(path) {
+            Ok(bytes) => Ok(Self { path: path.to_owned(), bytes }),
+            Err(error) => Err(ElfError::Unreadable(path.to_owned(), error.to_string())),
+        }
+    }
+
+    /// The sections that take memory on the board, in the order of the file, empty ones left out.
+    ///
+    /// # Errors
+    /// [`ElfError::Malformed`].
+    pub fn sections(&self) -> Result<Vec<Section>, ElfError> {
+        let file = self.parse()?;
+        let sections = file.sections().filter_map(|section| {
+            let SectionFlags::Elf { sh_flags } = section.flags() else { return None };
+            let takes_memory = sh_flags & u64::from(elf::SHF_ALLOC) != 0 && section.size() != 0;
+            takes_memory.then(|| Section {
+                name: section.name().unwrap_or("?").to_owned(),
+                address: section.address(),
+                size_bytes: section.size(),
+                in_flash: section.file_range().is_some(),
+                in_ram: sh_flags & u64::from(elf::SHF_WRITE) != 0,
+            })
+        });
+        Ok(sections.collect())
+    }
+
+    /// The value of a symbol: an address on the board.
+    ///
+    /// # Errors
+    /// [`ElfError::Malformed`], [`ElfError::NoSymbol`].
+    pub fn symbol(&self, name: &str) -> Result<u64, ElfError> {
+        let file = self.parse()?;
+        let symbol = file.symbol_by_name(name).ok_or_else(|| ElfError::NoSymbol(name.to_owned()))?;
+        Ok(symbol.address())
+    }
+
+    fn parse(&self) -> Result<object::File<'_>, ElfError> {
+        object::File::parse(&*self.bytes).map_err(|error| ElfError::Malformed(self.path.clone(), error.to_string()))
+    }
+}

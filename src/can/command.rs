@@ -1,0 +1,175 @@
+//! What a client asks of the device, and how a frame becomes a command or a reason why it is none.
+
+use super::frame::{Frame, MAX_DATA_LEN};
+use super::payload::{Field, Payload};
+use crate::procedure::{Command, PoseSet, Reason};
+
+const OPCODE: Field = Field::integer(0, 8);
+const RESERVED: Field = Field::integer(8, 8);
+const NONCE: Field = Field::integer(16, 16);
+const RUN_ID: Field = Field::integer(32, 16);
+const ARGUMENT: Field = Field::integer(48, 16);
+/// In the argument of [`Opcode::ReadPose`]: the second set is meant.
+const HELD_OUT: u16 = 0x100;
+
+/// The commands' numbers on the wire. Never renumbered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u8)]
+pub enum Opcode {
+    /// Start a run. Argument bit 0: poses are captured by command only.
+    Start = 1,
+    /// Take the pose in which the arm is now.
+    Capture = 2,
+    /// End the collecting and identify.
+    Identify = 3,
+    /// End the second collecting and verify.
+    Verify = 4,
+    /// Put the new centre into use. Must name the run.
+    Accept = 5,
+    /// Drop the new centre. Must name the run.
+    Reject = 6,
+    /// Drop the run and everything collected in it.
+    Abort = 7,
+    /// The report has been received. Must name the run.
+    Acknowledge = 8,
+    /// Send the six lengths of pose k. Argument: k, plus 256 for the second set. Must name the run.
+    ReadPose = 9,
+    /// Send everything that is known: versions, counters, live centre, the report of the run.
+    Query = 10,
+}
+
+impl Opcode {
+    /// All opcodes in order.
+    pub const ALL: [Opcode; 10] = [
+        Self::Start,
+        Self::Capture,
+        Self::Identify,
+        Self::Verify,
+        Self::Accept,
+        Self::Reject,
+        Self::Abort,
+        Self::Acknowledge,
+        Self::ReadPose,
+        Self::Query,
+    ];
+
+    /// The opcode with this number.
+    pub fn from_code(code: u8) -> Option<Self> {
+        Self::ALL.into_iter().find(|opcode| *opcode as u8 == code)
+    }
+
+    /// Must the command name the run that it is meant for? Then a late frame of an old client cannot decide on a run
+    /// that it has never seen.
+    const fn must_name_run(self) -> bool {
+        matches!(self, Self::Accept | Self::Reject | Self::Acknowledge | Self::ReadPose)
+    }
+
+    /// May the command name a run at all?
+    const fn may_name_run(self) -> bool {
+        !matches!(self, Self::Start | Self::Query)
+    }
+}
+
+/// A command frame, taken apart.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Request {
+    /// The opcode as it was sent, known or not: the answer repeats it.
+    pub opcode: u8,
+    /// Chosen by the client; the answer repeats it. 0 = no nonce.
+    pub nonce: u16,
+    /// The run that the command is meant for; 0 = whichever is under way.
+    pub run_id: u16,
+    /// Meaning depends on the opcode.
+    pub argument: u16,
+}
+
+/// What a well-formed request asks for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Order {
+    /// For the procedure.
+    Procedure(Command),
+    /// Send the lengths of one pose.
+    ReadPose {
+        /// Which set of poses.
+        set: PoseSet,
+        /// Index of the pose in it, from 0.
+        index: u8,
+    },
+    /// Send everything that is known.
+    Query,
+}
+
+impl Request {
+    /// The frame of this request, for clients and tests.
+    pub fn pack(&self, id: embedded_can::StandardId) -> Frame {
+        let payload = Payload::new()
+            .with(OPCODE, self.opcode)
+            .with(NONCE, self.nonce)
+            .with(RUN_ID, self.run_id)
+            .with(ARGUMENT, self.argument);
+        Frame::of_eight(id, payload.to_bytes())
+    }
+
+    /// Takes a command frame's bytes apart. Even what is no command yields what can be read of it, so that the answer
+    /// can repeat opcode and nonce.
+    ///
+    /// # Errors
+    /// The request as far as it could be read, with [`Reason::WrongLength`] or [`Reason::ReservedNotZero`].
+    pub fn unpack(data: &[u8]) -> Result<Self, (Self, Reason)> {
+        let mut bytes = [0; MAX_DATA_LEN];
+        for (target, source) in bytes.iter_mut().zip(data) {
+            *target = *source;
+        }
+        let payload = Payload::from_bytes(bytes);
+        let request = Self {
+            opcode: payload.get_u8(OPCODE),
+            nonce: payload.get_u16(NONCE),
+            run_id: payload.get_u16(RUN_ID),
+            argument: payload.get_u16(ARGUMENT),
+        };
+        if data.len() != MAX_DATA_LEN {
+            Err((request, Reason::WrongLength))
+        } else if payload.get(RESERVED) != 0 {
+            Err((request, Reason::ReservedNotZero))
+        } else {
+            Ok(request)
+        }
+    }
+
+    /// What the request asks for, given the run that is under way (or was last).
+    ///
+    /// # Errors
+    /// [`Reason::UnknownOpcode`], [`Reason::BadArgument`] (also: a run id where none belongs, or none where one must
+    /// stand), [`Reason::StaleRun`].
+    pub fn order(&self, current_run: u16) -> Result<Order, Reason> {
+        let opcode = Opcode::from_code(self.opcode).ok_or(Reason::UnknownOpcode)?;
+        if self.run_id == 0 && opcode.must_name_run() || self.run_id != 0 && !opcode.may_name_run() {
+            return Err(Reason::BadArgument);
+        }
+        if self.run_id != 0 && self.run_id != current_run {
+            return Err(Reason::StaleRun);
+        }
+        let order = match (opcode, self.argument) {
+            (Opcode::Start, 0) => Order::Procedure(Command::Start { by_command_only: false }),
+            (Opcode::Start, 1) => Order::Procedure(Command::Start { by_command_only: true }),
+            (Opcode::ReadPose, argument) if argument < 2 * HELD_OUT => Order::ReadPose {
+                set: if argument & HELD_OUT == 0 { PoseSet::Identification } else { PoseSet::HeldOut },
+                index: (argument & 0xFF) as u8,
+            },
+            (_, argument) if argument != 0 => return Err(Reason::BadArgument),
+            (Opcode::Capture, _) => Order::Procedure(Command::Capture),
+            (Opcode::Identify, _) => Order::Procedure(Command::Identify),
+            (Opcode::Verify, _) => Order::Procedure(Command::Verify),
+            (Opcode::Accept, _) => Order::Procedure(Command::Accept),
+            (Opcode::Reject, _) => Order::Procedure(Command::Reject),
+            (Opcode::Abort, _) => Order::Procedure(Command::Abort),
+            (Opcode::Acknowledge, _) => Order::Procedure(Command::Acknowledge),
+            (Opcode::Query, _) => Order::Query,
+            (Opcode::Start | Opcode::ReadPose, _) => return Err(Reason::BadArgument),
+        };
+        Ok(order)
+    }
+}

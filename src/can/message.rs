@@ -1,0 +1,181 @@
+//! All messages of `glenoid.dbc` that the device sends, and the identifiers.
+
+use super::frame::Frame;
+use super::payload::{PackError, Payload};
+use super::report::{LeftOut, OutcomeReport, PoseReport, RawLength};
+use super::result::{Axis, Parameter, Quality, VerificationReport, WeakDirection};
+use super::status::{Answer, Counters, Fault, Heartbeat, Versions};
+use embedded_can::StandardId;
+
+/// Number of this vocabulary, sent in [`Versions`]. It grows when a message changes its meaning.
+pub const PROTOCOL: u8 = 1;
+
+/// How many identifiers, from the base on, belong to the device.
+pub const BLOCK: u16 = 32;
+
+/// The first of the [`BLOCK`] identifiers that a device uses: a constant of the rig, a multiple of 32.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct BaseId(u16);
+
+impl BaseId {
+    /// The identifiers as they stand in `glenoid.dbc`.
+    pub const DEFAULT: Self = Self(0x300);
+
+    /// A base identifier, if it is a multiple of [`BLOCK`] within 11 bits.
+    pub const fn new(base: u16) -> Option<Self> {
+        if base.is_multiple_of(BLOCK) && base <= 0x7FF { Some(Self(base)) } else { None }
+    }
+
+    /// Identifier of the command frame, the only one that the device obeys.
+    pub const fn command(self) -> StandardId {
+        self.at(0)
+    }
+
+    /// Is this one of the device's own identifiers?
+    pub const fn owns(self, raw_id: u16) -> bool {
+        raw_id & !(BLOCK - 1) == self.0
+    }
+
+    /// The identifier at an offset; offsets wrap within the block.
+    pub(super) const fn at(self, offset: u8) -> StandardId {
+        match StandardId::new(self.0 | (offset as u16 & (BLOCK - 1))) {
+            Some(id) => id,
+            // not reached: the constructor keeps the whole block within 11 bits
+            None => StandardId::MAX,
+        }
+    }
+}
+
+/// Why a frame is none of the device's messages.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u8)]
+pub enum UnpackError {
+    /// The identifier is not one of the device's messages.
+    Foreign = 1,
+    /// A message of the device has 8 bytes.
+    WrongLength = 2,
+    /// A code in it is not assigned: the sender is of another version.
+    UnknownCode = 3,
+}
+
+impl core::fmt::Display for UnpackError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::Foreign => "not an identifier of this device",
+            Self::WrongLength => "not 8 bytes",
+            Self::UnknownCode => "a code that this version does not know",
+        })
+    }
+}
+
+impl core::error::Error for UnpackError {}
+
+/// A message from the device. The order is that of the identifiers, hence of the priorities on the bus.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[allow(missing_docs, reason = "each variant is named after its content, which is documented")]
+pub enum Message {
+    Answer(Answer),
+    Heartbeat(Heartbeat),
+    Fault(Fault),
+    Pose(PoseReport),
+    Outcome(OutcomeReport),
+    CandidateCentre(Parameter),
+    CandidateRadius(Parameter),
+    Quality(Quality),
+    Verification(VerificationReport),
+    WeakDirection(WeakDirection),
+    LeftOut(LeftOut),
+    Axis(Axis),
+    LiveCentre(Parameter),
+    LiveRadius(Parameter),
+    RawLength(RawLength),
+    Versions(Versions),
+    Counters(Counters),
+}
+
+impl Message {
+    /// Distance of the message's identifier from the base.
+    pub const fn offset(&self) -> u8 {
+        match self {
+            Self::Answer(_) => 1,
+            Self::Heartbeat(_) => 2,
+            Self::Fault(_) => 3,
+            Self::Pose(_) => 4,
+            Self::Outcome(_) => 5,
+            Self::CandidateCentre(_) => 6,
+            Self::CandidateRadius(_) => 7,
+            Self::Quality(_) => 8,
+            Self::Verification(_) => 9,
+            Self::WeakDirection(_) => 10,
+            Self::LeftOut(_) => 11,
+            Self::Axis(_) => 12,
+            Self::LiveCentre(_) => 13,
+            Self::LiveRadius(_) => 14,
+            Self::RawLength(_) => 15,
+            Self::Versions(_) => 16,
+            Self::Counters(_) => 17,
+        }
+    }
+
+    /// The frame of this message.
+    ///
+    /// # Errors
+    /// [`PackError::OutOfRange`] when a value is no number or does not fit its field.
+    pub fn pack(&self, base: BaseId) -> Result<Frame, PackError> {
+        let payload = match self {
+            Self::Answer(m) => m.pack(),
+            Self::Heartbeat(m) => m.pack(),
+            Self::Fault(m) => m.pack(),
+            Self::Pose(m) => m.pack()?,
+            Self::Outcome(m) => m.pack()?,
+            Self::CandidateCentre(m) | Self::CandidateRadius(m) | Self::LiveCentre(m) | Self::LiveRadius(m) => {
+                m.pack()?
+            }
+            Self::Quality(m) => m.pack()?,
+            Self::Verification(m) => m.pack()?,
+            Self::WeakDirection(m) => m.pack()?,
+            Self::LeftOut(m) => m.pack(),
+            Self::Axis(m) => m.pack()?,
+            Self::RawLength(m) => m.pack()?,
+            Self::Versions(m) => m.pack(),
+            Self::Counters(m) => m.pack(),
+        };
+        Ok(Frame::of_eight(base.at(self.offset()), payload.to_bytes()))
+    }
+
+    /// The message in a frame, for clients and tests.
+    ///
+    /// # Errors
+    /// [`UnpackError`] says why the frame is none.
+    pub fn unpack(frame: &Frame, base: BaseId) -> Result<Self, UnpackError> {
+        if !base.owns(frame.raw_id()) {
+            return Err(UnpackError::Foreign);
+        }
+        let bytes = <[u8; 8]>::try_from(frame.data()).map_err(|_| UnpackError::WrongLength)?;
+        let payload = Payload::from_bytes(bytes);
+        let message = match frame.raw_id() % BLOCK {
+            1 => Answer::unpack(payload).map(Self::Answer),
+            2 => Heartbeat::unpack(payload).map(Self::Heartbeat),
+            3 => Fault::unpack(payload).map(Self::Fault),
+            4 => PoseReport::unpack(payload).map(Self::Pose),
+            5 => OutcomeReport::unpack(payload).map(Self::Outcome),
+            6 => Some(Self::CandidateCentre(Parameter::unpack(payload))),
+            7 => Some(Self::CandidateRadius(Parameter::unpack(payload))),
+            8 => Some(Self::Quality(Quality::unpack(payload))),
+            9 => Some(Self::Verification(VerificationReport::unpack(payload))),
+            10 => Some(Self::WeakDirection(WeakDirection::unpack(payload))),
+            11 => Some(Self::LeftOut(LeftOut::unpack(payload))),
+            12 => Some(Self::Axis(Axis::unpack(payload))),
+            13 => Some(Self::LiveCentre(Parameter::unpack(payload))),
+            14 => Some(Self::LiveRadius(Parameter::unpack(payload))),
+            15 => Some(Self::RawLength(RawLength::unpack(payload))),
+            16 => Some(Self::Versions(Versions::unpack(payload))),
+            17 => Some(Self::Counters(Counters::unpack(payload))),
+            _ => return Err(UnpackError::Foreign),
+        };
+        message.ok_or(UnpackError::UnknownCode)
+    }
+}

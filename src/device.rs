@@ -1,1 +1,0 @@
-//! The whole board without hardware: events in, actions out.

@@ -1,0 +1,28 @@
+//! A short number that tells two rigs apart.
+
+use crate::rig::Rig;
+
+/// Fingerprint of a rig's constants: FNV-1a (32 bits) over the bits of its geometry and its drive.
+pub fn fingerprint(rig: &Rig<f32>) -> u32 {
+    let drum = rig.drum();
+    let geometry = rig.base_mm().iter().flat_map(|point| point.iter()).chain(rig.edges_mm());
+    let drive = drum.home_length_mm.iter().chain([&drum.radius_mm, &drum.counts_per_turn]);
+    geometry
+        .chain(drive)
+        .flat_map(|constant| constant.to_bits().to_le_bytes())
+        .fold(0x811C_9DC5, |hash, byte| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::fingerprint;
+    use crate::rig::Rig;
+
+    #[test]
+    fn rigs_are_told_apart() {
+        let of = |radius_mm| Rig::shoulder(radius_mm).map(|rig| fingerprint(&rig));
+        assert_eq!(of(150.0), of(150.0));
+        assert_ne!(of(150.0), of(150.001));
+        assert_ne!(of(150.0), Rig::wrist().map(|rig| fingerprint(&rig)));
+    }
+}

@@ -1,0 +1,98 @@
+//! The lamp: one rhythm a state. Told apart by rhythm, not by colour, so that everybody can read it.
+
+/// What the lamp shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum LampPattern {
+    /// Idle without a centre: one flash in four seconds.
+    Ready,
+    /// Idle with a centre in use: two flashes in four seconds.
+    InUse,
+    /// Collecting: on and off, half a second each.
+    Collecting,
+    /// The solver works: on and off, a quarter of a second each.
+    Working,
+    /// The second set: one long, one short.
+    Verifying,
+    /// Waits for the decision: on, with a wink a second.
+    Review,
+    /// The run failed: three flashes in two seconds.
+    Failed,
+    /// An encoder, a cable or the button is at fault: five flashes in four seconds.
+    Fault,
+    /// For a moment: the pose was taken. On, with two winks a second.
+    Captured,
+    /// For a moment: what was asked for was refused. Two short flashes a second.
+    Refused,
+    /// The button is held long enough for a long press: on.
+    LongPress,
+    /// The very long press has been recognised: flickers.
+    VeryLongPress,
+}
+
+impl LampPattern {
+    /// All patterns.
+    pub const ALL: [Self; 12] = [
+        Self::Ready,
+        Self::InUse,
+        Self::Collecting,
+        Self::Working,
+        Self::Verifying,
+        Self::Review,
+        Self::Failed,
+        Self::Fault,
+        Self::Captured,
+        Self::Refused,
+        Self::LongPress,
+        Self::VeryLongPress,
+    ];
+
+    /// Length of one beat of the rhythm, ms.
+    pub const BEAT_MS: u32 = 125;
+
+    /// The rhythm: bit k is the lamp in beat k of 32, four seconds in all; then it repeats.
+    pub const fn rhythm(self) -> u32 {
+        match self {
+            Self::Ready => 0b1,
+            Self::InUse => 0b101,
+            Self::Collecting => 0x0F0F_0F0F,
+            Self::Working => 0x3333_3333,
+            Self::Verifying => 0x0CFF_0CFF,
+            Self::Review => 0xFEFE_FEFE,
+            Self::Failed => 0x0015_0015,
+            Self::Fault => 0b1_0101_0101,
+            Self::Captured => 0x7777_7777,
+            Self::Refused => 0x1111_1111,
+            Self::LongPress => 0xFFFF_FFFF,
+            Self::VeryLongPress => 0x5555_5555,
+        }
+    }
+
+    /// Is the lamp on at this moment? `now_ms` is the board's clock.
+    pub const fn is_lit(self, now_ms: u32) -> bool {
+        self.rhythm() >> (now_ms / Self::BEAT_MS % 32) & 1 == 1
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::LampPattern;
+
+    /// A person sees when the lamp changes, not where a period begins.
+    #[test]
+    fn no_two_patterns_look_alike_from_any_beat_on() {
+        for (index, one) in LampPattern::ALL.iter().enumerate() {
+            for other in &LampPattern::ALL[index + 1..] {
+                for shift in 0..32 {
+                    assert_ne!(one.rhythm().rotate_left(shift), other.rhythm(), "{one:?} {other:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_rhythm_follows_the_clock() {
+        let lit = |ms: u32| LampPattern::InUse.is_lit(ms);
+        assert!(lit(0) && lit(124) && !lit(125) && lit(250) && !lit(375) && !lit(3_999) && lit(4_000));
+    }
+}

@@ -1,0 +1,223 @@
+//! The whole board without hardware: events in, actions out. The boards and the host tests drive this very type.
+//!
+//! A board calls [`Device::handle`] with
+//! * [`Event::Tick`] about every millisecond, and again as soon as it has time while [`Device::is_busy`];
+//! * [`Event::Counts`] with every sample of the six encoders, also when nothing moves: silence is a fault;
+//! * [`Event::Button`] with the contact's level at every change (bounces are welcome) or at every sample;
+//! * [`Event::Can`] with every frame received, [`Event::ReceiveOverrun`] when it lost some;
+//!
+//! and carries out the actions at once. One event never causes more than [`MOST_FRAMES`] frames.
+
+pub mod button;
+mod faults;
+mod fingerprint;
+pub mod lamp;
+mod presses;
+mod report;
+mod requests;
+mod status;
+
+pub use button::{Held, Press};
+pub use fingerprint::fingerprint;
+pub use lamp::LampPattern;
+
+use crate::can::command::Request;
+use crate::can::status::{Answer, Counters, Versions};
+use crate::can::{BaseId, Frame, Message};
+use crate::procedure::{Limits, PoseNotice, Procedure, Reason, StateName};
+use crate::rig::{CABLES, Rig};
+use button::Button;
+use faults::FaultWatch;
+use report::Reporter;
+use status::Pace;
+
+/// Most frames that one event causes.
+pub const MOST_FRAMES: usize = 6;
+
+/// What happens to the board.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Event {
+    /// Time has passed.
+    Tick,
+    /// A sample of the six encoder counts, extended to 32 bits.
+    Counts([i32; CABLES]),
+    /// The level of the button's contact.
+    Button {
+        /// It is pressed.
+        down: bool,
+    },
+    /// A frame came in, from whomever and for whomever.
+    Can(Frame),
+    /// The board could not keep up and lost this many frames.
+    ReceiveOverrun {
+        /// Frames lost; 1 when the board cannot tell.
+        lost: u16,
+    },
+}
+
+/// What the board shall do.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Action {
+    /// Send a frame.
+    Send(Frame),
+    /// Show a pattern on the lamp from now on.
+    Lamp(LampPattern),
+    /// Note something in the log.
+    Log(LogEntry),
+}
+
+/// What is worth noting in a log.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum LogEntry {
+    /// The procedure changed its state.
+    State {
+        /// The run.
+        run_id: u16,
+        /// The state before.
+        from: StateName,
+        /// The state now.
+        to: StateName,
+        /// Why the run stands where it stands.
+        reason: Reason,
+    },
+    /// A pose was captured or refused.
+    Pose(PoseNotice),
+    /// The button was pressed.
+    Press {
+        /// How.
+        press: Press,
+        /// What became of it.
+        reason: Reason,
+    },
+    /// A command came over CAN.
+    Command {
+        /// What was asked for.
+        request: Request,
+        /// What was answered.
+        reason: Reason,
+    },
+    /// A centre was identified.
+    Identified {
+        /// The run.
+        run_id: u16,
+        /// x, y, z, p1, p2, p3 as the bits of single-precision numbers in mm.
+        bits: [u32; 6],
+    },
+}
+
+/// What a device is made for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Config {
+    /// The machine.
+    pub rig: Rig<f32>,
+    /// The limits of a run.
+    pub limits: Limits,
+    /// The device's block of CAN identifiers.
+    pub base: BaseId,
+    /// Why the board last started, as it tells in its own numbers; 0 = not known.
+    pub reset_cause: u8,
+}
+
+impl Config {
+    /// Default limits and identifiers for a rig.
+    pub fn for_rig(rig: Rig<f32>) -> Self {
+        Self { limits: Limits::for_rig(&rig), rig, base: BaseId::DEFAULT, reset_cause: 0 }
+    }
+}
+
+/// The drive board's calibration, whole.
+#[derive(Debug, Clone)]
+pub struct Device {
+    base: BaseId,
+    versions: Versions,
+    counters: Counters,
+    procedure: Procedure,
+    button: Button,
+    reporter: Reporter,
+    pace: Pace,
+    encoder_fault: FaultWatch,
+    button_fault: FaultWatch,
+    overrun: FaultWatch,
+    unsendable: FaultWatch,
+    /// The last request, its answer and its time: a repeated frame is answered again and not obeyed again.
+    answered: Option<(Request, Answer, u32)>,
+}
+
+impl Device {
+    /// A device at power-up.
+    pub fn new(config: Config) -> Self {
+        Self {
+            base: config.base,
+            versions: status::versions(&config),
+            counters: Counters::default(),
+            procedure: Procedure::new(config.rig, config.limits),
+            button: Button::new(),
+            reporter: Reporter::at_power_up(),
+            pace: Pace::at_power_up(),
+            encoder_fault: FaultWatch::new(),
+            button_fault: FaultWatch::new(),
+            overrun: FaultWatch::new(),
+            unsendable: FaultWatch::new(),
+            answered: None,
+        }
+    }
+
+    /// Handles one event at the time `now_ms` (a clock in milliseconds that may wrap) and hands out what is to be
+    /// done. Bounded work: at most one slice of the solver, at most [`MOST_FRAMES`] frames.
+    pub fn handle(&mut self, now_ms: u32, event: Event, out: &mut impl FnMut(Action)) {
+        let before = self.procedure.state();
+        match event {
+            Event::Tick => self.tick(now_ms, out),
+            Event::Counts(counts) => self.procedure.sample(now_ms, &counts),
+            Event::Button { down } => self.button.level(now_ms, down),
+            Event::Can(frame) => self.receive(now_ms, &frame, out),
+            Event::ReceiveOverrun { lost } => {
+                self.counters.overruns = self.counters.overruns.saturating_add(lost);
+                self.overrun.happened(lost);
+            }
+        }
+        let after = self.procedure.state();
+        if before != after {
+            self.note_transition(now_ms, before, after, out);
+        }
+    }
+
+    /// There is computing to do: tick again as soon as there is time.
+    pub fn is_busy(&self) -> bool {
+        self.procedure.is_busy()
+    }
+
+    /// The calibration procedure, to look at.
+    pub fn procedure(&self) -> &Procedure {
+        &self.procedure
+    }
+
+    fn tick(&mut self, now_ms: u32, out: &mut impl FnMut(Action)) {
+        if let Some(notice) = self.procedure.tick(now_ms) {
+            self.note_pose(now_ms, &notice, out);
+        }
+        if let Some(press) = self.button.tick(now_ms) {
+            self.press(now_ms, press, out);
+        }
+        self.tell_faults(now_ms, out);
+        if self.pace.heartbeat_is_due(now_ms) {
+            self.send_heartbeat(now_ms, out);
+        }
+        self.send_report(now_ms, out);
+        self.show(now_ms, out);
+    }
+
+    /// Sends a message; a value that does not fit becomes a fault instead of a number.
+    fn send(&mut self, message: &Message, out: &mut impl FnMut(Action)) {
+        match message.pack(self.base) {
+            Ok(frame) => out(Action::Send(frame)),
+            Err(_) => {
+                self.counters.unsendable = self.counters.unsendable.saturating_add(1);
+                self.unsendable.happened(1);
+            }
+        }
+    }
+}

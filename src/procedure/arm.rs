@@ -1,0 +1,93 @@
+//! What the encoders tell about the arm: believable, still, and where.
+
+use super::encoders::{EncoderFault, Encoders};
+use super::limits::Limits;
+use super::reason::Reason;
+use super::stillness::{Stillness, Verdict};
+use crate::kinematics::CableLengths;
+use crate::rig::{CABLES, Drum};
+
+/// Why the arm is not in a pose that can be captured, and which cable is to blame (0: none).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct NotReady {
+    /// The reason.
+    pub reason: Reason,
+    /// Cable 1 to 6, 0 when none is meant.
+    pub cable: u8,
+}
+
+impl From<EncoderFault> for NotReady {
+    fn from(fault: EncoderFault) -> Self {
+        Self { reason: fault.reason, cable: fault.cable }
+    }
+}
+
+/// The watch over the arm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Arm {
+    encoders: Encoders,
+    stillness: Stillness,
+}
+
+impl Arm {
+    /// A watch that has seen nothing yet.
+    pub fn new(limits: &Limits) -> Self {
+        Self { encoders: Encoders::new(limits.encoders()), stillness: Stillness::new(limits.stillness()) }
+    }
+
+    /// Takes in one sample of the six counts.
+    pub fn sample(&mut self, now_ms: u32, counts: &[i32; CABLES], drum: &Drum<f32>) {
+        if self.encoders.sample(now_ms, counts, drum) {
+            self.stillness.sample(now_ms, counts);
+        } else {
+            self.stillness.restart();
+        }
+    }
+
+    /// What is wrong with the encoders now.
+    pub fn fault(&self, now_ms: u32) -> Option<EncoderFault> {
+        self.encoders.fault(now_ms)
+    }
+
+    /// The cable whose count is lost for good.
+    pub const fn lost(&self) -> Option<u8> {
+        self.encoders.lost()
+    }
+
+    /// A new run begins: a count lost in an earlier one is no longer held against the encoder.
+    pub fn forgive(&mut self) {
+        self.encoders.forgive();
+    }
+
+    /// Is the arm held still, with believable encoders and every cable at rest?
+    ///
+    /// # Errors
+    /// What is in the way.
+    pub fn ready(&self, now_ms: u32) -> Result<(), NotReady> {
+        if let Some(fault) = self.fault(now_ms) {
+            return Err(fault.into());
+        }
+        match self.stillness.verdict(now_ms) {
+            Verdict::Still => Ok(()),
+            Verdict::Moving => Err(NotReady { reason: Reason::ArmMoving, cable: 0 }),
+            Verdict::Loose(cable) => Err(NotReady { reason: Reason::CableLoose, cable }),
+        }
+    }
+
+    /// The lengths of the pose in which the arm is held, from the mean of the counts while it was still.
+    ///
+    /// # Errors
+    /// As for [`ready`](Self::ready), and [`Reason::LengthImpossible`].
+    pub fn pose(&self, now_ms: u32, drum: &Drum<f32>) -> Result<CableLengths<f32>, NotReady> {
+        self.ready(now_ms)?;
+        let (first, mean) = self.stillness.pose().ok_or(NotReady { reason: Reason::ArmMoving, cable: 0 })?;
+        let impossible = |cable| NotReady { reason: Reason::LengthImpossible, cable };
+        let at_first = CableLengths::from_counts(drum, &first).map_err(|error| impossible(error.cable))?;
+        let mut lengths_mm = *at_first.as_mm();
+        for (length_mm, counts) in lengths_mm.iter_mut().zip(mean) {
+            *length_mm += counts * drum.mm_per_count();
+        }
+        CableLengths::new(lengths_mm).map_err(|error| impossible(error.cable))
+    }
+}

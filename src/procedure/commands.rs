@@ -1,0 +1,211 @@
+//! What the procedure does when it is asked, and what it answers.
+
+use super::arm::NotReady;
+use super::forecast::Forecast;
+use super::outcome::PoseNotice;
+use super::reason::Reason;
+use super::solve::{Detail, Work};
+use super::state::{Command, PoseSet, StateName};
+use super::transition::{Trigger, allows};
+use super::{Guidance, Judging, Procedure, Run, State, Verifying};
+use crate::identification::paper::FEWEST_POSES;
+use crate::kinematics::octahedron::OctahedronError;
+
+/// The answer to a command.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Reply {
+    /// [`Reason::Fine`] when the command was obeyed.
+    pub reason: Reason,
+    /// Index of the captured pose, number of the cable that is meant, or code of the state; 0 otherwise.
+    pub detail: u16,
+    /// The pose, when one was captured or refused.
+    pub pose: Option<PoseNotice>,
+}
+
+impl Reply {
+    const FINE: Self = Self { reason: Reason::Fine, detail: 0, pose: None };
+
+    const fn refused(reason: Reason, detail: u16) -> Self {
+        Self { reason, detail, pose: None }
+    }
+}
+
+impl Procedure {
+    /// Obeys a command, or says why not. A command that is refused changes nothing.
+    pub fn command(&mut self, now_ms: u32, command: Command) -> Reply {
+        let state = self.state();
+        if !allows(state, command) {
+            let reason = match (command, state) {
+                (Command::Start { .. }, StateName::Failed) => Reason::AcknowledgeFirst,
+                (Command::Start { .. }, _) => Reason::AlreadyRunning,
+                _ => Reason::WrongState,
+            };
+            return Reply::refused(reason, u16::from(state.code()));
+        }
+        match command {
+            Command::Start { by_command_only } => self.start(now_ms, by_command_only),
+            Command::Capture => self.capture_by_command(now_ms),
+            Command::Identify => self.identify_by_command(now_ms),
+            Command::Verify => self.verify_by_command(),
+            Command::Accept => self.accept(now_ms),
+            Command::Reject => self.ended(now_ms, Trigger::Reject, Reason::Rejected),
+            Command::Abort => self.abort(now_ms),
+            Command::Acknowledge => self.acknowledge(now_ms),
+        }
+    }
+
+    fn start(&mut self, now_ms: u32, by_command_only: bool) -> Reply {
+        // A count lost in an earlier run must not lock the device for ever; the new run begins from where the
+        // encoders stand, and outliers, second set and error bar judge it like any other.
+        self.arm.forgive();
+        if let Err(NotReady { reason, cable }) = self.arm.ready(now_ms) {
+            return Reply::refused(reason, u16::from(cable));
+        }
+        if self.go(now_ms, Trigger::Start, State::Collecting) {
+            self.run = Run::new(self.run.id, by_command_only, now_ms);
+            self.forget_poses();
+            self.ending = None;
+        }
+        Reply::FINE
+    }
+
+    fn capture_by_command(&mut self, now_ms: u32) -> Reply {
+        let notice = self.take_pose(now_ms);
+        let detail = match notice.reason {
+            Reason::Fine => u16::from(notice.index),
+            _ => u16::from(notice.cable),
+        };
+        Reply { reason: notice.reason, detail, pose: Some(notice) }
+    }
+
+    fn identify_by_command(&mut self, now_ms: u32) -> Reply {
+        if usize::from(self.poses.len()) < FEWEST_POSES {
+            return Reply::refused(Reason::TooFewPoses, u16::from(self.poses.len()));
+        }
+        self.identify(now_ms);
+        Reply::FINE
+    }
+
+    fn verify_by_command(&mut self) -> Reply {
+        if self.held_out.len() == 0 {
+            return Reply::refused(Reason::TooFewPoses, 0);
+        }
+        self.judge();
+        Reply::FINE
+    }
+
+    fn accept(&mut self, now_ms: u32) -> Reply {
+        if let Some(candidate) = self.candidate().cloned() {
+            self.end(now_ms, Trigger::Accept, Detail::of(Reason::Accepted));
+            self.live = Some(candidate);
+        }
+        Reply::FINE
+    }
+
+    fn abort(&mut self, now_ms: u32) -> Reply {
+        // In the idle state there is nothing to abort: the end of the last run stays as it was reported.
+        if !matches!(self.state, State::Idle) {
+            self.end(now_ms, Trigger::Abort, Detail::of(Reason::Aborted));
+            self.forget_poses();
+        }
+        Reply::FINE
+    }
+
+    fn acknowledge(&mut self, now_ms: u32) -> Reply {
+        if matches!(self.state, State::Failed) {
+            self.go(now_ms, Trigger::Acknowledge, State::Idle);
+        }
+        Reply::FINE
+    }
+
+    fn ended(&mut self, now_ms: u32, trigger: Trigger, reason: Reason) -> Reply {
+        self.end(now_ms, trigger, Detail::of(reason));
+        Reply::FINE
+    }
+
+    fn forget_poses(&mut self) {
+        self.poses.clear();
+        self.held_out.clear();
+        self.spread = Default::default();
+        self.forecast = Forecast::new(&self.rig);
+    }
+
+    /// Hands the first set to the solver.
+    pub(super) fn identify(&mut self, now_ms: u32) {
+        let work = Work::new(&self.rig);
+        if self.go(now_ms, Trigger::Identify, State::Identifying(work)) {
+            self.run.attempts = self.run.attempts.saturating_add(1);
+            self.run.detail = None;
+        }
+    }
+
+    /// Begins to lay the second set against the centre.
+    pub(super) fn judge(&mut self) {
+        if let State::Verifying(Verifying { judging: judging @ None, .. }) = &mut self.state {
+            *judging = Some(Judging { next: 0, squares_mm2: 0.0 });
+        }
+    }
+
+    /// Captures the pose in which the arm is held, or says why not.
+    pub(super) fn take_pose(&mut self, now_ms: u32) -> PoseNotice {
+        let set = PoseSet::held_out_if(matches!(self.state, State::Verifying(_)));
+        let mut distance_rad = None;
+        let outcome = self.try_pose(now_ms, set, &mut distance_rad);
+        self.run.refused_pose = outcome.err();
+        let NotReady { reason, cable } = outcome.err().unwrap_or(NotReady { reason: Reason::Fine, cable: 0 });
+        let taken = outcome.is_ok();
+        if taken {
+            self.run.since_ms = now_ms;
+        }
+        let guidance = match reason {
+            Reason::Fine => self.run.advice,
+            Reason::PoseTooNear | Reason::ArmMoving => Guidance::MoveFurther,
+            Reason::PosesFull => Guidance::Nothing,
+            Reason::EncoderSilent | Reason::EncoderFrozen | Reason::EncoderJumped => Guidance::CheckEncoders,
+            _ => Guidance::TightenCable,
+        };
+        let count = match set {
+            PoseSet::Identification => self.poses.len(),
+            PoseSet::HeldOut => self.held_out.len(),
+        };
+        PoseNotice {
+            set,
+            index: if taken { count.saturating_sub(1) } else { count },
+            reason,
+            cable,
+            sigma_mm: self.forecast.sigma_mm(),
+            distance_rad,
+            guidance,
+        }
+    }
+
+    fn try_pose(&mut self, now_ms: u32, set: PoseSet, distance_rad: &mut Option<f32>) -> Result<(), NotReady> {
+        let lengths = self.arm.pose(now_ms, self.rig.drum())?;
+        let refused = |reason| NotReady { reason, cable: 0 };
+        let platform = self.octahedron.solve(&lengths).map_err(|error| match error {
+            OctahedronError::Length(error) => NotReady { reason: Reason::LengthImpossible, cable: error.cable },
+            OctahedronError::DoesNotClose => refused(Reason::PlatformDoesNotClose),
+        })?;
+        let rotation = &platform.rotation;
+        // A pose of the second set that repeats one of the first would verify nothing.
+        let distances = [self.poses.nearest_rad(rotation), self.held_out.nearest_rad(rotation)];
+        *distance_rad = distances.into_iter().flatten().reduce(f32::min);
+        if distance_rad.is_some_and(|distance| distance < self.limits.settings().nearest_pose_rad) {
+            return Err(refused(Reason::PoseTooNear));
+        }
+        match set {
+            PoseSet::Identification => {
+                self.poses.push(lengths, rotation).map_err(|_| refused(Reason::PosesFull))?;
+                self.spread.add(rotation);
+                self.forecast.add(&lengths, &platform);
+                self.run.advice = self.spread.advice();
+            }
+            PoseSet::HeldOut => {
+                self.held_out.push(lengths, rotation).map_err(|_| refused(Reason::PosesFull))?;
+                self.run.advice = Guidance::MoveOn;
+            }
+        }
+        Ok(())
+    }
+}

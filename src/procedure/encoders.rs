@@ -1,0 +1,155 @@
+//! Are the encoders believable? Silent, frozen and jumping ones are told by name of the cable.
+
+use super::reason::Reason;
+use crate::rig::{CABLES, Drum};
+
+/// How far the count of an encoder at rest may dither, counts: it may stand on an edge.
+pub const DITHER_COUNTS: u32 = 1;
+
+/// When an encoder is no longer believed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct EncoderLimits {
+    /// No sample for this long: silent, ms.
+    pub silence_ms: u32,
+    /// How late a sample may reach the device, ms.
+    pub jitter_ms: u32,
+    /// A cable that has rested (within [`DITHER_COUNTS`]) while three others moved this far is frozen, counts.
+    pub frozen_counts: u32,
+    /// So many samples in a row at a new place after a jump, and the count is lost; fewer were a glitch.
+    pub lost_after_samples: u8,
+}
+
+/// What is wrong now.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct EncoderFault {
+    /// [`Reason::EncoderSilent`], [`Reason::EncoderFrozen`] or [`Reason::EncoderJumped`].
+    pub reason: Reason,
+    /// Cable 1 to 6, 0 when all are meant.
+    pub cable: u8,
+}
+
+/// The watch over the six encoders.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Encoders {
+    limits: EncoderLimits,
+    last: Option<Sample>,
+    /// Samples that are not believed, and since when they stand elsewhere.
+    suspect: Option<Suspect>,
+    lost: Option<u8>,
+    frozen: Option<u8>,
+    /// Lowest and highest counts since the last time that every encoder had moved.
+    low: [i32; CABLES],
+    high: [i32; CABLES],
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Sample {
+    at_ms: u32,
+    counts: [i32; CABLES],
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Suspect {
+    last: Sample,
+    samples: u8,
+    cable: u8,
+}
+
+impl Encoders {
+    /// A watch that has seen nothing yet.
+    pub const fn new(limits: EncoderLimits) -> Self {
+        Self { limits, last: None, suspect: None, lost: None, frozen: None, low: [0; CABLES], high: [0; CABLES] }
+    }
+
+    /// Takes in one sample. True when it is believed.
+    pub fn sample(&mut self, now_ms: u32, counts: &[i32; CABLES], drum: &Drum<f32>) -> bool {
+        let sample = Sample { at_ms: now_ms, counts: *counts };
+        let Some(last) = self.last else {
+            self.believe(sample);
+            (self.low, self.high) = (*counts, *counts);
+            return true;
+        };
+        let Err(jump) = drum.check_jump(&last.counts, counts, self.elapsed(last.at_ms, now_ms)) else {
+            self.believe(sample);
+            self.watch_frozen(counts);
+            return true;
+        };
+        let samples = match self.suspect {
+            // still where the jump went: one more witness
+            Some(s) if drum.check_jump(&s.last.counts, counts, self.elapsed(s.last.at_ms, now_ms)).is_ok() => {
+                s.samples.saturating_add(1)
+            }
+            _ => 1,
+        };
+        self.suspect = Some(Suspect { last: sample, samples, cable: jump.cable });
+        if samples >= self.limits.lost_after_samples {
+            self.lost = Some(jump.cable);
+            self.believe(sample);
+            (self.low, self.high) = (*counts, *counts);
+        }
+        false
+    }
+
+    /// What is wrong at this moment; the gravest first.
+    pub fn fault(&self, now_ms: u32) -> Option<EncoderFault> {
+        let silent = match self.last {
+            Some(last) => {
+                let newest_ms = self.suspect.map_or(last.at_ms, |suspect| suspect.last.at_ms);
+                now_ms.wrapping_sub(newest_ms) > self.limits.silence_ms
+            }
+            None => true,
+        };
+        let fault = |reason, cable| Some(EncoderFault { reason, cable });
+        if silent {
+            fault(Reason::EncoderSilent, 0)
+        } else if let Some(cable) = self.lost.or(self.suspect.map(|suspect| suspect.cable)) {
+            fault(Reason::EncoderJumped, cable)
+        } else if let Some(cable) = self.frozen {
+            fault(Reason::EncoderFrozen, cable)
+        } else {
+            None
+        }
+    }
+
+    /// The cable whose count is lost: it jumped and stayed where it jumped to.
+    pub const fn lost(&self) -> Option<u8> {
+        self.lost
+    }
+
+    /// A new run begins from where the encoders stand now.
+    pub fn forgive(&mut self) {
+        self.lost = None;
+    }
+
+    /// The time in which a cable may have moved. A long pause between two samples does not make a long jump
+    /// believable, and samples that arrive together were not taken together.
+    fn elapsed(&self, from_ms: u32, to_ms: u32) -> u32 {
+        to_ms.wrapping_sub(from_ms).min(self.limits.silence_ms).saturating_add(self.limits.jitter_ms)
+    }
+
+    fn believe(&mut self, sample: Sample) {
+        self.last = Some(sample);
+        self.suspect = None;
+    }
+
+    fn watch_frozen(&mut self, counts: &[i32; CABLES]) {
+        for ((low, high), count) in self.low.iter_mut().zip(&mut self.high).zip(counts) {
+            *low = (*low).min(*count);
+            *high = (*high).max(*count);
+        }
+        let spread = || self.high.iter().zip(&self.low).map(|(high, low)| high.abs_diff(*low));
+        match spread().position(|spread| spread <= DITHER_COUNTS) {
+            None => {
+                self.frozen = None;
+                (self.low, self.high) = (*counts, *counts);
+            }
+            Some(index) => {
+                if spread().filter(|spread| *spread >= self.limits.frozen_counts).count() >= 3 {
+                    self.frozen = Some(index as u8 + 1);
+                }
+            }
+        }
+    }
+}

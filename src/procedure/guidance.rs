@@ -1,0 +1,147 @@
+//! What the person at the arm should do next, in words that need no mathematics.
+
+use nalgebra::{Matrix3, Vector3};
+
+/// The advice. The numbers go over CAN and are never renumbered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u8)]
+pub enum Guidance {
+    /// Nothing is to be done.
+    Nothing = 0,
+    /// Go on to another pose and hold it.
+    MoveOn = 1,
+    /// Move further away from the poses so far.
+    MoveFurther = 2,
+    /// Tilt the arm more.
+    TiltMore = 3,
+    /// Turn the arm about its own length.
+    TurnAboutLength = 4,
+    /// Tilt the arm in another plane.
+    AnotherPlane = 5,
+    /// Tighten the cable that is named.
+    TightenCable = 6,
+    /// Check the encoders.
+    CheckEncoders = 7,
+    /// Wait: the device computes.
+    Wait = 8,
+    /// Decide: accept or reject.
+    Decide = 9,
+    /// See why the run ended, and acknowledge it.
+    Acknowledge = 10,
+}
+
+impl Guidance {
+    /// All advice, in the order of the numbers.
+    pub const ALL: [Self; 11] = [
+        Self::Nothing,
+        Self::MoveOn,
+        Self::MoveFurther,
+        Self::TiltMore,
+        Self::TurnAboutLength,
+        Self::AnotherPlane,
+        Self::TightenCable,
+        Self::CheckEncoders,
+        Self::Wait,
+        Self::Decide,
+        Self::Acknowledge,
+    ];
+
+    /// The number on the wire.
+    pub const fn code(self) -> u8 {
+        self as u8
+    }
+
+    /// The advice with this number.
+    pub fn from_code(code: u8) -> Option<Self> {
+        Self::ALL.into_iter().find(|advice| advice.code() == code)
+    }
+
+    /// The advice in words.
+    pub const fn text(self) -> &'static str {
+        match self {
+            Self::Nothing => "nothing to do",
+            Self::MoveOn => "move to another pose and hold it",
+            Self::MoveFurther => "move further before holding the arm",
+            Self::TiltMore => "tilt the arm more",
+            Self::TurnAboutLength => "turn the arm about its own length",
+            Self::AnotherPlane => "tilt the arm in another plane",
+            Self::TightenCable => "tighten the cable",
+            Self::CheckEncoders => "check the encoders",
+            Self::Wait => "wait",
+            Self::Decide => "accept or reject the new centre",
+            Self::Acknowledge => "see the reason, then acknowledge",
+        }
+    }
+}
+
+/// Standard deviation of the tilts, in the plane in which the arm was tilted most, below which more tilt helps most:
+/// 10 degrees, half of what random poses up to 45 degrees have. Rad.
+const TILT_RAD: f32 = 0.17;
+/// The same in the plane in which it was tilted least, rad.
+const OTHER_PLANE_RAD: f32 = 0.12;
+/// The same for turning about the arm's length, rad.
+const TORSION_RAD: f32 = 0.07;
+
+/// How widely the captured poses are spread over the three ways in which the arm can turn.
+///
+/// Each pose's rotation vector relative to the first pose, in {B}; sums of them and of their products. {B}'s z axis
+/// lies along the arm at home.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spread {
+    first: Option<Matrix3<f32>>,
+    poses: u16,
+    sum: Vector3<f32>,
+    products: Matrix3<f32>,
+}
+
+impl Default for Spread {
+    fn default() -> Self {
+        Self { first: None, poses: 0, sum: Vector3::zeros(), products: Matrix3::zeros() }
+    }
+}
+
+impl Spread {
+    /// Adds the rotation ({P} to {B}) of a captured pose.
+    pub fn add(&mut self, rotation: &Matrix3<f32>) {
+        let first = *self.first.get_or_insert(*rotation);
+        let vector = rotation_vector(&(rotation * first.transpose()));
+        self.sum += vector;
+        self.products += vector * vector.transpose();
+        self.poses = self.poses.saturating_add(1);
+    }
+
+    /// What would help most.
+    pub fn advice(&self) -> Guidance {
+        if self.poses == 0 {
+            return Guidance::MoveOn;
+        }
+        let share = 1.0 / f32::from(self.poses);
+        let mean = self.sum * share;
+        let covariance = self.products * share - mean * mean.transpose();
+        // Eigenvalues of the horizontal 2x2 block: variance of the tilt in its widest and its narrowest plane.
+        let (a, b, c) = (covariance.m11, covariance.m22, covariance.m12);
+        let middle = (a + b) * 0.5;
+        let radius = libm::sqrtf((a - b) * (a - b) * 0.25 + c * c);
+        let variance_below = |variance: f32, limit_rad: f32| variance < limit_rad * limit_rad;
+        if variance_below(middle + radius, TILT_RAD) {
+            Guidance::TiltMore
+        } else if variance_below(middle - radius, OTHER_PLANE_RAD) {
+            Guidance::AnotherPlane
+        } else if variance_below(covariance.m33, TORSION_RAD) {
+            Guidance::TurnAboutLength
+        } else {
+            Guidance::MoveOn
+        }
+    }
+}
+
+/// Axis times angle of a rotation, rad; the angle lies between 0 and π.
+fn rotation_vector(rotation: &Matrix3<f32>) -> Vector3<f32> {
+    let twice_sine_axis =
+        Vector3::new(rotation.m32 - rotation.m23, rotation.m13 - rotation.m31, rotation.m21 - rotation.m12);
+    let sine = twice_sine_axis.norm() * 0.5;
+    let cosine = (rotation.trace() - 1.0) * 0.5;
+    // Near 180 degrees the axis is lost in the antisymmetric part. No arm gets there; the vector is short then.
+    if sine < 1e-6 { twice_sine_axis * 0.5 } else { twice_sine_axis * (libm::atan2f(sine, cosine) / (2.0 * sine)) }
+}

@@ -1,0 +1,170 @@
+//! The limits that a run is held to, with their defaults and where those come from.
+
+use super::encoders::EncoderLimits;
+use super::stillness::StillnessLimits;
+use crate::identification::paper::FEWEST_POSES;
+use crate::rig::Rig;
+
+/// Every number that can be set about a run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Settings {
+    /// Largest peak-to-peak movement of a cable while the arm counts as still, mm.
+    pub still_band_mm: f32,
+    /// How long the arm must be held still, ms.
+    pub hold_ms: u32,
+    /// Fewest samples of the counts in that time.
+    pub fewest_samples: u16,
+    /// Without a sample for this long the encoders are silent, ms.
+    pub silence_ms: u32,
+    /// Samples may reach the device this late, ms: how much more a cable may seem to have moved in no time. The
+    /// sampling period on a board that samples by interrupt, the latency of the link on one that does not.
+    pub sample_jitter_ms: u32,
+    /// An encoder that rests while three other cables move this far is frozen, mm.
+    pub frozen_mm: f32,
+    /// So many samples at the new place after a jump, and the count is lost.
+    pub lost_after_samples: u8,
+    /// Smallest angle between two captured poses, rad.
+    pub nearest_pose_rad: f32,
+    /// Poses in the first set before it can be good enough.
+    pub enough_poses: u8,
+    /// Predicted σ of the centre in its worst direction at which the first set is good enough, mm.
+    pub target_sigma_mm: f32,
+    /// Poses in the second set.
+    pub verification_poses: u8,
+    /// Largest δE of the second set, mm.
+    pub verification_deviation_mm: f32,
+    /// Solver runs in one run of the procedure before it gives up.
+    pub most_attempts: u8,
+    /// Longest time without a new pose while collecting, ms.
+    pub collecting_timeout_ms: u32,
+    /// Longest time without a new pose while verifying, ms.
+    pub verifying_timeout_ms: u32,
+    /// Longest time for the decision, ms. A candidate that outlives its wearer must not be accepted by the next.
+    pub review_timeout_ms: u32,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            // Ten times the paper's noise, about twice the tremor of a supported arm; averaged over the window.
+            still_band_mm: 1.0,
+            hold_ms: 400,
+            fewest_samples: 8,
+            silence_ms: 500,
+            sample_jitter_ms: 20,
+            frozen_mm: 20.0,
+            lost_after_samples: 5,
+            nearest_pose_rad: 0.1,
+            enough_poses: 12,
+            target_sigma_mm: 0.05,
+            verification_poses: 5,
+            // Between the paper's 0.07 mm for a sound joint and the 4 mm of a centre that wanders by 2 mm.
+            verification_deviation_mm: 0.5,
+            most_attempts: 5,
+            collecting_timeout_ms: 120_000,
+            verifying_timeout_ms: 120_000,
+            review_timeout_ms: 300_000,
+        }
+    }
+}
+
+/// Which setting cannot be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u8)]
+pub enum LimitsError {
+    /// A length or an angle is not positive and finite.
+    NotPositive = 1,
+    /// Fewer than three poses never determine the centre.
+    TooFewPoses = 2,
+    /// Without a second set nothing is verified.
+    NoVerification = 3,
+    /// A count of attempts or samples is zero.
+    ZeroCount = 4,
+    /// A time is zero, or longer than half of the range of the clock (24 days).
+    BadTime = 5,
+}
+
+impl core::fmt::Display for LimitsError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::NotPositive => "a length or an angle is not positive and finite",
+            Self::TooFewPoses => "fewer than three poses never determine the centre",
+            Self::NoVerification => "without a second set nothing is verified",
+            Self::ZeroCount => "a count of attempts or samples is zero",
+            Self::BadTime => "a time is zero or longer than 24 days",
+        })
+    }
+}
+
+impl core::error::Error for LimitsError {}
+
+/// Settings that have been checked, for one rig.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Limits {
+    settings: Settings,
+    mm_per_count: f32,
+}
+
+impl Limits {
+    /// Checked limits for a rig.
+    ///
+    /// # Errors
+    /// [`LimitsError`] names the first kind of setting that cannot be.
+    pub fn new(rig: &Rig<f32>, settings: Settings) -> Result<Self, LimitsError> {
+        let s = &settings;
+        let sizes = [s.still_band_mm, s.frozen_mm, s.nearest_pose_rad, s.target_sigma_mm, s.verification_deviation_mm];
+        let times = [s.hold_ms, s.silence_ms, s.collecting_timeout_ms, s.verifying_timeout_ms, s.review_timeout_ms];
+        if !sizes.iter().all(|size| *size > 0.0 && size.is_finite()) {
+            Err(LimitsError::NotPositive)
+        } else if usize::from(s.enough_poses) < FEWEST_POSES {
+            Err(LimitsError::TooFewPoses)
+        } else if s.verification_poses == 0 {
+            Err(LimitsError::NoVerification)
+        } else if s.fewest_samples == 0 || s.lost_after_samples == 0 || s.most_attempts == 0 {
+            Err(LimitsError::ZeroCount)
+        } else if !times.iter().all(|time| (1..=u32::MAX / 2).contains(time)) || s.sample_jitter_ms > u32::MAX / 2 {
+            Err(LimitsError::BadTime)
+        } else {
+            Ok(Self { settings, mm_per_count: rig.drum().mm_per_count() })
+        }
+    }
+
+    /// The default limits for a rig.
+    pub fn for_rig(rig: &Rig<f32>) -> Self {
+        // The defaults pass the check; a test shows it.
+        Self { settings: Settings::default(), mm_per_count: rig.drum().mm_per_count() }
+    }
+
+    /// The settings.
+    pub const fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// What counts as still, in counts of the rig's drum.
+    pub fn stillness(&self) -> StillnessLimits {
+        StillnessLimits {
+            band_counts: self.counts(self.settings.still_band_mm),
+            hold_ms: self.settings.hold_ms,
+            fewest_samples: self.settings.fewest_samples,
+        }
+    }
+
+    /// When an encoder is not believed, in counts of the rig's drum.
+    pub fn encoders(&self) -> EncoderLimits {
+        EncoderLimits {
+            silence_ms: self.settings.silence_ms,
+            jitter_ms: self.settings.sample_jitter_ms,
+            frozen_counts: self.counts(self.settings.frozen_mm),
+            lost_after_samples: self.settings.lost_after_samples,
+        }
+    }
+
+    /// A distance along a cable in counts, rounded up.
+    fn counts(&self, distance_mm: f32) -> u32 {
+        // the cast saturates
+        libm::ceilf(distance_mm / self.mm_per_count) as u32
+    }
+}

@@ -1,0 +1,76 @@
+//! How far a run is, why it stands where it stands, and what the person at the arm should do: the heartbeat's content.
+
+use super::guidance::Guidance;
+use super::reason::Reason;
+use super::state::{PoseSet, StateName};
+use super::{Procedure, State, Verifying};
+
+impl Procedure {
+    /// Progress in percent: a half for the first set, up to 80 for the solver, up to 99 for the second set. 100 only
+    /// when the new centre is there and verified; 0 when there is no run or it failed.
+    pub fn progress_percent(&self) -> u8 {
+        let settings = self.limits.settings();
+        match &self.state {
+            State::Idle | State::Failed => 0,
+            State::Collecting => {
+                let counted = share(f32::from(self.poses.len()), f32::from(settings.enough_poses));
+                let sharpened = self.forecast.sigma_mm().map_or(0.0, |sigma| share(settings.target_sigma_mm, sigma));
+                // sharpness says nothing before there are poses enough to have any
+                (25.0 * counted + 25.0 * counted.min(sharpened)) as u8
+            }
+            State::Identifying(work) => 50 + (29.0 * work.share_done(self.poses.lengths().len())) as u8,
+            State::Verifying(Verifying { judging: None, .. }) => {
+                let counted = share(f32::from(self.held_out.len()), f32::from(settings.verification_poses));
+                80 + (15.0 * counted) as u8
+            }
+            State::Verifying(_) => 99,
+            State::Review(_) => 100,
+        }
+    }
+
+    /// Why the run stands where it stands, or what disturbs it now.
+    pub fn reason(&self, now_ms: u32) -> Reason {
+        let of_run = self.run.detail.map_or(Reason::Fine, |detail| detail.reason);
+        match self.state() {
+            StateName::Idle | StateName::Failed => self.ending.map_or(Reason::Fine, |ending| ending.detail.reason),
+            StateName::Identifying | StateName::Review => Reason::Fine,
+            StateName::Collecting | StateName::Verifying => match (self.fault(now_ms), self.run.refused_pose) {
+                (Some(fault), _) => fault.reason,
+                (None, Some(refused)) => refused.reason,
+                (None, None) => of_run,
+            },
+        }
+    }
+
+    /// What the person at the arm should do now.
+    pub fn guidance(&self, now_ms: u32) -> Guidance {
+        match self.state() {
+            StateName::Idle => Guidance::Nothing,
+            StateName::Identifying => Guidance::Wait,
+            StateName::Review => Guidance::Decide,
+            StateName::Failed => Guidance::Acknowledge,
+            StateName::Collecting | StateName::Verifying => match self.arm(now_ms).err().map(|not| not.reason) {
+                Some(Reason::CableLoose) => Guidance::TightenCable,
+                Some(Reason::EncoderSilent | Reason::EncoderFrozen | Reason::EncoderJumped) => Guidance::CheckEncoders,
+                _ if self.run.refused_pose.is_some_and(|refused| refused.reason == Reason::PoseTooNear) => {
+                    Guidance::MoveFurther
+                }
+                _ => self.run.advice,
+            },
+        }
+    }
+
+    /// Poses in the set that is being captured, or was last.
+    pub fn pose_count(&self) -> u8 {
+        match self.current_set() {
+            PoseSet::Identification => self.poses.len(),
+            PoseSet::HeldOut => self.held_out.len(),
+        }
+    }
+}
+
+/// Part of the whole, 0 to 1; 0 when that is no number.
+fn share(part: f32, whole: f32) -> f32 {
+    let share = part / whole;
+    if share > 0.0 { share.min(1.0) } else { 0.0 }
+}

@@ -1,0 +1,163 @@
+//! Reason codes: what the device says about a command, a pose, an encoder, a set of poses or the end of a run.
+//!
+//! The numbers are a contract with every client. They stand in bands of 16, are never renumbered, and a retired one
+//! is never used again. `glenoid.dbc` and `docs/reasons.md` carry the same table; a test holds the three together.
+
+/// The bands of codes, so that a client can react to a kind of reason that it does not know.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Band {
+    /// 0: nothing is wrong.
+    Fine,
+    /// 1-15: a command was not obeyed.
+    Command,
+    /// 16-31: a pose was not taken.
+    Pose,
+    /// 32-47: an encoder or its cable.
+    Encoder,
+    /// 48-79: the set of poses does not identify the centre.
+    Identification,
+    /// 80-95: the centre did not pass the second set of poses.
+    Verification,
+    /// 96-111: how a run ended by decision or by time.
+    Ending,
+    /// 112-127: the device itself.
+    Device,
+    /// 128-255: not assigned.
+    Unassigned,
+}
+
+impl Band {
+    /// The band that a code stands in.
+    pub const fn of(code: u8) -> Self {
+        match code {
+            0 => Self::Fine,
+            1..=15 => Self::Command,
+            16..=31 => Self::Pose,
+            32..=47 => Self::Encoder,
+            48..=79 => Self::Identification,
+            80..=95 => Self::Verification,
+            96..=111 => Self::Ending,
+            112..=127 => Self::Device,
+            128..=255 => Self::Unassigned,
+        }
+    }
+}
+
+/// Declares the enum, its list, its texts and its remedies from one table.
+macro_rules! reasons {
+    ($($(#[$doc:meta])* $name:ident = $code:literal, $text:literal, $remedy:literal;)+) => {
+        /// Why something was not done, or how a run ended. See the table in `docs/reasons.md`.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+        #[repr(u8)]
+        pub enum Reason {
+            $(#[doc = $text] $name = $code,)+
+        }
+
+        impl Reason {
+            /// Every reason, in the order of the codes.
+            pub const ALL: &'static [Reason] = &[$(Reason::$name,)+];
+
+            /// The reason with this code, if one has it.
+            pub const fn from_code(code: u8) -> Option<Self> {
+                match code {
+                    $($code => Some(Self::$name),)+
+                    _ => None,
+                }
+            }
+
+            /// The name that the DBC gives the code.
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$name => stringify!($name),)+
+                }
+            }
+
+            /// What happened, in words.
+            pub const fn text(self) -> &'static str {
+                match self {
+                    $(Self::$name => $text,)+
+                }
+            }
+
+            /// What to do about it, in words that a therapist or the client's programmer can act on.
+            pub const fn remedy(self) -> &'static str {
+                match self {
+                    $(Self::$name => $remedy,)+
+                }
+            }
+        }
+    };
+}
+
+reasons! {
+    Fine = 0, "nothing is wrong", "none";
+
+    UnknownOpcode = 1, "no command has this opcode", "compare the client with the protocol number in Versions";
+    WrongLength = 2, "a command frame has 8 bytes", "send all 8 bytes";
+    ReservedNotZero = 3, "a reserved byte of the command is not zero", "send reserved bytes as zero";
+    BadArgument = 4, "the command's argument or run id has no meaning here", "see the command's comment in the DBC";
+    WrongState = 5, "the command has no meaning in the present state", "read the state in the heartbeat first";
+    AlreadyRunning = 6, "a run is under way", "finish or abort it before another start";
+    AcknowledgeFirst = 7, "the failure of the last run has not been acknowledged", "acknowledge it, then start";
+    StaleRun = 8, "the run id is not that of the present run", "take the run id from the heartbeat";
+    NoSuchPose = 9, "no pose has this index", "ask for an index below the pose count";
+    Busy = 10, "the previous read-out is still being sent", "wait for its last frame";
+
+    ArmMoving = 16, "the arm is moving", "hold the arm still and try again";
+    PoseTooNear = 17, "the pose is too near one that is already captured", "move the arm further before holding it";
+    PosesFull = 18, "no room for another pose", "identify with the poses that are there";
+    CableLoose = 19, "one cable moves although the others rest", "tighten the named cable and look at its drum";
+    PlatformDoesNotClose = 20, "the six lengths do not fit the platform", "look for a slack or crossed cable, or hold the arm less far out";
+    LengthImpossible = 21, "the named cable's length cannot be", "home the encoders again";
+
+    EncoderSilent = 32, "no encoder counts arrive", "check the encoders' supply and wiring";
+    EncoderFrozen = 33, "the named encoder rests while the other cables move", "check that encoder's wiring and coupling";
+    EncoderJumped = 34, "the named encoder moved faster than its drum can turn", "check that encoder's shield, then home again";
+
+    TooFewPoses = 48, "too few poses", "capture more poses";
+    OneAxis = 49, "all poses turn about one axis", "move the arm in another plane as well";
+    Weak = 50, "the poses leave the centre too uncertain in one direction", "follow the guidance: spread the poses wider";
+    TooManyOutliers = 51, "too many readings contradict the others", "look for a slack cable, then start again";
+    NotABall = 52, "the centre wanders more than the encoders' noise explains", "tighten the strap, keep the shoulder blade still";
+    PoseDoesNotClose = 53, "the lengths of the named pose do not fit the platform", "look for a slack cable, then start again";
+    NotConverged = 54, "the iteration did not settle", "capture more and wider poses";
+    Singular = 55, "the equations have no single solution", "move the arm in another plane as well";
+    NotFinite = 56, "the arithmetic left the range of numbers", "read out the poses and report them";
+    TooAlike = 57, "all poses are alike", "move the arm further between the poses";
+
+    VerificationFailed = 80, "the second set of poses deviates too much", "calibrate again; tighten strap and cables before";
+    VerificationDoesNotClose = 81, "a pose of the second set does not fit the identified centre", "look for a slack cable, calibrate again";
+
+    Accepted = 96, "the new centre was accepted and is in use", "none";
+    Rejected = 97, "the new centre was rejected; the old one stays in use", "none";
+    Aborted = 98, "the run was aborted; the old centre stays in use", "none";
+    CollectingTimeout = 99, "no new pose for too long", "start again and keep the arm moving from pose to pose";
+    VerifyingTimeout = 100, "no pose of the second set for too long", "start again, and go on to new poses after identification";
+    ReviewTimeout = 101, "nobody accepted or rejected the new centre", "start again, and decide within the time";
+
+    ButtonStuck = 112, "the button is held for too long", "release the button; if it is released, check its wiring";
+    ReportOutOfRange = 113, "a value of the report does not fit its field", "read out the poses and report them";
+    ReceiveOverrun = 114, "frames were lost before they were read", "send fewer frames at once, then ask again";
+}
+
+impl Reason {
+    /// The number on the wire.
+    pub const fn code(self) -> u8 {
+        self as u8
+    }
+
+    /// The band that this reason belongs to.
+    pub const fn band(self) -> Band {
+        Band::of(self.code())
+    }
+}
+
+impl core::fmt::Display for Reason {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(self.text())
+    }
+}
+
+impl core::error::Error for Reason {}

@@ -1,0 +1,104 @@
+//! The solver as the procedure sees it: one slice of work at a time, and a refusal in the terms of the reports.
+
+use super::reason::Reason;
+use crate::identification::{Progress, Refusal, Solver, SolverSettings};
+use crate::kinematics::CableLengths;
+use crate::rig::Rig;
+
+/// The start-free solver at work, and how much it has worked.
+#[derive(Debug, Clone)]
+pub struct Work {
+    solver: Solver<f32>,
+    slices: u32,
+}
+
+/// Passes over the poses that a sound set takes: placing, two or three passes, the last one to see that it settled.
+const USUAL_PASSES: u32 = 4;
+
+impl Work {
+    /// A solver at its beginning.
+    pub fn new(rig: &Rig<f32>) -> Self {
+        Self { solver: Solver::new(rig, SolverSettings::for_rig(rig)), slices: 0 }
+    }
+
+    /// One slice of work: at most the placing of one pose.
+    pub fn advance(&mut self, poses: &[CableLengths<f32>]) -> Progress<f32> {
+        self.slices = self.slices.saturating_add(1);
+        self.solver.advance(poses)
+    }
+
+    /// How much of the work is done, 0 to below 1. How many passes there will be is not known before the end, so this
+    /// grows more and more slowly and never reaches 1.
+    pub fn share_done(&self, poses: usize) -> f32 {
+        let (done, usual) = (self.slices as f32, (USUAL_PASSES * (poses as u32 + 1)) as f32);
+        done / (done + usual * 0.5)
+    }
+}
+
+/// A refusal in the terms of the reports.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Detail {
+    /// Why.
+    pub reason: Reason,
+    /// The pose meant, from 0.
+    pub pose: Option<u8>,
+    /// The cable meant, 1 to 6; 0 for none.
+    pub cable: u8,
+    /// The size of what is wrong, mm.
+    pub size_mm: Option<f32>,
+    /// The axis or direction meant, in {B}.
+    pub axis: Option<[f32; 3]>,
+}
+
+impl Detail {
+    /// A reason about nothing in particular.
+    pub const fn of(reason: Reason) -> Self {
+        Self { reason, pose: None, cable: 0, size_mm: None, axis: None }
+    }
+
+    /// A reason about one pose of a set; no set of a run has more poses than a byte counts.
+    fn about_pose(reason: Reason, pose: u16) -> Self {
+        Self { pose: u8::try_from(pose).ok(), ..Self::of(reason) }
+    }
+}
+
+impl From<Refusal> for Detail {
+    fn from(refusal: Refusal) -> Self {
+        match refusal {
+            Refusal::TooFewPoses { .. } => Self::of(Reason::TooFewPoses),
+            Refusal::BadLength { pose, cable, .. } => {
+                Self { cable, ..Self::about_pose(Reason::LengthImpossible, pose) }
+            }
+            Refusal::NotClosing { pose, .. } | Refusal::PlatformDoesNotClose { pose } => {
+                Self::about_pose(Reason::PoseDoesNotClose, pose)
+            }
+            Refusal::Singular => Self::of(Reason::Singular),
+            Refusal::IterationCap => Self::of(Reason::NotConverged),
+            Refusal::OneAxis { axis, .. } => Self { axis: Some(axis), ..Self::of(Reason::OneAxis) },
+            Refusal::TooAlike { .. } => Self::of(Reason::TooAlike),
+            Refusal::Weak { direction, sigma_mm } => {
+                Self { axis: Some(direction), size_mm: Some(sigma_mm), ..Self::of(Reason::Weak) }
+            }
+            Refusal::ZeroNotDetermined { cable, sigma_mm } => {
+                Self { cable, size_mm: Some(sigma_mm), ..Self::of(Reason::Weak) }
+            }
+            Refusal::TooManyOutliers { .. } => Self::of(Reason::TooManyOutliers),
+            Refusal::NotABall { wander_mm } => Self { size_mm: Some(wander_mm), ..Self::of(Reason::NotABall) },
+        }
+    }
+}
+
+/// Can more poses turn this refusal into a result? Then the run goes on collecting instead of failing.
+pub const fn is_cured_by_more_poses(reason: Reason) -> bool {
+    matches!(
+        reason,
+        Reason::TooFewPoses
+            | Reason::OneAxis
+            | Reason::TooAlike
+            | Reason::Weak
+            | Reason::Singular
+            | Reason::NotConverged
+            | Reason::TooManyOutliers
+    )
+}

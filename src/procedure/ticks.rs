@@ -1,0 +1,191 @@
+//! What the procedure does by itself as time passes: bounded work in every tick.
+
+use super::outcome::{Candidate, PoseNotice, Verification};
+use super::reason::Reason;
+use super::solve::{Detail, is_cured_by_more_poses};
+use super::state::{PoseSet, StateName};
+use super::transition::Trigger;
+use super::{Guidance, Procedure, Run, State, Verifying};
+use crate::identification::paper::FEWEST_POSES;
+use crate::identification::{Identified, Progress, verify};
+
+impl Run {
+    pub(super) const fn before_the_first() -> Self {
+        Self {
+            id: 0,
+            by_command_only: false,
+            attempts: 0,
+            moved: true,
+            since_ms: 0,
+            advice: Guidance::MoveOn,
+            detail: None,
+            refused_pose: None,
+        }
+    }
+
+    /// The run after the run `last_id`. Ids wrap past zero, which means "no run".
+    pub(super) const fn new(last_id: u16, by_command_only: bool, now_ms: u32) -> Self {
+        let id = match last_id.wrapping_add(1) {
+            0 => 1,
+            id => id,
+        };
+        Self { id, by_command_only, since_ms: now_ms, ..Self::before_the_first() }
+    }
+}
+
+impl Procedure {
+    /// Time passes: times run out, a pose is captured, the solver works one slice. Returns the pose that was captured
+    /// or refused, if any.
+    pub fn tick(&mut self, now_ms: u32) -> Option<PoseNotice> {
+        match self.state() {
+            StateName::Idle | StateName::Failed => None,
+            StateName::Collecting => self.tick_collecting(now_ms),
+            StateName::Identifying => {
+                self.tick_identifying(now_ms);
+                None
+            }
+            StateName::Verifying => self.tick_verifying(now_ms),
+            StateName::Review => {
+                if self.is_overdue(now_ms, self.limits.settings().review_timeout_ms) {
+                    self.end(now_ms, Trigger::Timeout, Detail::of(Reason::ReviewTimeout));
+                }
+                None
+            }
+        }
+    }
+
+    fn is_overdue(&self, now_ms: u32, limit_ms: u32) -> bool {
+        now_ms.wrapping_sub(self.run.since_ms) >= limit_ms
+    }
+
+    fn tick_collecting(&mut self, now_ms: u32) -> Option<PoseNotice> {
+        if self.fails_by_lost_count(now_ms) {
+            return None;
+        }
+        let notice = self.capture_when_held(now_ms);
+        let taken = notice.is_some_and(|notice| notice.reason == Reason::Fine);
+        if self.poses.is_full() && self.run.attempts == 0 || taken && self.is_enough() {
+            self.identify(now_ms);
+        } else if self.is_overdue(now_ms, self.limits.settings().collecting_timeout_ms) {
+            if usize::from(self.poses.len()) >= FEWEST_POSES && self.run.detail.is_none() {
+                self.identify(now_ms);
+            } else {
+                let detail = self.run.detail.unwrap_or(Detail::of(Reason::CollectingTimeout));
+                self.end(now_ms, Trigger::Timeout, detail);
+            }
+        }
+        notice
+    }
+
+    /// The first set is good enough.
+    fn is_enough(&self) -> bool {
+        let settings = self.limits.settings();
+        !self.run.by_command_only
+            && self.poses.len() >= settings.enough_poses
+            && self.forecast.sigma_mm().is_some_and(|sigma| sigma <= settings.target_sigma_mm)
+    }
+
+    fn tick_identifying(&mut self, now_ms: u32) {
+        let State::Identifying(work) = &mut self.state else { return };
+        match work.advance(self.poses.lengths()) {
+            Progress::Working => {}
+            Progress::Identified(identified) => self.found(now_ms, identified),
+            Progress::Refused(refusal) => self.refused(now_ms, Detail::from(refusal)),
+        }
+    }
+
+    fn found(&mut self, now_ms: u32, identified: Identified<f32>) {
+        let numbers = identified.parameters.to_array();
+        if numbers.iter().chain(&identified.sigma_mm()).all(|number| number.is_finite()) {
+            self.go(now_ms, Trigger::Found, State::Verifying(Verifying { identified, judging: None }));
+        } else {
+            self.refused(now_ms, Detail::of(Reason::NotFinite));
+        }
+    }
+
+    fn refused(&mut self, now_ms: u32, detail: Detail) {
+        self.run.detail = Some(detail);
+        let again = self.run.attempts < self.limits.settings().most_attempts && !self.poses.is_full();
+        if again && is_cured_by_more_poses(detail.reason) {
+            self.go(now_ms, Trigger::WantsMore, State::Collecting);
+        } else {
+            self.end(now_ms, Trigger::GaveUp, detail);
+        }
+    }
+
+    fn tick_verifying(&mut self, now_ms: u32) -> Option<PoseNotice> {
+        if self.fails_by_lost_count(now_ms) {
+            return None;
+        }
+        if let State::Verifying(Verifying { judging: Some(_), .. }) = self.state {
+            self.judge_one(now_ms);
+            return None;
+        }
+        let notice = self.capture_when_held(now_ms);
+        let wanted = self.limits.settings().verification_poses;
+        let complete = self.held_out.len() >= wanted && !self.run.by_command_only;
+        if complete || self.held_out.is_full() {
+            self.judge();
+        } else if self.is_overdue(now_ms, self.limits.settings().verifying_timeout_ms) {
+            self.end(now_ms, Trigger::Timeout, Detail::of(Reason::VerifyingTimeout));
+        }
+        notice
+    }
+
+    /// Lays the next pose of the second set against the centre; after the last one, the verdict.
+    fn judge_one(&mut self, now_ms: u32) {
+        let limit_mm = self.limits.settings().verification_deviation_mm;
+        let State::Verifying(Verifying { identified, judging: Some(judging) }) = &mut self.state else { return };
+        if let Some(pose) = self.held_out.lengths().get(usize::from(judging.next)) {
+            match verify(&self.rig, &identified.parameters, core::slice::from_ref(pose)) {
+                Ok(deviation_mm) => {
+                    judging.squares_mm2 += deviation_mm * deviation_mm;
+                    judging.next += 1;
+                }
+                Err(_) => {
+                    let pose = Some(judging.next);
+                    let detail = Detail { pose, ..Detail::of(Reason::VerificationDoesNotClose) };
+                    self.run.detail = Some(detail);
+                    self.end(now_ms, Trigger::Contradicted, detail);
+                }
+            }
+            return;
+        }
+        let poses = judging.next;
+        let deviation_mm = libm::sqrtf(judging.squares_mm2 / f32::from(poses.max(1)));
+        let verification = Verification { deviation_mm, limit_mm, poses };
+        let candidate = Candidate { run_id: self.run.id, identified: identified.clone(), verification };
+        // NaN must not pass
+        if deviation_mm <= limit_mm {
+            self.go(now_ms, Trigger::Verified, State::Review(candidate));
+        } else {
+            let size_mm = Some(deviation_mm);
+            let detail = Detail { size_mm, ..Detail::of(Reason::VerificationFailed) };
+            self.end(now_ms, Trigger::Contradicted, detail);
+        }
+    }
+
+    /// A pose is captured when the arm comes to rest, once a rest.
+    fn capture_when_held(&mut self, now_ms: u32) -> Option<PoseNotice> {
+        let held = self.arm.ready(now_ms).is_ok();
+        if self.run.by_command_only || !self.run.moved || !held {
+            return None;
+        }
+        self.run.moved = false;
+        Some(self.take_pose(now_ms))
+    }
+
+    fn fails_by_lost_count(&mut self, now_ms: u32) -> bool {
+        let Some(cable) = self.arm.lost() else { return false };
+        self.end(now_ms, Trigger::CountLost, Detail { cable, ..Detail::of(Reason::EncoderJumped) });
+        true
+    }
+
+    /// The set in which poses are captured now, if any.
+    pub(super) const fn current_set(&self) -> PoseSet {
+        match self.state {
+            State::Verifying(_) => PoseSet::HeldOut,
+            _ => PoseSet::Identification,
+        }
+    }
+}
