@@ -43,6 +43,8 @@ pub struct Request {
     pub start_mm: Option<[f64; 6]>,
     /// Which identification.
     pub method: Method,
+    /// Are the zeros of the encoders unknown, to be identified as well?
+    pub zeros: bool,
     /// Known standard deviation of a cable length, mm. Without it, it is estimated from the residuals.
     pub noise_mm: Option<f64>,
     /// Precision of the arithmetic.
@@ -117,6 +119,7 @@ fn setting(request: &Request, machine: &RigFile, rows: usize) -> Setting {
         rows_used: RowsUsed::of(rows, DEFAULT_CAPACITY),
         method: request.method,
         precision: request.precision,
+        zeros: request.zeros && full,
         start: (!full).then(|| start(request, machine)),
         given_noise_mm: request.noise_mm.filter(|_| full),
         expected_noise_mm,
@@ -140,6 +143,9 @@ fn unused(request: &Request) -> Vec<String> {
     let mut warnings = Vec::new();
     if request.method == Method::Full && request.start_mm.is_some() {
         warnings.push("--start is not used: the full method needs none (--method paper begins there)".to_owned());
+    }
+    if request.method == Method::Paper && request.zeros {
+        warnings.push("--zeros is not used: the paper's method takes the zeros for known".to_owned());
     }
     if request.method == Method::Paper && request.noise_mm.is_some() {
         warnings.push("--noise is not used: the paper's method takes its error bar from its own residuals".to_owned());

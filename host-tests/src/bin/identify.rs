@@ -30,7 +30,7 @@ struct Arguments {
     /// The paper's iteration from a start, or the full identification of the drive board, which needs none
     #[arg(long, value_enum, default_value_t = MethodName::Full)]
     method: MethodName,
-    /// Identify the zero errors of the encoders as well (not available in this version)
+    /// The machine was not homed: identify the zeros of the six encoders as well
     #[arg(long)]
     zeros: bool,
     /// Known standard deviation of a cable length; without it, it is estimated from the residuals
@@ -82,11 +82,6 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: Arguments) -> Result<ExitCode, Box<dyn Error>> {
-    if arguments.zeros {
-        return Err(
-            "--zeros is not available in this version: the zero errors of the encoders are not identified".into()
-        );
-    }
     let found = identify::run(&Request {
         lengths: arguments.lengths,
         rig: arguments.rig,
@@ -95,6 +90,7 @@ fn run(arguments: Arguments) -> Result<ExitCode, Box<dyn Error>> {
             MethodName::Paper => Method::Paper,
             MethodName::Full => Method::Full,
         },
+        zeros: arguments.zeros,
         noise_mm: arguments.noise,
         precision: match arguments.precision {
             PrecisionName::F32 => Precision::F32,

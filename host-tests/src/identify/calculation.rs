@@ -12,6 +12,9 @@ use glenoid::kinematics::CableLengths;
 use glenoid::rig::{Parameters, Rig};
 use glenoid::scalar::Real;
 
+/// How far off an unknown encoder zero may be, 1σ, mm: that of a machine that nobody homed.
+const UNKNOWN_ZERO_MM: f64 = 10.0;
+
 /// What is to be solved.
 pub struct Problem<'a> {
     /// The machine.
@@ -51,7 +54,7 @@ impl Problem<'_> {
             Err(refusal) => Report::refused(refusal, iterations, self.setting),
         };
         if let (Ok(identified), Some(second)) = (&outcome, self.second) {
-            report.verification = Some(Verification::of(&rig, &identified.parameters, second)?);
+            report.verification = Some(Verification::of(&rig, identified, second)?);
         }
         Ok(report)
     }
@@ -61,7 +64,9 @@ impl Problem<'_> {
             Some(noise_mm) => Noise::Known(T::of(noise_mm)),
             None => Noise::EstimatedUpTo(T::of(self.setting.noise_limit_mm)),
         };
-        let mut solver: Solver<T> = Solver::new(rig, SolverSettings { noise, ..SolverSettings::for_rig(rig) });
+        let zero_prior_mm = T::of(if self.setting.zeros { UNKNOWN_ZERO_MM } else { 0.0 });
+        let settings = SolverSettings { noise, zero_prior_mm, ..SolverSettings::for_rig(rig) };
+        let mut solver: Solver<T> = Solver::new(rig, settings);
         // Slice by slice rather than in one run, to know how far a refused one came.
         loop {
             match solver.advance(poses) {

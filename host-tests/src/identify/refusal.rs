@@ -70,6 +70,13 @@ pub enum RefusalDetail {
         /// Root-mean-square wander of the centre along one axis, mm.
         wander_mm: f64,
     },
+    /// See [`Refusal::ZeroNotDetermined`].
+    ZeroNotDetermined {
+        /// Cable whose zero is known worst, 1 to 6.
+        cable: u8,
+        /// 1σ of its zero, mm.
+        sigma_mm: f64,
+    },
 }
 
 impl RefusalDetail {
@@ -95,6 +102,9 @@ impl RefusalDetail {
                 Self::Weak { direction: direction.map(f64::from), sigma_mm: sigma_mm.into() }
             }
             Refusal::TooManyOutliers { rejected, poses } => Self::TooManyOutliers { rejected, poses },
+            Refusal::ZeroNotDetermined { cable, sigma_mm } => {
+                Self::ZeroNotDetermined { cable, sigma_mm: sigma_mm.into() }
+            }
             Refusal::NotABall { wander_mm } => Self::NotABall { wander_mm: wander_mm.into() },
         }
     }

@@ -73,6 +73,9 @@ pub struct Setting {
     pub method: Method,
     /// In which precision.
     pub precision: Precision,
+    /// Are the zeros of the encoders unknown?
+    #[serde(skip)]
+    pub zeros: bool,
     /// Where the paper's method begins. The full one has no start.
     pub start: Option<Start>,
     /// Noise of a cable length that was given, 1σ, mm; otherwise it is estimated from the residuals.
@@ -104,11 +107,13 @@ pub struct Report {
     pub iterations: u8,
     /// What was left out. A pose with two suspected cables has two entries.
     pub rejected: Vec<RejectedCable>,
-    /// Zero errors of the six encoders, mm: not identified yet.
+    /// What each of the six encoders reads too much, mm, when it was asked for.
     pub zeros_mm: Option<[f64; 6]>,
     /// The direction in x, y, z, p1, p2, p3 that is known worst, a unit vector.
     pub weak_direction: Option<[f64; 6]>,
-    /// The same for the centre alone.
+    /// 1σ of the encoders' zeros, mm.
+    pub zero_sigmas_mm: Option<[f64; 6]>,
+    /// The worst direction of the centre alone.
     pub worst_centre: Option<WorstCentre>,
     /// Noise of a cable length behind the error bar, 1σ, mm. The paper's method: of an edge of the platform.
     pub noise_mm: Option<f64>,
@@ -147,6 +152,8 @@ impl Report {
             deviation_mm: Some(found.deviation_mm.to_f64()),
             deviations_mm: found.deviations_mm.iter().map(|deviation| deviation.to_f64()).collect(),
             rejected,
+            zeros_mm: setting.zeros.then(|| found.zeros_mm.map(T::to_f64)),
+            zero_sigmas_mm: setting.zeros.then(|| found.zero_sigmas_mm.map(T::to_f64)),
             weak_direction: Some(found.weak_direction().0.map(T::to_f64)),
             worst_centre: Some(WorstCentre { sigma_mm: sigma.to_f64(), direction: direction.map(T::to_f64) }),
             noise_mm: Some(found.noise_mm.to_f64()),
@@ -179,6 +186,7 @@ impl Report {
             iterations,
             rejected: Vec::new(),
             zeros_mm: None,
+            zero_sigmas_mm: None,
             weak_direction: None,
             worst_centre: None,
             noise_mm: None,

@@ -50,6 +50,12 @@ fn table(text: &mut String, report: &Report) -> std::fmt::Result {
     for ((name, value), sigma) in names.iter().zip(centre.iter().chain(&radii)).zip(sigma) {
         writeln!(text, "  {name:2} {:>12} {:>11}", fixed(*value, 4), small(sigma))?;
     }
+    if let (Some(zeros), Some(sigmas)) = (report.zeros_mm, report.zero_sigmas_mm) {
+        writeln!(text, "\n  mm too much at encoder")?;
+        for (index, (zero, sigma)) in zeros.iter().zip(sigmas).enumerate() {
+            writeln!(text, "  {:2} {:>12} {:>11}", index + 1, fixed(*zero, 4), small(sigma))?;
+        }
+    }
     writeln!(text)
 }
 

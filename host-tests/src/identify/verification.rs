@@ -2,8 +2,9 @@
 
 use super::input_error::InputError;
 use super::lengths_file::LengthsFile;
-use glenoid::identification::verify;
-use glenoid::rig::{Parameters, Rig};
+use glenoid::identification::{Identified, verify};
+use glenoid::kinematics::CableLengths;
+use glenoid::rig::Rig;
 use glenoid::scalar::Real;
 use serde::Serialize;
 
@@ -23,11 +24,11 @@ pub struct Verification {
 }
 
 impl Verification {
-    /// Lays every pose of a log against `parameters`.
+    /// Lays every pose of a log, less the zeros that were identified, against the result.
     ///
     /// # Errors
     /// [`InputError`] for a length that precision `T` cannot hold.
-    pub fn of<T: Real>(rig: &Rig<T>, parameters: &Parameters<T>, log: &LengthsFile) -> Result<Self, InputError> {
+    pub fn of<T: Real>(rig: &Rig<T>, identified: &Identified<T>, log: &LengthsFile) -> Result<Self, InputError> {
         let mut found = Self {
             deviation_mm: None,
             poses: log.rows().len(),
@@ -37,9 +38,14 @@ impl Verification {
         };
         let (mut squares_mm2, mut checked) = (0.0, 0);
         for (pose, row) in log.rows().iter().enumerate() {
-            let cables = log.cables::<T>(row)?;
+            let measured = log.cables::<T>(row)?;
+            let lengths_mm = std::array::from_fn(|cable| measured.as_mm()[cable] - identified.zeros_mm[cable]);
             // Pose by pose: one bad reading must not hide what the others say.
-            let Ok(deviation_mm) = verify(rig, parameters, &[cables]).map(T::to_f64) else {
+            let deviation_mm = CableLengths::new(lengths_mm)
+                .ok()
+                .and_then(|lengths| verify(rig, &identified.parameters, &[lengths]).ok())
+                .map(T::to_f64);
+            let Some(deviation_mm) = deviation_mm else {
                 found.contradicting.push(pose);
                 continue;
             };

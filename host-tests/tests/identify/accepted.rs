@@ -1,7 +1,7 @@
 //! What is accepted, and how it is told.
 
 use super::command::{Desk, data, difference, numbers};
-use super::recorded::{CENTRE_MM, RADII_MM, csv, shoulder};
+use super::recorded::{CENTRE_MM, RADII_MM, csv, not_homed, shoulder};
 use serde_json::{Value, json};
 
 /// The keys that the design promises, in their order.
@@ -180,9 +180,38 @@ fn what_is_not_used_is_told() {
         "cargo identify: warning: --noise is not used: the paper's method takes its error bar from its own residuals\n"
     );
     assert_eq!(
+        told("--rig rig.toml --method paper --zeros"),
+        "cargo identify: warning: --zeros is not used: the paper's method takes the zeros for known\n"
+    );
+    assert_eq!(
         told("--rig more.toml"),
         "cargo identify: warning: more.toml, line 11, column 2: unknown key \"drum\", not used\n"
     );
+}
+
+#[test]
+fn unknown_encoder_zeros_are_identified_when_asked_for() {
+    let desk = Desk::new("zeros");
+    let truth = [3.0, -5.0, 8.0, -2.0, 6.0, -7.0];
+    desk.put("log.csv", csv(&not_homed(shoulder(10, 60, 0.1), truth)));
+    desk.put("second.csv", csv(&not_homed(shoulder(11, 20, 0.1), truth)));
+    for precision in ["f32", "f64"] {
+        let ran = desk.identify(&format!("log.csv --zeros --verify second.csv --json --precision {precision}"));
+        assert_eq!(ran.code, Some(0), "{ran:?}");
+        let found = ran.json();
+        let of_centre = difference(&numbers(&found, "centre_mm"), &CENTRE_MM);
+        let worst = found["worst_centre"]["sigma_mm"].as_f64().unwrap();
+        assert!(of_centre < 4.0 * worst && worst < 0.5, "{precision}: {of_centre} {worst}");
+        let sigmas = numbers(&found, "zero_sigmas_mm");
+        for ((zero, truth), sigma) in numbers(&found, "zeros_mm").iter().zip(truth).zip(&sigmas) {
+            assert!((zero - truth).abs() < 4.0 * sigma && *sigma < 1.0, "{precision}: {zero} {truth} {sigma}");
+        }
+        let verified_mm = found["verification"]["deviation_mm"].as_f64().unwrap();
+        assert!(verified_mm < 0.5, "{verified_mm}");
+    }
+    // Not asked for, they are not looked for; and they are too large for noise.
+    let without = desk.identify("log.csv --json");
+    assert_eq!((without.code, &without.json()["zeros_mm"]), (Some(2), &Value::Null));
 }
 
 #[test]

@@ -67,7 +67,7 @@ proptest! {
         let desk = Desk::new("any_lengths");
         let precision = ["f32", "f64"][precision];
         desk.put("log.csv", table(&rows));
-        for arguments in ["", "--method paper", "--noise 0.0001", "--noise 10"] {
+        for arguments in ["", "--method paper", "--noise 0.0001", "--noise 10", "--zeros"] {
             let ran = desk.identify(&format!("log.csv --json --precision {precision} {arguments}"));
             ends_well(&ran)?;
             // Lengths out of the air never have a common centre.

@@ -156,7 +156,6 @@ fn a_wrong_command_line_is_not_a_refusal() {
         ("log.csv --start 1,2,nan,4,5,6", "must be finite"),
         ("log.csv --noise -1", "0.0001 to 10 mm"),
         ("log.csv --noise nan", "0.0001 to 10 mm"),
-        ("log.csv --zeros", "not available in this version"),
         ("log.csv log.csv", "unexpected argument"),
     ] {
         let ran = desk.identify(arguments);

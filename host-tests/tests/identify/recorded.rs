@@ -46,6 +46,11 @@ pub fn wandering(seed: u64, poses: usize, noise_mm: f64, amplitude_mm: f64) -> L
         .collect()
 }
 
+/// The same log from encoders that read `zeros_mm` too much.
+pub fn not_homed(log: Log, zeros_mm: [f64; 6]) -> Log {
+    log.into_iter().map(|row| std::array::from_fn(|cable| row[cable] + zeros_mm[cable])).collect()
+}
+
 /// Poses that turn about one axis through the centre, within 40 degrees to either side.
 pub fn about(axis: [f64; 3], poses: usize) -> Log {
     let axis = Vector3::from(axis).normalize();

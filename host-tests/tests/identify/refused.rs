@@ -56,6 +56,15 @@ fn fewer_than_three_poses() {
 }
 
 #[test]
+fn zeros_that_a_handful_of_poses_does_not_determine() {
+    let desk = Desk::new("zeros_unknown");
+    desk.put("log.csv", csv(&shoulder(12, 6, 0.1)));
+    let (told, found) = refused(&desk, "--zeros --noise 0.06");
+    assert_eq!(found["refusal"]["kind"], json!("zero_not_determined"));
+    assert!(told.words().contains("home the cables"), "{told:?}");
+}
+
+#[test]
 fn a_start_that_is_too_far_off() {
     let desk = Desk::new("far_start");
     desk.put("log.csv", csv(&shoulder(1, 10, 0.0)));
