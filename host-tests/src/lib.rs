@@ -4,6 +4,7 @@ pub mod debugger;
 pub mod elf;
 pub mod emulator;
 pub mod firmware;
+pub mod identify;
 pub mod literal;
 pub mod packages;
 pub mod plot;
