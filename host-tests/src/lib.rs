@@ -9,4 +9,5 @@ pub mod packages;
 pub mod plot;
 pub mod rehearse;
 pub mod slcan_client;
+pub mod study;
 pub mod wearer;
