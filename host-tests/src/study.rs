@@ -11,6 +11,7 @@ mod solve;
 mod statistics;
 mod trials;
 
+pub mod adversarial;
 mod million;
 
 pub use findings::{Findings, Plan, Problem, Table, Target};
@@ -29,4 +30,4 @@ pub struct Study {
 }
 
 /// All studies, the paper's first.
-pub const ALL: &[Study] = &[million::MILLION, million::EXTREMES];
+pub const ALL: &[Study] = &[million::MILLION, million::EXTREMES, adversarial::STUDY];
