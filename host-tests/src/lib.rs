@@ -11,4 +11,5 @@ pub mod plot;
 pub mod rehearse;
 pub mod slcan_client;
 pub mod vocabulary;
+pub mod study;
 pub mod wearer;
