@@ -30,6 +30,9 @@ pub struct Image {
 impl Image {
     /// The emulated drive board (QEMU mps2-an386).
     pub const EMULATED: Self = Self { binary: "emulated", feature: "emulated" };
+
+    /// The speed figures of the library on that board (see [`crate::cycles`]).
+    pub const SPEED: Self = Self { binary: "speed", feature: "emulated" };
 }
 
 /// What builds the image.

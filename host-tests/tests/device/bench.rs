@@ -1,7 +1,7 @@
 //! A wearer, a client and a device in one process: time is counted, nothing is random but the wearer.
 
-use glenoid::can::{BaseId, Frame, Message, Opcode, Request};
 use glenoid::can::status::{Answer, Heartbeat};
+use glenoid::can::{BaseId, Frame, Message, Opcode, Request};
 use glenoid::device::{Action, Config, Device, Event, LampPattern, LogEntry, MOST_FRAMES};
 use glenoid::rig::Rig;
 use host_tests::wearer::{Pose, Wearer, WearerSettings};
@@ -110,8 +110,10 @@ impl Bench {
     pub fn raw(&mut self, frame: Frame) -> Answer {
         let before = self.messages.len();
         self.event(Event::Can(frame));
-        let answers: Vec<Answer> =
-            self.messages[before..].iter().filter_map(|m| if let Message::Answer(a) = m { Some(*a) } else { None }).collect();
+        let answers: Vec<Answer> = self.messages[before..]
+            .iter()
+            .filter_map(|m| if let Message::Answer(a) = m { Some(*a) } else { None })
+            .collect();
         assert_eq!(answers.len(), 1, "exactly one answer to {frame:?}");
         answers[0]
     }
