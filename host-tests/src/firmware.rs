@@ -44,6 +44,16 @@ pub enum Toolchain {
     Debian,
 }
 
+impl Toolchain {
+    /// The word that chooses it, as in [`TOOLCHAIN_VARIABLE`].
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Rustup => "rustup",
+            Self::Debian => "debian",
+        }
+    }
+}
+
 /// Why there is no image.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum FirmwareError {
@@ -95,12 +105,31 @@ pub fn build(image: Image, consent: Consent) -> Result<PathBuf, FirmwareError> {
 /// # Errors
 /// [`FirmwareError::BuildFailed`].
 pub fn build_with(toolchain: Toolchain, image: Image) -> Result<PathBuf, FirmwareError> {
+    build_with_environment(toolchain, image, &[])
+}
+
+/// Builds the image as [`build_with`] does, with these variables set for its compiler, or not set.
+///
+/// # Errors
+/// [`FirmwareError::BuildFailed`].
+pub fn build_with_environment(
+    toolchain: Toolchain,
+    image: Image,
+    variables: &[(&str, Option<&str>)],
+) -> Result<PathBuf, FirmwareError> {
     let target_dir = workspace().join("target").join(match toolchain {
         // Not the folder of the cargo that may be running this very program: it holds the lock of that one.
         Toolchain::Rustup => "firmware",
         Toolchain::Debian => "debian",
     });
-    let status = cargo(toolchain)
+    let mut cargo = cargo(toolchain);
+    for (name, value) in variables {
+        match value {
+            Some(value) => cargo.env(name, value),
+            None => cargo.env_remove(name),
+        };
+    }
+    let status = cargo
         .current_dir(workspace())
         // "-p": without it the host side's features are unified with the image's, a heap among them
         .args(["build", "--quiet", "--package", "glenoid", "--profile", "firmware", "--target", TARGET])
