@@ -8,5 +8,6 @@ pub mod firmware;
 pub mod literal;
 pub mod packages;
 pub mod plot;
+pub mod rehearse;
 pub mod slcan_client;
 pub mod wearer;

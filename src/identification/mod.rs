@@ -3,6 +3,7 @@
 //! * [`solver`]: the way that the device goes. No start estimate, an error bar, refusal of what cannot be known.
 //! * [`survey`]: the error bar foretold, pose by pose.
 //! * [`paper`]: the iteration of the paper's Fig. 4, from a start estimate.
+//! * [`zeros`]: unknown encoder zeros as six more unknowns.
 //! * [`verification`]: the deviation over a second set of poses that was never used to identify.
 
 pub mod model;
@@ -17,6 +18,7 @@ pub mod solver;
 pub mod survey;
 pub mod uncertainty;
 pub mod verification;
+pub mod zeros;
 
 pub use outcome::Rejected;
 pub use outcome::{Identified, Progress, Refusal, Termination};

@@ -2,7 +2,7 @@
 
 use super::normal_equations::{PACKED, UNKNOWNS};
 use crate::kinematics::LengthFault;
-use crate::rig::Parameters;
+use crate::rig::{CABLES, Parameters};
 use crate::scalar::Real;
 use heapless::Vec;
 
@@ -67,6 +67,10 @@ pub struct Identified<T> {
     /// How far the poses are from turning about one common axis, rad (see
     /// [`Sway`](super::observability::Sway)). Infinite for the paper's iteration, which does not look.
     pub sway_rad: T,
+    /// Zero error of each encoder, mm: what its length reads too much. 0 when the zeros are known.
+    pub zeros_mm: [T; CABLES],
+    /// 1σ of the zero errors, mm. 0 when the zeros are known.
+    pub zero_sigmas_mm: [T; CABLES],
 }
 
 impl<T: Real> Identified<T> {
@@ -153,6 +157,13 @@ pub enum Refusal {
         /// Root-mean-square wander of the centre along one axis, mm.
         wander_mm: f32,
     },
+    /// The centre hangs on a homing error that the poses do not determine.
+    ZeroNotDetermined {
+        /// Cable whose zero is known worst, 1 to 6.
+        cable: u8,
+        /// 1σ of its zero, mm.
+        sigma_mm: f32,
+    },
 }
 
 impl Refusal {
@@ -170,6 +181,7 @@ impl Refusal {
             Self::Weak { .. } => 9,
             Self::TooManyOutliers { .. } => 10,
             Self::NotABall { .. } => 11,
+            Self::ZeroNotDetermined { .. } => 12,
         }
     }
 
@@ -187,6 +199,9 @@ impl Refusal {
             Self::Weak { .. } => "weak: the centre's error bar is wider than its limit",
             Self::TooManyOutliers { .. } => "more than a fifth of the poses contradict the others",
             Self::NotABall { .. } => "the joint centre wanders: not a ball joint",
+            Self::ZeroNotDetermined { .. } => {
+                "weak: the centre hangs on an encoder zero that the poses do not determine"
+            }
         }
     }
 }

@@ -4,7 +4,7 @@ use super::model::Model;
 use super::normal_equations::{Factors, NormalEquations, UNKNOWNS};
 use super::outcome::{Identified, MOST_ITERATIONS, Progress, Refusal, Termination, deviation};
 use crate::kinematics::{BaseEdges, CableLengths};
-use crate::rig::{POINTS, Parameters, Rig};
+use crate::rig::{CABLES, POINTS, Parameters, Rig};
 use crate::scalar::Real;
 use heapless::Vec;
 
@@ -155,6 +155,8 @@ impl<T: Real> PaperIteration<T> {
             poses: poses as u16,
             rejected: Vec::new(),
             sway_rad: T::of(f64::INFINITY),
+            zeros_mm: [T::zero(); CABLES],
+            zero_sigmas_mm: [T::zero(); CABLES],
         })
     }
 }

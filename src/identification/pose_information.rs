@@ -21,6 +21,10 @@ pub struct PoseInformation<T> {
     pub squares_mm2: T,
     /// The best ω for δ = 0, rad.
     pub turn: Vector3<T>,
+    /// Inverse of the information on ω, rad²/mm².
+    pub turning_inverse: Matrix3<T>,
+    /// The information shared by δ and ω, times that inverse, 1/mm: what ω takes away from δ.
+    pub through: Matrix3<T>,
 }
 
 impl<T: Real> PoseInformation<T> {
@@ -50,6 +54,8 @@ impl<T: Real> PoseInformation<T> {
             gradient_mm: gradient - mixed * turn,
             squares_mm2: squares - torque.dot(&turn),
             turn,
+            turning_inverse: inverse,
+            through,
         })
     }
 }

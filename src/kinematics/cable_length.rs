@@ -76,6 +76,14 @@ impl<T: Real> CableLengths<T> {
         }))
     }
 
+    /// The lengths less the zero error of each encoder, mm.
+    ///
+    /// # Errors
+    /// The first cable whose length would not be positive.
+    pub fn less(&self, zeros_mm: &[T; CABLES]) -> Result<Self, LengthError> {
+        Self::new(core::array::from_fn(|k| self.0[k] - zeros_mm[k]))
+    }
+
     /// The same lengths with those of two cables (indices from 0) exchanged, as by two swapped connectors.
     pub fn exchanged(mut self, first: usize, second: usize) -> Self {
         if first < CABLES && second < CABLES {

@@ -80,6 +80,9 @@ impl From<Refusal> for Detail {
             Refusal::Weak { direction, sigma_mm } => {
                 Self { axis: Some(direction), size_mm: Some(sigma_mm), ..Self::of(Reason::Weak) }
             }
+            Refusal::ZeroNotDetermined { cable, sigma_mm } => {
+                Self { cable, size_mm: Some(sigma_mm), ..Self::of(Reason::Weak) }
+            }
             Refusal::TooManyOutliers { .. } => Self::of(Reason::TooManyOutliers),
             Refusal::NotABall { wander_mm } => Self { size_mm: Some(wander_mm), ..Self::of(Reason::NotABall) },
         }

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-use glenoid::can::Frame;
+use glenoid::can::{BaseId, Frame, Message, Opcode, Request};
 use host_tests::debugger::{Debugger, Register};
 use host_tests::elf::Elf;
 use host_tests::emulator::{self, Emulator, EmulatorError, Options};
@@ -115,20 +115,34 @@ fn a_closed_channel_is_silent(image: &Path) -> Result<(), Failed> {
     Ok(())
 }
 
+/// 500 commands, each with its own nonce, are answered one by one and in order; heartbeats come in between. Foreign
+/// frames are acknowledged by the adapter and answered by nobody.
 fn frames_go_both_ways(image: &Path) -> Result<(), Failed> {
     let board = boot(image)?;
     let mut client = SlcanClient::open(board.can_address())?;
     let opened = client.acknowledged();
-    for nonce in 0..100 {
-        client.send(&Frame::new(0x7FF, &[nonce])?)?;
-    }
-    let deadline = Instant::now() + PATIENCE;
     let mut heartbeats = 0;
-    while client.acknowledged() < opened + 100 || heartbeats < 10 {
-        heartbeats += u32::from(client.receive(Duration::from_millis(200))?.is_some());
-        assert!(Instant::now() < deadline, "{} of 100 acknowledged", client.acknowledged() - opened);
+    for nonce in 1..=500 {
+        client.send(&Frame::new(0x7FF, &[0xFF; 8])?)?;
+        let query = Request { opcode: Opcode::Query as u8, nonce, run_id: 0, argument: 0 };
+        client.send(&query.pack(BaseId::DEFAULT.command()))?;
+        loop {
+            let frame = client.receive(PATIENCE)?.ok_or("no answer")?;
+            match Message::unpack(&frame, BaseId::DEFAULT)? {
+                Message::Answer(answer) => {
+                    assert_eq!((answer.opcode, answer.nonce), (Opcode::Query as u8, nonce));
+                    break;
+                }
+                Message::Heartbeat(_) => heartbeats += 1,
+                _ => {}
+            }
+        }
     }
-    assert_eq!((client.acknowledged() - opened, client.refused()), (100, 0));
+    while heartbeats < 3 {
+        let frame = client.receive(PATIENCE)?.ok_or("no heartbeat")?;
+        heartbeats += u32::from(matches!(Message::unpack(&frame, BaseId::DEFAULT)?, Message::Heartbeat(_)));
+    }
+    assert_eq!((client.acknowledged() - opened, client.refused()), (1_000, 0));
     Ok(())
 }
 

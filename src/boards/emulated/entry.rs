@@ -11,7 +11,7 @@ use super::stack;
 /// One line of the log.
 pub enum Entry {
     /// Power-up is over: both lines are served.
-    Ready { stack_bytes: usize },
+    Ready { stack_bytes: usize, device_bytes: usize },
     /// The device has something to say.
     Device(LogEntry),
     /// The lamp shows another pattern.
@@ -31,7 +31,9 @@ pub enum Entry {
 impl fmt::Display for Entry {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Ready { stack_bytes } => write!(f, "board: ready, {stack_bytes} bytes of stack"),
+            Self::Ready { stack_bytes, device_bytes } => {
+                write!(f, "board: ready, {stack_bytes} bytes of stack, {device_bytes} bytes of device")
+            }
             Self::Device(entry) => write!(f, "device: {entry:?}"),
             Self::Lamp(pattern) => write!(f, "lamp: {pattern:?}"),
             Self::SlcanRefused { last, so_far } => {

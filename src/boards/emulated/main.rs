@@ -19,7 +19,8 @@ mod vectors;
 
 use cortex_m::interrupt::free;
 use cortex_m::{Peripherals, asm, singleton};
-use glenoid::device::{Action, Device, Event, LampPattern};
+use glenoid::device::{Action, Config, Device, Event, LampPattern, LogEntry};
+use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, Rig};
 use glenoid::rig_link::{RigLink, Signal};
 use glenoid::slcan::Adapter;
 
@@ -37,6 +38,8 @@ struct Outside {
     adapter: Adapter,
     lamp: Option<LampPattern>,
     log: Log<Entry>,
+    /// The deepest calls of this firmware lie just behind us.
+    measure_stack: bool,
 }
 
 impl Outside {
@@ -52,13 +55,16 @@ impl Outside {
                 self.lamp = Some(pattern);
                 self.log.push(now_ms, Entry::Lamp(pattern));
             }
-            Action::Log(entry) => self.log.push(now_ms, Entry::Device(entry)),
+            Action::Log(entry) => {
+                self.measure_stack |= matches!(entry, LogEntry::Identified { .. });
+                self.log.push(now_ms, Entry::Device(entry));
+            }
         }
     }
 }
 
 struct Board {
-    device: Device,
+    device: &'static mut Device,
     rig: Uart,
     rig_link: RigLink,
     outside: Outside,
@@ -69,14 +75,14 @@ struct Board {
 
 impl Board {
     /// None if it was called before: the peripherals and the queues exist once.
-    fn start() -> Option<Self> {
+    fn start(config: Config) -> Option<Self> {
         let core = Peripherals::take()?;
         stack::protect(core.MPU);
         let can_queues = singleton!(: Queues = Queues::new())?;
         let rig_queues = singleton!(: Queues = Queues::new())?;
         clock::start(core.SYST);
         let mut board = Self {
-            device: Device::new(Default::default()),
+            device: singleton!(: Device = Device::new(config))?,
             rig: Uart::start(Line::Rig, rig_queues),
             rig_link: RigLink::new(),
             outside: Outside {
@@ -84,13 +90,14 @@ impl Board {
                 adapter: Adapter::new(),
                 lamp: None,
                 log: Log::new(),
+                measure_stack: false,
             },
             losses: Losses::default(),
             teller: Teller::default(),
             last_tick_ms: clock::now_ms(),
         };
-        let stack_bytes = stack::usage().size_bytes;
-        board.outside.log.push(board.last_tick_ms, Entry::Ready { stack_bytes });
+        let ready = Entry::Ready { stack_bytes: stack::usage().size_bytes, device_bytes: size_of::<Device>() };
+        board.outside.log.push(board.last_tick_ms, ready);
         Some(board)
     }
 
@@ -109,16 +116,13 @@ impl Board {
             self.last_tick_ms = now_ms;
             self.handle(now_ms, Event::Tick);
         }
-        if busy && !self.device.is_busy() {
-            // the deepest calls of this firmware lie just behind us
-            self.outside.log.push(now_ms, Entry::Stack(stack::usage()));
-        }
         heard || busy || ticked || self.write_log(now_ms)
     }
 
     fn hear_can(&mut self) -> bool {
         if self.outside.can.take_overrun() {
             self.outside.adapter.note_overrun();
+            self.handle(clock::now_ms(), Event::ReceiveOverrun { lost: 1 });
         }
         for turn in 0..BYTES_A_TURN {
             let Some(byte) = self.outside.can.read() else { return turn != 0 };
@@ -157,6 +161,9 @@ impl Board {
         losses.rig_link.0 = self.rig_link.refused();
         losses.dropped = outside.can.dropped();
         self.teller.tell(now_ms, *losses, |entry| outside.log.push(now_ms, entry));
+        if core::mem::take(&mut outside.measure_stack) {
+            outside.log.push(now_ms, Entry::Stack(stack::usage()));
+        }
         outside.log.write_one()
     }
 
@@ -176,7 +183,13 @@ impl Board {
 #[cortex_m_rt::entry]
 fn main() -> ! {
     stack::paint();
-    let Some(mut board) = Board::start() else { faults::stop(format_args!("board: started twice")) };
+    let rig = match Rig::shoulder(ASSUMED_BASE_RADIUS_MM as f32) {
+        Ok(rig) => rig,
+        Err(error) => faults::stop(format_args!("board: {}", error.text())),
+    };
+    let Some(mut board) = Board::start(Config::for_rig(rig)) else {
+        faults::stop(format_args!("board: started twice"))
+    };
     loop {
         if !board.turn() {
             board.sleep();

@@ -4,10 +4,11 @@ use super::blame::Blame;
 use super::placement::Placement;
 use super::settings::Noise;
 use super::{FEWEST_AFTER_REJECTION, FEWEST_POSES, Phase, Solver, Weighing, judgement};
-use crate::identification::normal_equations::{Factors, UNKNOWNS};
+use crate::identification::normal_equations::{Factors, PACKED, UNKNOWNS};
 use crate::identification::observability::{RotationSum, Sway};
 use crate::identification::outcome::{Identified, MOST_REJECTED, Refusal, Rejected, Termination, deviation};
 use crate::identification::uncertainty::covariance_of_parameters;
+use crate::rig::CABLES;
 use crate::scalar::Real;
 use heapless::Vec;
 
@@ -109,7 +110,9 @@ impl<T: Real, const N: usize> Solver<T, N> {
     /// The last gates, then the result; poses left out are explained next.
     pub(super) fn accept(&mut self, poses: usize, squares_mm2: T) -> Result<(), Refusal> {
         let sway_rad = self.degenerate(|p| p.is_used())?;
-        let factors = Factors::of(&self.sum.equations.matrix).map_err(|_| Refusal::Singular)?;
+        let reduced = self.sum.reduced().map_err(|_| Refusal::Singular)?;
+        let equations = reduced.as_ref().map_or(&self.sum.equations, |reduced| &reduced.equations);
+        let factors = Factors::of(&equations.matrix).map_err(|_| Refusal::Singular)?;
         let freedom = T::of_integer((3 * self.sum.poses as i32 - UNKNOWNS as i32).max(1));
         let noise_mm = match self.settings.noise {
             Noise::Known(noise) => noise,
@@ -119,7 +122,8 @@ impl<T: Real, const N: usize> Solver<T, N> {
         let unit = covariance_of_parameters(&of_pivot, &self.pivot, &self.placer.points);
         // Noise-free lengths must not pass a geometry that noise would ruin.
         let gate = noise_mm.max(self.placer.rig_noise_mm);
-        judgement::refuse_weak(&unit, gate, self.settings.sigma_limit_mm)?;
+        let zeros_variance = reduced.map_or([T::zero(); CABLES], |reduced| reduced.zeros_variance(&of_pivot));
+        self.refuse_weak(&unit, &zeros_variance, gate)?;
         let mut rejected = Vec::new();
         for (pose, placement) in self.placements.iter().enumerate() {
             if !placement.is_used() {
@@ -137,8 +141,28 @@ impl<T: Real, const N: usize> Solver<T, N> {
             poses: poses as u16,
             rejected,
             sway_rad,
+            zeros_mm: self.zeros_mm,
+            zero_sigmas_mm: zeros_variance.map(|variance| variance.max(T::zero()).root() * noise_mm),
         });
         self.phase = Phase::Blame(Blame::new());
         Ok(())
+    }
+
+    /// Refuses an error bar that is too wide, and says when it is the unknown zeros that widen it.
+    fn refuse_weak(&self, unit: &[T; PACKED], zeros_variance: &[T; CABLES], noise_mm: T) -> Result<(), Refusal> {
+        let limit = self.settings.sigma_limit_mm;
+        let refused = judgement::refuse_weak(unit, noise_mm, limit);
+        if refused.is_err() && self.sum.zeros.is_some() {
+            let known = Factors::of(&self.sum.equations.matrix).map_err(|_| Refusal::Singular)?.inverse();
+            let known = covariance_of_parameters(&known, &self.pivot, &self.placer.points);
+            if judgement::refuse_weak(&known, noise_mm, limit).is_ok() {
+                let worst = (0..CABLES).fold(0, |w, k| if zeros_variance[k] > zeros_variance[w] { k } else { w });
+                return Err(Refusal::ZeroNotDetermined {
+                    cable: worst as u8 + 1,
+                    sigma_mm: (zeros_variance[worst].max(T::zero()).root() * noise_mm).to_f32(),
+                });
+            }
+        }
+        refused
     }
 }

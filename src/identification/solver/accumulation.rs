@@ -2,12 +2,14 @@
 
 use super::judgement;
 use super::placement::{Placement, Placer};
-use crate::identification::normal_equations::{NormalEquations, UNKNOWNS};
+use crate::identification::normal_equations::{NormalEquations, Singular, UNKNOWNS};
 use crate::identification::outcome::Refusal;
 use crate::identification::pose_information::PoseInformation;
+use crate::identification::zeros::{Reduced, ZeroEquations};
 use crate::kinematics::arm::turned;
 use crate::kinematics::pivot::inverse_of_symmetric;
 use crate::kinematics::{CableLengths, LengthEquations, Pivot};
+use crate::rig::CABLES;
 use crate::scalar::Real;
 use nalgebra::Matrix3;
 
@@ -20,19 +22,51 @@ const OWN_CENTRE_RIDGE: f64 = 0.02;
 pub(super) struct PassSum<T> {
     /// Normal equations of (O, C); `squares` is the weighted sum of squares before the step, mm².
     pub equations: NormalEquations<T>,
+    /// The part of the zeros, when they are unknown.
+    pub zeros: Option<ZeroEquations<T>>,
     /// Poses with a weight above zero.
     pub poses: usize,
 }
 
+/// A Gauss-Newton step of all unknowns.
+pub(super) struct Step<T> {
+    /// O and C, mm.
+    pub pivot: [T; UNKNOWNS],
+    /// The encoder zeros, mm.
+    pub zeros: [T; CABLES],
+    /// Sum of squares that the step leaves, mm² (of the linear problem, exact at convergence).
+    pub squares_left: T,
+}
+
+impl<T: Real> Step<T> {
+    /// Largest move of any unknown, mm.
+    pub fn largest(&self) -> T {
+        self.pivot.iter().chain(&self.zeros).fold(T::zero(), |largest, x| largest.max(x.abs()))
+    }
+}
+
 impl<T: Real> PassSum<T> {
-    pub fn new() -> Self {
-        Self { equations: NormalEquations::new(), poses: 0 }
+    /// An empty pass.
+    pub fn new(zeros: Option<ZeroEquations<T>>) -> Self {
+        Self { equations: NormalEquations::new(), zeros, poses: 0 }
     }
 
-    /// Sum of squares that the step leaves, mm² (of the linear problem, exact at convergence).
-    pub fn squares_after(&self, step: &[T; UNKNOWNS]) -> T {
-        let gained = step.iter().zip(&self.equations.gradient).fold(T::zero(), |sum, (x, g)| sum + *x * *g);
-        (self.equations.squares - gained).max(T::zero())
+    /// The equations of O and C alone, with the zeros eliminated.
+    pub fn reduced(&self) -> Result<Option<Reduced<T>>, Singular> {
+        self.zeros.as_ref().map(|zeros| zeros.reduce(&self.equations)).transpose()
+    }
+
+    /// The step of the pass.
+    pub fn step(&self) -> Result<Step<T>, Singular> {
+        let reduced = self.reduced()?;
+        let equations = reduced.as_ref().map_or(&self.equations, |reduced| &reduced.equations);
+        let pivot = equations.solve()?;
+        let gained = pivot.iter().zip(&equations.gradient).fold(T::zero(), |sum, (x, g)| sum + *x * *g);
+        Ok(Step {
+            pivot,
+            zeros: reduced.as_ref().map_or([T::zero(); CABLES], |reduced| reduced.zeros_step(&pivot)),
+            squares_left: (equations.squares - gained).max(T::zero()),
+        })
     }
 
     /// Adds one pose with the weight that `weight` gives to its misfit, and refines its rotation.
@@ -62,6 +96,9 @@ impl<T: Real> PassSum<T> {
             self.poses += 1;
             self.equations.squares += pose.squares_mm2 * weight;
             self.equations.add_information(&rotation, &(pose.information * weight), &(pose.gradient_mm * weight));
+            if let Some(zeros) = &mut self.zeros {
+                zeros.add(&rotation, &equations, &pose, weight);
+            }
         }
     }
 
@@ -90,15 +127,9 @@ impl<T: Real> PassSum<T> {
     }
 
     /// How far the centre wanders, or that a few poses alone are to blame.
-    pub fn wander(
-        &self,
-        step: &[T; UNKNOWNS],
-        placements: &mut [Placement<T>],
-        rejected: u16,
-        poses: usize,
-    ) -> Refusal {
+    pub fn wander(&self, step: &Step<T>, placements: &mut [Placement<T>], rejected: u16, poses: usize) -> Refusal {
         let freedom = T::of_integer((3 * self.poses as i32 - UNKNOWNS as i32).max(1));
-        let variance = self.squares_after(step) / freedom;
+        let variance = step.squares_left / freedom;
         let median = judgement::median_misfit(placements);
         // A normal scatter in space has a mean of its squares 1.27 times their median; a few poses far off, much more.
         let scattered = variance * T::of(3.0) <= median * T::of(judgement::SCATTER_RATIO);

@@ -43,12 +43,15 @@ impl<T: Real> Blame<T> {
         result: &mut Identified<T>,
         placer: &Placer<T>,
         pivot: &Pivot<T>,
+        zeros_mm: &[T; CABLES],
         poses: &[CableLengths<T>],
     ) {
         let noise = result.noise_mm.max(placer.rig_noise_mm);
         let variance = noise * noise;
         let Some(rejected) = result.rejected.get_mut(self.next) else { return };
-        let Some(lengths) = poses.get(usize::from(rejected.pose)) else { return };
+        let Some(measured) = poses.get(usize::from(rejected.pose)) else { return };
+        // A length shorter than its zero error explains itself badly enough; it is left as it is.
+        let lengths = &measured.less(zeros_mm).unwrap_or(*measured);
         if let Some(slot) = self.without.get_mut(self.question) {
             let cable = self.question;
             *slot = placer.arm(pivot).fit(lengths, CableSet::all_but(cable)).map(|fit| fit.squares_mm2);

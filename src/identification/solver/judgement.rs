@@ -24,6 +24,9 @@ pub(super) const ANNEALING: f64 = 0.25;
 /// Passes with equal weights before the residuals are taken to hold something else than noise.
 pub(super) const EQUAL_PASSES: u8 = 4;
 
+/// The same when the zeros are unknown: from ±10 mm they settle in six to eight passes.
+pub(super) const EQUAL_PASSES_WITH_ZEROS: u8 = 10;
+
 /// Passes with poses in or out; a selection that has not settled by then is judged as it stands.
 pub(super) const SELECTED_PASSES: u8 = 8;
 

@@ -30,8 +30,9 @@ pub use self::settings::{Noise, SolverSettings};
 use super::normal_equations::{NormalEquations, Singular};
 use super::outcome::{Identified, MOST_ITERATIONS, Progress, Refusal, deviation};
 use super::pose_buffer::DEFAULT_CAPACITY;
+use super::zeros::ZeroEquations;
 use crate::kinematics::{CableLengths, OctahedronError, Pivot};
-use crate::rig::Rig;
+use crate::rig::{CABLES, Rig};
 use crate::scalar::Real;
 use heapless::Vec;
 
@@ -78,6 +79,7 @@ pub struct Solver<T: Real, const N: usize = DEFAULT_CAPACITY> {
     next: usize,
     linear: NormalEquations<T>,
     pivot: Pivot<T>,
+    zeros_mm: [T; CABLES],
     sum: PassSum<T>,
     noise_mm: T,
     selected_before: usize,
@@ -102,7 +104,8 @@ impl<T: Real, const N: usize> Solver<T, N> {
             phase: Phase::Place,
             next: 0,
             linear: NormalEquations::new(),
-            sum: PassSum::new(),
+            zeros_mm: [T::zero(); CABLES],
+            sum: PassSum::new(None),
             noise_mm,
             selected_before: 0,
             passes_in_weighing: 0,
@@ -195,13 +198,19 @@ impl<T: Real, const N: usize> Solver<T, N> {
         self.passes_in_weighing = if same { self.passes_in_weighing + 1 } else { 0 };
         self.phase = Phase::Pass(weighing);
         self.next = 0;
-        self.sum = PassSum::new();
+        let prior = self.settings.zero_prior_mm;
+        let zeros_take_part = prior > T::zero() && !matches!(weighing, Weighing::Wander { .. });
+        self.sum = PassSum::new(zeros_take_part.then(|| {
+            let ratio = self.noise_mm / prior;
+            ZeroEquations::new(ratio * ratio, &self.zeros_mm)
+        }));
     }
 
     /// Adds one pose to the pass.
     fn weigh(&mut self, weighing: Weighing<T>, lengths: &CableLengths<T>) {
         let variance = self.noise_mm * self.noise_mm;
-        if let Some(placement) = self.placements.get_mut(self.next) {
+        if let (Some(placement), Ok(lengths)) = (self.placements.get_mut(self.next), lengths.less(&self.zeros_mm)) {
+            let lengths = &lengths;
             // A pose that fits nothing may stand on the wrong side of the fold: the known centre places it.
             let hopeless = placement.misfit > T::of(judgement::HOPELESS_MISFIT) || !placement.is_placed();
             if weighing == Weighing::Selected && hopeless && self.passes_in_weighing < 2 {
@@ -228,7 +237,7 @@ impl<T: Real, const N: usize> Solver<T, N> {
 
     /// Takes the step of a pass and decides what comes next.
     fn finish_pass(&mut self, weighing: Weighing<T>, poses: usize) -> Result<(), Refusal> {
-        let Ok(step) = self.sum.equations.solve() else {
+        let Ok(step) = self.sum.step() else {
             let refusal = match weighing {
                 Weighing::Wander { rejected, .. } => Refusal::TooManyOutliers { rejected, poses: poses as u16 },
                 // Hardly any pose agrees with another.
@@ -239,20 +248,20 @@ impl<T: Real, const N: usize> Solver<T, N> {
             };
             return Err(refusal);
         };
-        self.pivot = self.pivot.moved_by(&step);
-        let largest = step.iter().fold(T::zero(), |largest, x| largest.max(x.abs()));
-        let squares_mm2 = self.sum.squares_after(&step);
+        self.pivot = self.pivot.moved_by(&step.pivot);
+        self.zeros_mm = core::array::from_fn(|k| self.zeros_mm[k] + step.zeros[k]);
+        let squares_mm2 = step.squares_left;
         let deviation_mm = deviation(squares_mm2, self.sum.poses.max(1));
         if self.deviations_mm.push(deviation_mm).is_err() {
             return Err(Refusal::IterationCap);
         }
-        let settled = largest <= self.settings.tolerance_mm;
+        let settled = step.largest() <= self.settings.tolerance_mm;
         match weighing {
             Weighing::Equal => {
                 if settled && self.sum.poses == poses && self.residuals_are_noise(squares_mm2) {
                     return self.accept(poses, squares_mm2);
                 }
-                if settled || self.passes_in_weighing >= judgement::EQUAL_PASSES {
+                if settled || self.passes_in_weighing >= self.most_equal_passes() {
                     let scale = self.begin_annealing();
                     self.begin_pass(Weighing::Annealed(scale));
                 } else {
@@ -283,9 +292,18 @@ impl<T: Real, const N: usize> Solver<T, N> {
         Ok(())
     }
 
+    /// Unknown zeros of centimetres take more steps to find than noise does.
+    fn most_equal_passes(&self) -> u8 {
+        if self.settings.zero_prior_mm > T::zero() {
+            judgement::EQUAL_PASSES_WITH_ZEROS
+        } else {
+            judgement::EQUAL_PASSES
+        }
+    }
+
     fn explain(&mut self, mut blame: Blame<T>, poses: &[CableLengths<T>]) -> Result<(), Refusal> {
         if let Some(result) = &mut self.result {
-            blame.advance(result, &self.placer, &self.pivot, poses);
+            blame.advance(result, &self.placer, &self.pivot, &self.zeros_mm, poses);
         }
         self.phase = Phase::Blame(blame);
         Ok(())

@@ -18,6 +18,8 @@ pub enum Noise<T> {
 pub struct SolverSettings<T> {
     /// Noise of a cable length.
     pub noise: Noise<T>,
+    /// How well the encoder zeros are known, 1σ, mm; 0 = exactly. See [`zeros`](crate::identification::zeros).
+    pub zero_prior_mm: T,
     /// Gauss-Newton ends when no unknown moves by more than this, mm.
     pub tolerance_mm: T,
     /// Largest 1σ of the centre in its worst direction, mm.
@@ -33,6 +35,7 @@ impl<T: Real> SolverSettings<T> {
     pub fn for_rig(rig: &Rig<T>) -> Self {
         Self {
             noise: Noise::Known(rig.length_noise_mm()),
+            zero_prior_mm: T::zero(),
             // Single precision: 3e-3 mm, double: 1e-7 mm. The error after a step is about its square over the rig's size.
             tolerance_mm: T::default_epsilon().root() * T::of(8.0),
             // A tenth of what the humeral head itself moves in elevation (2-6 mm).

@@ -1,0 +1,24 @@
+//! `cargo rehearse`: see [`host_tests::rehearse`].
+
+use clap::Parser;
+use host_tests::firmware::workspace;
+use host_tests::rehearse::{Display, Options, Status, run};
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let options = Options::parse();
+    let display = Display::choose(options.json);
+    let report = run(&options, &display, &workspace().join("target/rehearse"));
+    if options.json {
+        match serde_json::to_string_pretty(&report) {
+            Ok(json) => println!("{json}"),
+            Err(error) => {
+                eprintln!("cargo rehearse: the report is no JSON: {error}");
+                return ExitCode::FAILURE;
+            }
+        }
+    } else {
+        print!("{report}");
+    }
+    if report.status == Status::Right { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}

@@ -1,0 +1,84 @@
+//! `cargo rehearse`: a whole calibration with a virtual wearer, and the truth at the end.
+//!
+//! The same script ([`Session`]) plays against the emulated board over its two serial lines ([`EmulatedBoard`]) and
+//! against the device within this process ([`InProcess`]), which tests use: anything that is a [`Bench`].
+
+mod bench;
+mod board;
+mod charts;
+mod display;
+mod expected;
+mod inbox;
+mod judgement;
+mod options;
+mod replay;
+mod report;
+mod session;
+mod verdict;
+
+pub use bench::{Bench, BenchError, InProcess};
+pub use board::EmulatedBoard;
+pub use display::{Display, Stage};
+pub use expected::{length_sigma_mm, sigma_mm};
+pub use inbox::Inbox;
+pub use options::Options;
+pub use report::{Found, Report, Settings, Status};
+pub use session::{Captured, Session, SessionError, Transcript};
+pub use verdict::{NAMES, Verdict};
+
+use crate::emulator::{self, Emulator};
+use crate::firmware::{self, Image};
+use crate::packages::Consent;
+use crate::wearer::Wearer;
+use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, Rig};
+use std::path::Path;
+
+/// Builds and boots the board, rehearses a calibration on it and reports.
+pub fn run(options: &Options, display: &Display, plots: &Path) -> Report {
+    let rig = match Rig::shoulder(ASSUMED_BASE_RADIUS_MM) {
+        Ok(rig) => rig,
+        Err(error) => unreachable!("the shoulder's constants make a rig: {}", error.text()),
+    };
+    let mut wearer = Wearer::new(rig, options.wearer());
+    match boot(options, display) {
+        Err(reason) => Report::failed(options, &wearer.truth(), reason),
+        Ok(mut board) => {
+            let mut report = rehearse(&mut board, &mut wearer, &rig, options, display, plots);
+            if report.status == Status::Failed {
+                report.reasons.extend(board.last_words().into_iter().map(|line| format!("board's log: {line}")));
+            }
+            report
+        }
+    }
+}
+
+fn boot(options: &Options, display: &Display) -> Result<EmulatedBoard, String> {
+    let consent = if options.yes { Consent::Given } else { Consent::Ask };
+    // Questions and the words of apt-get, rustup and cargo go to stderr themselves; a moving bar would mangle them.
+    emulator::ensure_installed(consent).map_err(|error| error.to_string())?;
+    let toolchain = firmware::choose_toolchain(consent).map_err(|error| error.to_string())?;
+    let stage = display.stage("building the firmware");
+    let image = firmware::build_with(toolchain, Image::EMULATED).map_err(|error| error.to_string())?;
+    stage.done(&format!("{} with {toolchain:?}'s toolchain", image.display()));
+    let stage = display.stage("booting the board");
+    let emulator = Emulator::start(&image, &emulator::Options::default()).map_err(|error| error.to_string())?;
+    let board = EmulatedBoard::connect(emulator).map_err(|error| error.to_string())?;
+    stage.done("QEMU mps2-an386, Cortex-M4F");
+    Ok(board)
+}
+
+/// Rehearses a calibration on a bench and holds the result against the truth. Writes the plots into `plots`.
+pub fn rehearse(
+    bench: &mut dyn Bench,
+    wearer: &mut Wearer,
+    rig: &Rig<f64>,
+    options: &Options,
+    display: &Display,
+    plots: &Path,
+) -> Report {
+    let truth = wearer.truth();
+    let session = Session::new(bench, wearer, rig.drum().fastest_mm_per_s, display);
+    let outcome = session.calibrate(options.poses, options.verification_poses()).map_err(|error| error.to_string());
+    let report = outcome.and_then(|transcript| judgement::judge(&transcript, wearer, rig, options, plots));
+    report.unwrap_or_else(|reason| Report::failed(options, &truth, reason))
+}

@@ -1,0 +1,93 @@
+//! Where a rehearsal takes place: something with six encoders, a button and a CAN bus.
+
+use glenoid::can::Frame;
+use glenoid::device::{Action, Device, Event};
+use glenoid::rig::CABLES;
+use std::fmt;
+
+/// The wires to a drive board, and the passing of time.
+pub trait Bench {
+    /// Sets the six encoder counters.
+    ///
+    /// # Errors
+    /// [`BenchError`] when the wires are gone.
+    fn set_counts(&mut self, counts: &[i32; CABLES]) -> Result<(), BenchError>;
+
+    /// Puts a frame on the bus.
+    ///
+    /// # Errors
+    /// [`BenchError`] when the wires are gone.
+    fn send(&mut self, frame: &Frame) -> Result<(), BenchError>;
+
+    /// Lets `ms` milliseconds pass and returns the frames that the board sent meanwhile, in order.
+    ///
+    /// # Errors
+    /// [`BenchError`] when the wires are gone.
+    fn pass(&mut self, ms: u32) -> Result<Vec<Frame>, BenchError>;
+}
+
+/// The wires are gone, and why.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct BenchError(pub String);
+
+impl fmt::Display for BenchError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for BenchError {}
+
+/// The device without a board: the very type that the firmware drives, in this process, with a clock that is only
+/// counted. A calibration takes milliseconds and is the same every time.
+pub struct InProcess {
+    device: Device,
+    now_ms: u32,
+    heard: Vec<Frame>,
+}
+
+/// Most ticks that the device gets within one millisecond while it says that it has work to do. On the board it gets
+/// as many as the processor can do.
+const TICKS_A_MILLISECOND: usize = 20;
+
+impl InProcess {
+    /// A bench for this device, at time zero.
+    pub fn new(device: Device) -> Self {
+        Self { device, now_ms: 0, heard: Vec::new() }
+    }
+
+    fn handle(&mut self, event: Event) {
+        let heard = &mut self.heard;
+        self.device.handle(self.now_ms, event, &mut |action| {
+            if let Action::Send(frame) = action {
+                heard.push(frame);
+            }
+        });
+    }
+}
+
+impl Bench for InProcess {
+    fn set_counts(&mut self, counts: &[i32; CABLES]) -> Result<(), BenchError> {
+        self.handle(Event::Counts(*counts));
+        Ok(())
+    }
+
+    fn send(&mut self, frame: &Frame) -> Result<(), BenchError> {
+        self.handle(Event::Can(*frame));
+        Ok(())
+    }
+
+    fn pass(&mut self, ms: u32) -> Result<Vec<Frame>, BenchError> {
+        for _ in 0..ms {
+            self.now_ms = self.now_ms.wrapping_add(1);
+            self.handle(Event::Tick);
+            for _ in 1..TICKS_A_MILLISECOND {
+                if !self.device.is_busy() {
+                    break;
+                }
+                self.handle(Event::Tick);
+            }
+        }
+        Ok(std::mem::take(&mut self.heard))
+    }
+}

@@ -1,0 +1,95 @@
+//! What a client has heard from the device so far.
+
+use glenoid::can::report::{OutcomeReport, PoseReport};
+use glenoid::can::result::{Parameter, Quality, VerificationReport};
+use glenoid::can::status::{Answer, Fault, Heartbeat, Versions};
+use glenoid::can::{BaseId, Frame, Message, UnpackError};
+use glenoid::procedure::PoseSet;
+use glenoid::rig::{CABLES, POINTS};
+use std::collections::BTreeMap;
+
+/// The latest of every message, and those of which each one counts.
+#[derive(Debug, Clone, Default)]
+pub struct Inbox {
+    /// The latest heartbeat.
+    pub heartbeat: Option<Heartbeat>,
+    /// Versions of firmware and vocabulary.
+    pub versions: Option<Versions>,
+    /// Answers by nonce.
+    pub answers: BTreeMap<u16, Answer>,
+    /// Reports on poses, in order.
+    pub poses: Vec<PoseReport>,
+    /// Coordinates of the new centre.
+    pub centre: [Option<Parameter>; POINTS],
+    /// The new radii.
+    pub radii: [Option<Parameter>; POINTS],
+    /// How well the first set fits.
+    pub quality: Option<Quality>,
+    /// How well the second set fits.
+    pub verification: Option<VerificationReport>,
+    /// How the run ended.
+    pub outcome: Option<OutcomeReport>,
+    /// The centre in use.
+    pub live_centre: [Option<Parameter>; POINTS],
+    /// Lengths that were read out, mm, by set (second set: true), pose and cable (from 0).
+    pub lengths_mm: BTreeMap<(bool, u8, u8), f32>,
+    /// Faults, in order.
+    pub faults: Vec<Fault>,
+    /// Frames with an identifier of the device that could not be read.
+    pub unreadable: u32,
+}
+
+impl Inbox {
+    /// Takes in one frame from the bus. Frames of others are ignored.
+    pub fn take(&mut self, frame: &Frame, base: BaseId) {
+        let message = match Message::unpack(frame, base) {
+            Ok(message) => message,
+            Err(UnpackError::Foreign) => return,
+            Err(_) => {
+                self.unreadable += 1;
+                return;
+            }
+        };
+        let put = |place: &mut [Option<Parameter>; POINTS], value: Parameter| {
+            if let Some(slot) = place.get_mut(usize::from(value.index)) {
+                *slot = Some(value);
+            }
+        };
+        match message {
+            Message::Answer(answer) => drop(self.answers.insert(answer.nonce, answer)),
+            Message::Heartbeat(heartbeat) => self.heartbeat = Some(heartbeat),
+            Message::Versions(versions) => self.versions = Some(versions),
+            Message::Pose(report) => self.poses.push(report),
+            Message::CandidateCentre(value) => put(&mut self.centre, value),
+            Message::CandidateRadius(value) => put(&mut self.radii, value),
+            Message::LiveCentre(value) => put(&mut self.live_centre, value),
+            Message::Quality(quality) => self.quality = Some(quality),
+            Message::Verification(report) => self.verification = Some(report),
+            Message::Outcome(report) => self.outcome = Some(report),
+            Message::Fault(fault) => self.faults.push(fault),
+            Message::RawLength(raw) => {
+                let key = (raw.set == PoseSet::HeldOut, raw.index, raw.cable.wrapping_sub(1));
+                self.lengths_mm.insert(key, raw.length_mm);
+            }
+            // Said of a set of poses that is refused, or of no interest here.
+            _ => {}
+        }
+    }
+
+    /// The six lengths of a pose, mm, when all of them were read out.
+    pub fn pose_mm(&self, set: PoseSet, index: u8) -> Option<[f32; CABLES]> {
+        let mut lengths = [0.0; CABLES];
+        for (cable, length) in lengths.iter_mut().enumerate() {
+            *length = *self.lengths_mm.get(&(set == PoseSet::HeldOut, index, cable as u8))?;
+        }
+        Some(lengths)
+    }
+
+    /// The new centre and radii of the run `run_id`, when all six have come, in the order x, y, z, p1, p2, p3.
+    pub fn parameters(&self, run_id: u16) -> Option<[Parameter; 6]> {
+        let [Some(x), Some(y), Some(z)] = self.centre else { return None };
+        let [Some(p1), Some(p2), Some(p3)] = self.radii else { return None };
+        let all = [x, y, z, p1, p2, p3];
+        all.iter().all(|parameter| parameter.run_id == run_id).then_some(all)
+    }
+}

@@ -1,0 +1,90 @@
+//! Holds what the board found against the truth, against the host's own calculation and against the encoders.
+
+use super::charts::{self, Convergence};
+use super::expected;
+use super::options::Options;
+use super::replay;
+use super::report::{Found, Report, Status};
+use super::session::Transcript;
+use super::verdict::Verdict;
+use crate::wearer::Wearer;
+use glenoid::identification::{Identified, Refusal};
+use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, CABLES, Rig};
+use glenoid::scalar::Real;
+use std::path::Path;
+
+/// A pose is the mean of the counts over a short time, in which the arm may still have crept by a few counts.
+const MOST_COUNTS_OFF: f64 = 3.0;
+
+/// Judges a calibration, and writes the plots into the folder `plots`.
+///
+/// # Errors
+/// Why it cannot be judged: the poses determine no centre, the host refuses what the board accepted, a plot cannot be
+/// written.
+pub fn judge(
+    transcript: &Transcript,
+    wearer: &Wearer,
+    rig: &Rig<f64>,
+    options: &Options,
+    plots: &Path,
+) -> Result<Report, String> {
+    let rotations: Vec<_> = transcript.identification.iter().map(|captured| captured.pose.rotation).collect();
+    let length_sigma_mm = expected::length_sigma_mm(options.noise, wearer.encoder().mm_per_count());
+    let expected_sigma_mm = expected::sigma_mm(rig, wearer.arm(), &rotations, length_sigma_mm)
+        .ok_or("these poses do not determine the centre")?;
+    let truth = wearer.truth();
+    let verdict = Verdict::new(transcript.parameters.map(|p| p.value_mm), &truth, expected_sigma_mm);
+
+    let lengths_mm: Vec<_> = transcript.identification.iter().map(|captured| captured.lengths_mm).collect();
+    let rig_f32 = Rig::<f32>::shoulder(ASSUMED_BASE_RADIUS_MM as f32).map_err(|error| error.text().to_string())?;
+    let refuses = |refusal: Refusal| format!("the host refuses the poses that the board accepted: {}", refusal.text());
+    let single = replay::identify(&rig_f32, &lengths_mm).map_err(refuses)?;
+    let double = replay::identify(rig, &lengths_mm).map_err(refuses)?;
+    let host_difference_mm = replay::difference_mm(&transcript.parameters, &single.parameters);
+    let length_difference_counts = length_difference_counts(transcript, rig);
+
+    let mut reasons = verdict.objections();
+    if host_difference_mm != 0.0 {
+        reasons.push(format!("host and board differ by {host_difference_mm:.1e} mm over the same lengths"));
+    }
+    if !(length_difference_counts <= MOST_COUNTS_OFF) {
+        let off = format!("{length_difference_counts:.2} counts");
+        reasons.push(format!("the board used a length that is {off} off what the encoders showed"));
+    }
+
+    let paper = replay::identify_as_the_paper(rig, &lengths_mm).ok();
+    let convergence = Convergence {
+        single: deviations_mm(&single),
+        double: deviations_mm(&double),
+        paper: paper.as_ref().map(deviations_mm),
+    };
+    let files = charts::write(transcript, &convergence, options, plots).map_err(|error| error.to_string())?;
+    let found = Found::new(transcript, &verdict, convergence.single, host_difference_mm, length_difference_counts);
+    Ok(Report {
+        status: if reasons.is_empty() { Status::Right } else { Status::Wrong },
+        reasons,
+        settings: options.into(),
+        true_centre_mm: truth.centre_mm.into(),
+        true_radii_mm: truth.radii_mm,
+        found: Some(found),
+        plots: files,
+    })
+}
+
+fn deviations_mm<T: Real>(identified: &Identified<T>) -> Vec<f64> {
+    identified.deviations_mm.iter().map(|deviation| deviation.to_f64()).collect()
+}
+
+/// Largest difference between a length that the board used and the one that the encoders showed, counts.
+fn length_difference_counts(transcript: &Transcript, rig: &Rig<f64>) -> f64 {
+    let (home, mm_per_count) = (rig.drum().home_length_mm, rig.drum().mm_per_count());
+    let captured = transcript.identification.iter().chain(&transcript.verification);
+    captured
+        .flat_map(|captured| {
+            (0..CABLES).map(move |k| {
+                let shown_mm = home[k] + f64::from(captured.pose.counts[k]) * mm_per_count;
+                ((f64::from(captured.lengths_mm[k]) - shown_mm) / mm_per_count).abs()
+            })
+        })
+        .fold(0.0, f64::max)
+}

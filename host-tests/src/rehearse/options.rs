@@ -1,0 +1,104 @@
+//! The command line of `cargo rehearse`.
+
+use crate::wearer::WearerSettings;
+use clap::Parser;
+
+/// Rehearse a calibration: a virtual wearer, the real firmware in an emulator, CAN in between.
+///
+/// Builds the firmware, boots it in QEMU, moves a virtual arm from pose to pose over the rig link, drives the
+/// calibration over CAN (SLCAN over TCP), and prints the identified joint centre beside the true one. Writes plots under
+/// target/rehearse/. Exits 0 only when the centre is right.
+#[derive(Debug, Clone, PartialEq, Parser)]
+#[command(name = "cargo rehearse", bin_name = "cargo rehearse", version)]
+pub struct Options {
+    /// Install what is missing (emulator, compiler target) without asking.
+    #[arg(long)]
+    pub yes: bool,
+
+    /// Seed of the wearer's joint centre, of the poses and of the noise.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+
+    /// Poses to identify with. A third as many more (3 to 30) verify the centre.
+    #[arg(long, value_name = "M", default_value_t = 30, value_parser = clap::value_parser!(u8).range(3..=120))]
+    pub poses: u8,
+
+    /// Every cable length is wrong by up to this much, uniformly, mm (the paper's noise by default).
+    #[arg(long, value_name = "MM", default_value_t = 0.1, allow_negative_numbers = true, value_parser = length)]
+    pub noise: f64,
+
+    /// Poses tilt the arm by up to this angle, degrees.
+    #[arg(long, value_name = "DEG", default_value_t = 45.0, allow_negative_numbers = true, value_parser = tilt)]
+    pub tilt: f64,
+
+    /// Every cable's home length is wrong by up to this much, uniformly, the same in all poses, mm.
+    #[arg(long, value_name = "MM", default_value_t = 0.0, allow_negative_numbers = true, value_parser = length)]
+    pub zero_error: f64,
+
+    /// Print one JSON object on stdout and nothing else there.
+    #[arg(long)]
+    pub json: bool,
+}
+
+impl Options {
+    /// The wearer that these options ask for.
+    pub fn wearer(&self) -> WearerSettings {
+        WearerSettings {
+            seed: self.seed,
+            tilt_rad: self.tilt.to_radians(),
+            noise_mm: self.noise,
+            zero_error_mm: self.zero_error,
+            ..WearerSettings::default()
+        }
+    }
+
+    /// Poses of the second set, which verify the centre and never identify it.
+    pub fn verification_poses(&self) -> u8 {
+        self.poses.div_ceil(3).clamp(3, 30)
+    }
+}
+
+/// A length in mm that a cable could be wrong by.
+fn length(text: &str) -> Result<f64, String> {
+    number(text, 0.0, 100.0, "mm")
+}
+
+/// A tilt in degrees that the cables could follow.
+fn tilt(text: &str) -> Result<f64, String> {
+    number(text, 0.0, 75.0, "degrees")
+}
+
+fn number(text: &str, least: f64, most: f64, unit: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| "not a number".to_string())?;
+    if (least..=most).contains(&value) { Ok(value) } else { Err(format!("not within {least} to {most} {unit}")) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(arguments: &[&str]) -> Result<Options, clap::Error> {
+        Options::try_parse_from([&["rehearse"], arguments].concat())
+    }
+
+    #[test]
+    fn the_flags_reach_the_wearer() {
+        let all =
+            ["--yes", "--seed", "9", "--poses", "12", "--noise", "0.2", "--tilt", "30", "--zero-error", "1", "--json"];
+        let options = parse(&all).unwrap();
+        assert!(options.yes && options.json);
+        let wearer = options.wearer();
+        assert_eq!((wearer.seed, wearer.noise_mm, wearer.zero_error_mm), (9, 0.2, 1.0));
+        assert!((wearer.tilt_rad - 0.5236).abs() < 1e-4);
+        assert_eq!((options.poses, options.verification_poses()), (12, 4));
+        assert_eq!(parse(&["--poses", "4"]).unwrap().verification_poses(), 3);
+    }
+
+    #[test]
+    fn impossible_values_are_refused_by_name() {
+        for bad in [["--poses", "2"], ["--noise", "-1"], ["--noise", "nan"], ["--tilt", "90"], ["--seed", "x"]] {
+            let message = parse(&bad).unwrap_err().to_string();
+            assert!(message.contains(bad[0]), "{message}");
+        }
+    }
+}

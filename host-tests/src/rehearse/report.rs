@@ -1,0 +1,205 @@
+//! What a rehearsal found, for people (text) and for programs (JSON).
+
+use super::options::Options;
+use super::session::Transcript;
+use super::verdict::{NAMES, Verdict};
+use glenoid::rig::Parameters;
+use serde::Serialize;
+use std::fmt;
+use std::path::PathBuf;
+
+/// How the rehearsal ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Status {
+    /// The board identified the centre, and it is right.
+    Right,
+    /// The board identified a centre, and it is wrong.
+    Wrong,
+    /// There is no centre.
+    Failed,
+}
+
+/// Everything that a rehearsal found. Arrays of six are x, y, z, p1, p2, p3.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Report {
+    /// How it ended.
+    pub status: Status,
+    /// Why it did not end right; one entry for each objection.
+    pub reasons: Vec<String>,
+    /// What was asked for.
+    pub settings: Settings,
+    /// The wearer's joint centre, mm.
+    pub true_centre_mm: [f64; 3],
+    /// The wearer's radii, mm.
+    pub true_radii_mm: [f64; 3],
+    /// What the board identified, when it did.
+    #[serde(flatten)]
+    pub found: Option<Found>,
+    /// Files that were written.
+    pub plots: Vec<PathBuf>,
+}
+
+/// The settings of the rehearsal.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[allow(missing_docs, reason = "the fields are those of `Options`")]
+pub struct Settings {
+    pub seed: u64,
+    pub poses: u8,
+    pub verification_poses: u8,
+    pub noise_mm: f64,
+    pub tilt_deg: f64,
+    pub zero_error_mm: f64,
+}
+
+impl From<&Options> for Settings {
+    fn from(options: &Options) -> Self {
+        Self {
+            seed: options.seed,
+            poses: options.poses,
+            verification_poses: options.verification_poses(),
+            noise_mm: options.noise,
+            tilt_deg: options.tilt,
+            zero_error_mm: options.zero_error,
+        }
+    }
+}
+
+/// What the board identified, beside the truth.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Found {
+    /// Version of the firmware.
+    pub firmware: String,
+    /// Number of the run.
+    pub run_id: u16,
+    /// Joint centre, mm.
+    pub centre_mm: [f64; 3],
+    /// Radii, mm.
+    pub radii_mm: [f64; 3],
+    /// Standard deviations that the board states, mm.
+    pub sigma_mm: [f64; 6],
+    /// Identified minus true, mm.
+    pub error_mm: [f64; 6],
+    /// Distance of the identified from the true centre, mm.
+    pub centre_error_mm: f64,
+    /// Standard deviations that the noise and the rounding to counts make one expect, mm.
+    pub expected_sigma_mm: [f64; 6],
+    /// Largest errors that count as right, mm.
+    pub tolerance_mm: [f64; 6],
+    /// δE of the first set, as the board states it, mm.
+    pub deviation_mm: f64,
+    /// δE of the second set, as the board states it, mm.
+    pub verification_deviation_mm: f64,
+    /// Iterations on the board.
+    pub iterations: u8,
+    /// δE before each step and after the last, from the host's run over the same lengths, mm.
+    pub deviations_mm: Vec<f64>,
+    /// Largest difference between the board's parameters and the host's in the same precision, mm; 0 is to the bit.
+    pub host_difference_mm: f64,
+    /// Largest difference between a length that the board used and the one that the encoders showed, counts.
+    pub length_difference_counts: f64,
+    /// Poses refused by the board as too near to others.
+    pub refused_poses: u32,
+}
+
+impl Found {
+    /// From what the session brought to light. `deviations_mm` and the two differences come from the host's own run.
+    pub fn new(
+        transcript: &Transcript,
+        verdict: &Verdict,
+        deviations_mm: Vec<f64>,
+        host_difference_mm: f64,
+        length_difference_counts: f64,
+    ) -> Self {
+        let [x, y, z, p1, p2, p3] = transcript.parameters.map(|parameter| f64::from(parameter.value_mm));
+        let [major, minor, patch] = transcript.versions.firmware;
+        Self {
+            firmware: format!("{major}.{minor}.{patch}"),
+            run_id: transcript.run_id,
+            centre_mm: [x, y, z],
+            radii_mm: [p1, p2, p3],
+            sigma_mm: transcript.parameters.map(|parameter| f64::from(parameter.sigma_mm)),
+            error_mm: verdict.error_mm,
+            centre_error_mm: verdict.centre_error_mm,
+            expected_sigma_mm: verdict.expected_sigma_mm,
+            tolerance_mm: verdict.tolerance_mm,
+            deviation_mm: f64::from(transcript.quality.deviation_mm),
+            verification_deviation_mm: f64::from(transcript.verified.deviation_mm),
+            iterations: transcript.quality.iterations,
+            deviations_mm,
+            host_difference_mm,
+            length_difference_counts,
+            refused_poses: transcript.refused_poses,
+        }
+    }
+}
+
+impl Report {
+    /// A report without a result.
+    pub fn failed(options: &Options, truth: &Parameters<f64>, reason: String) -> Self {
+        Self {
+            status: Status::Failed,
+            reasons: vec![reason],
+            settings: options.into(),
+            true_centre_mm: truth.centre_mm.into(),
+            true_radii_mm: truth.radii_mm,
+            found: None,
+            plots: Vec::new(),
+        }
+    }
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(found) = &self.found {
+            self.write_table(f, found)?;
+            writeln!(f)?;
+            writeln!(f, "  off the true centre  {:.4} mm", found.centre_error_mm)?;
+            writeln!(
+                f,
+                "  deviation δE         {:.4} mm over {} poses, {:.4} mm over {} poses that were never used to identify",
+                found.deviation_mm,
+                self.settings.poses,
+                found.verification_deviation_mm,
+                self.settings.verification_poses
+            )?;
+            writeln!(f, "  iterations           {}", found.iterations)?;
+            match found.host_difference_mm {
+                0.0 => writeln!(f, "  host and board       agree to the bit, from the lengths read out of the board")?,
+                mm => {
+                    writeln!(f, "  host and board       differ by {mm:.1e} mm, from the lengths read out of the board")?
+                }
+            }
+        }
+        for plot in &self.plots {
+            writeln!(f, "  plot                 {}", plot.display())?;
+        }
+        match self.status {
+            Status::Right => writeln!(f, "\nright: the identified joint centre is the true one within the tolerance"),
+            Status::Wrong => writeln!(f, "\nWRONG: {}", self.reasons.join("\n       ")),
+            Status::Failed => writeln!(f, "\nFAILED: {}", self.reasons.join("\n        ")),
+        }
+    }
+}
+
+impl Report {
+    fn write_table(&self, f: &mut fmt::Formatter<'_>, found: &Found) -> fmt::Result {
+        let identified = [found.centre_mm, found.radii_mm].concat();
+        let truth = [self.true_centre_mm, self.true_radii_mm].concat();
+        writeln!(f)?;
+        writeln!(f, "  mm    identified      true     error   board's σ   expected σ   tolerance")?;
+        for (k, name) in NAMES.iter().enumerate() {
+            writeln!(
+                f,
+                "  {name:<2} {:>13.4} {:>9.4} {:>+9.4} {:>11.4} {:>12.4} {:>11.4}",
+                identified[k],
+                truth[k],
+                found.error_mm[k],
+                found.sigma_mm[k],
+                found.expected_sigma_mm[k],
+                found.tolerance_mm[k]
+            )?;
+        }
+        Ok(())
+    }
+}

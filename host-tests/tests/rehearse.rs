@@ -1,0 +1,198 @@
+//! The rehearsal against the device in this process: the same script that plays against the emulated board.
+
+use clap::Parser;
+use glenoid::can::Frame;
+use glenoid::device::{Config, Device};
+use glenoid::identification::{Solver, SolverSettings};
+use glenoid::kinematics::CableLengths;
+use glenoid::rig::Rig;
+use host_tests::rehearse::{
+    Bench, BenchError, Display, InProcess, Options, Report, Status, length_sigma_mm, rehearse, sigma_mm,
+};
+use host_tests::wearer::{Wearer, WearerSettings};
+use std::path::Path;
+
+fn rig() -> Rig<f64> {
+    Rig::shoulder(150.0).unwrap()
+}
+
+/// The bound is derived from the geometry alone; the solver knows nothing of it. Over many draws of the noise the
+/// spread of the solver's results must come out as the bound says.
+#[test]
+fn the_expected_error_is_the_spread_of_many_identifications() {
+    let (rig, runs, noise_mm) = (rig(), 400, 0.1);
+    let settings = |seed| WearerSettings { seed, noise_mm, ..Default::default() };
+    let mut wearer = Wearer::new(rig, settings(4));
+    let poses: Vec<_> = (0..30).map(|_| wearer.next_pose()).collect();
+    let rotations: Vec<_> = poses.iter().map(|pose| pose.rotation).collect();
+    let expected = sigma_mm(&rig, wearer.arm(), &rotations, length_sigma_mm(noise_mm, 0.0)).unwrap();
+
+    let truth = wearer.truth().to_array();
+    let mut squares = [0.0; 6];
+    for run in 0..runs {
+        // Another wearer's noise on this wearer's poses.
+        let mut noise = Wearer::new(rig, settings(1000 + run));
+        let lengths: Vec<_> = poses
+            .iter()
+            .map(|pose| {
+                let errors = noise.next_pose().errors_mm;
+                CableLengths::new(std::array::from_fn(|k| pose.spans_mm[k] + errors[k])).unwrap()
+            })
+            .collect();
+        let found = Solver::<f64>::new(&rig, SolverSettings::for_rig(&rig)).run(&lengths).unwrap();
+        for (square, (value, truth)) in squares.iter_mut().zip(found.parameters.to_array().into_iter().zip(truth)) {
+            *square += (value - truth).powi(2);
+        }
+    }
+    for (square, expected) in squares.into_iter().zip(expected) {
+        let ratio = (square / runs as f64).sqrt() / expected;
+        // The spread of 400 draws is itself known to 1 / sqrt(800) = 3.5 %: four of those.
+        assert!((0.86..1.14).contains(&ratio), "{ratio}");
+    }
+}
+
+#[test]
+fn poses_that_determine_nothing_have_no_expected_error() {
+    let wearer = Wearer::new(rig(), WearerSettings::default());
+    assert_eq!(sigma_mm(&rig(), wearer.arm(), &[], 0.1), None);
+}
+
+#[test]
+fn noise_and_rounding_add_up_in_squares() {
+    // A uniform distribution within ±w has the standard deviation w / sqrt 3.
+    assert!((length_sigma_mm(0.1, 0.0) - 0.1 / 3f64.sqrt()).abs() < 1e-15);
+    assert!((length_sigma_mm(0.0, 0.2) - 0.1 / 3f64.sqrt()).abs() < 1e-15);
+    assert!((length_sigma_mm(0.3, 0.8) - (0.3f64 * 0.3 + 0.4 * 0.4).sqrt() / 3f64.sqrt()).abs() < 1e-15);
+}
+
+/// A device in this process, and the wearer of `options`.
+fn rehearse_in_process(options: &Options, tamper: impl Fn(usize, [i32; 6]) -> [i32; 6]) -> Report {
+    let config = Config::for_rig(Rig::<f32>::shoulder(150.0).unwrap());
+    let mut bench = Tampering { inner: InProcess::new(Device::new(config)), tamper, samples: 0 };
+    let mut wearer = Wearer::new(rig(), options.wearer());
+    let name = format!("rehearse/{}-{}-{}", options.seed, options.poses, options.zero_error);
+    let plots = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    rehearse(&mut bench, &mut wearer, &rig(), options, &Display::Silent, &plots)
+}
+
+/// A bench that may change the encoder counts on their way.
+struct Tampering<F> {
+    inner: InProcess,
+    tamper: F,
+    samples: usize,
+}
+
+impl<F: Fn(usize, [i32; 6]) -> [i32; 6]> Bench for Tampering<F> {
+    fn set_counts(&mut self, counts: &[i32; 6]) -> Result<(), BenchError> {
+        self.samples += 1;
+        self.inner.set_counts(&(self.tamper)(self.samples, *counts))
+    }
+    fn send(&mut self, frame: &Frame) -> Result<(), BenchError> {
+        self.inner.send(frame)
+    }
+    fn pass(&mut self, ms: u32) -> Result<Vec<Frame>, BenchError> {
+        self.inner.pass(ms)
+    }
+}
+
+fn options(arguments: &[&str]) -> Options {
+    Options::try_parse_from([&["rehearse"], arguments].concat()).unwrap()
+}
+
+fn honest(_: usize, counts: [i32; 6]) -> [i32; 6] {
+    counts
+}
+
+#[test]
+fn every_wearer_is_found() {
+    for seed in 0..20 {
+        let report = rehearse_in_process(&options(&["--seed", &seed.to_string(), "--poses", "12"]), honest);
+        assert_eq!(report.status, Status::Right, "seed {seed}: {report}");
+    }
+}
+
+#[test]
+fn the_report_is_complete_and_the_same_every_time() {
+    let run = || rehearse_in_process(&options(&["--seed", "3"]), honest);
+    let report = run();
+    assert_eq!(report.status, Status::Right, "{report}");
+    let found = report.found.as_ref().unwrap();
+    assert_eq!(found.host_difference_mm, 0.0, "the same code over the same lengths");
+    assert!(found.centre_error_mm < 0.2 && found.sigma_mm.iter().all(|sigma| (0.005..0.2).contains(sigma)));
+    // Gauss-Newton: the last step changes next to nothing.
+    assert!(found.deviations_mm.len() == usize::from(found.iterations) && found.deviations_mm.len() >= 2);
+    for name in ["convergence.svg", "convergence.png", "coverage.svg", "prediction.png"] {
+        let file = report.plots.iter().find(|path| path.ends_with(name)).unwrap();
+        assert!(std::fs::metadata(file).unwrap().len() > 1000);
+    }
+    assert_eq!(serde_json::to_string(&report).unwrap(), serde_json::to_string(&run()).unwrap());
+    let json: serde_json::Value = serde_json::to_value(&report).unwrap();
+    for key in ["status", "true_centre_mm", "centre_mm", "radii_mm", "sigma_mm", "error_mm", "tolerance_mm", "plots"] {
+        assert!(json.get(key).is_some(), "{key} in {json}");
+    }
+    let text = report.to_string();
+    assert!(text.contains("agree to the bit") && text.contains("right:"), "{text}");
+}
+
+#[test]
+fn a_cable_that_reads_too_long_makes_the_centre_wrong() {
+    // One encoder reads 3 % too much: nothing that the wearer's noise explains.
+    let report = rehearse_in_process(&options(&["--seed", "5", "--poses", "12"]), |_, mut counts| {
+        counts[2] += counts[2] / 33;
+        counts
+    });
+    assert_ne!(report.status, Status::Right, "{report}");
+    assert!(!report.reasons.is_empty() && report.reasons.iter().all(|reason| !reason.is_empty()));
+}
+
+#[test]
+fn zero_errors_are_not_passed_off_as_right() {
+    let report = rehearse_in_process(&options(&["--seed", "5", "--zero-error", "0.5"]), honest);
+    assert_ne!(report.status, Status::Right, "{report}");
+}
+
+#[test]
+fn an_encoder_that_falls_silent_is_named() {
+    struct Cut(InProcess, u32);
+    impl Bench for Cut {
+        fn set_counts(&mut self, counts: &[i32; 6]) -> Result<(), BenchError> {
+            self.1 += 1;
+            if self.1 > 500 { Ok(()) } else { self.0.set_counts(counts) }
+        }
+        fn send(&mut self, frame: &Frame) -> Result<(), BenchError> {
+            self.0.send(frame)
+        }
+        fn pass(&mut self, ms: u32) -> Result<Vec<Frame>, BenchError> {
+            self.0.pass(ms)
+        }
+    }
+    let config = Config::for_rig(Rig::<f32>::shoulder(150.0).unwrap());
+    let mut bench = Cut(InProcess::new(Device::new(config)), 0);
+    let options = options(&[]);
+    let mut wearer = Wearer::new(rig(), options.wearer());
+    let plots = Path::new(env!("CARGO_TARGET_TMPDIR")).join("rehearse/silent");
+    let report = rehearse(&mut bench, &mut wearer, &rig(), &options, &Display::Silent, &plots);
+    assert_eq!(report.status, Status::Failed);
+    assert!(report.reasons[0].contains("no encoder counts arrive"), "{report}");
+    assert!(report.plots.is_empty() && !plots.exists());
+}
+
+#[test]
+fn a_board_that_says_nothing_is_reported() {
+    struct Dead;
+    impl Bench for Dead {
+        fn set_counts(&mut self, _: &[i32; 6]) -> Result<(), BenchError> {
+            Ok(())
+        }
+        fn send(&mut self, _: &Frame) -> Result<(), BenchError> {
+            Ok(())
+        }
+        fn pass(&mut self, _: u32) -> Result<Vec<Frame>, BenchError> {
+            Ok(Vec::new())
+        }
+    }
+    let options = options(&[]);
+    let mut wearer = Wearer::new(rig(), options.wearer());
+    let report = rehearse(&mut Dead, &mut wearer, &rig(), &options, &Display::Silent, Path::new("unused"));
+    assert_eq!(report.reasons, ["the board sent no heartbeat in time"]);
+}

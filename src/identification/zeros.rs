@@ -1,0 +1,118 @@
+//! Unknown encoder zeros: six more unknowns, each with a prior.
+//!
+//! An incremental encoder wakes with an unknown zero, so a measured length is L + z with the same z in every pose. The
+//! deviation cannot see a common error: 1 mm on all cables moves the centre by 0.7 mm with hardly any residual. The
+//! zeros are identifiable from the same poses all the same. A prior standard deviation says how well the machine was
+//! homed: 0 means that the zeros are known, 10 mm that nobody homed it; the error bar of the centre is honest about it.
+//!
+//! After a pose's rotation is eliminated (see [`pose_information`](super::pose_information)), zero z_k is seen through
+//! a_k = u_k - K G⁻¹ g_k in the pose's three combinations δ, and through δ_kl - g_k G⁻¹ g_l against the other zeros.
+
+use super::normal_equations::{Factors, NormalEquations, PACKED, Singular, UNKNOWNS, at};
+use super::pose_information::PoseInformation;
+use crate::kinematics::LengthEquations;
+use crate::rig::CABLES;
+use crate::scalar::Real;
+use nalgebra::Matrix3;
+
+/// The part of the normal equations that concerns the zeros.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ZeroEquations<T> {
+    /// Between the six unknowns O, C (rows) and the six zeros (columns).
+    mixed: [[T; CABLES]; UNKNOWNS],
+    /// Among the zeros, lower triangle row by row; the prior is in its diagonal.
+    inner: [T; PACKED],
+    gradient: [T; CABLES],
+    /// Squares of the prior's own residuals, mm².
+    prior_squares: T,
+}
+
+impl<T: Real> ZeroEquations<T> {
+    /// Equations that hold the prior only. `weight` is the noise's variance over the prior's; `zeros_mm` the present
+    /// estimate, mm.
+    pub fn new(weight: T, zeros_mm: &[T; CABLES]) -> Self {
+        let mut inner = [T::zero(); PACKED];
+        for k in 0..CABLES {
+            inner[at(k, k)] = weight;
+        }
+        Self {
+            mixed: [[T::zero(); CABLES]; UNKNOWNS],
+            inner,
+            gradient: zeros_mm.map(|z| -z * weight),
+            prior_squares: zeros_mm.iter().fold(T::zero(), |sum, z| sum + *z * *z * weight),
+        }
+    }
+
+    /// Adds a pose with its rotation ({P} to {B}) and weight.
+    pub fn add(&mut self, rotation: &Matrix3<T>, equations: &LengthEquations<T>, pose: &PoseInformation<T>, weight: T) {
+        for k in 0..CABLES {
+            let g = &equations.moment_mm[k];
+            let seen = (equations.direction[k] - pose.through * g) * weight;
+            let in_platform = rotation.tr_mul(&seen);
+            for i in 0..3 {
+                self.mixed[i][k] += seen[i];
+                self.mixed[3 + i][k] -= in_platform[i];
+            }
+            self.gradient[k] += (equations.residual_mm[k] - g.dot(&pose.turn)) * weight;
+            let taken = pose.turning_inverse * g * weight;
+            for l in 0..k {
+                self.inner[at(k, l)] -= taken.dot(&equations.moment_mm[l]);
+            }
+            self.inner[at(k, k)] += weight - taken.dot(g);
+        }
+    }
+
+    /// Eliminates the zeros: the normal equations that remain for O and C.
+    ///
+    /// # Errors
+    /// [`Singular`] when the zeros determine each other badly; cannot happen with a prior.
+    pub fn reduce(&self, equations: &NormalEquations<T>) -> Result<Reduced<T>, Singular> {
+        let factors = Factors::of(&self.inner)?;
+        let alone = factors.solve(&self.gradient);
+        let columns = self.mixed.map(|row| factors.solve(&row));
+        let mut reduced = *equations;
+        for i in 0..UNKNOWNS {
+            for j in 0..=i {
+                reduced.matrix[at(i, j)] -= dot(&self.mixed[i], &columns[j]);
+            }
+            reduced.gradient[i] -= dot(&self.mixed[i], &alone);
+        }
+        reduced.squares = equations.squares + self.prior_squares - dot(&self.gradient, &alone);
+        Ok(Reduced { equations: reduced, alone, columns, inverse: factors.inverse() })
+    }
+}
+
+/// The zeros eliminated, and what is needed to get them back.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reduced<T> {
+    /// For O and C; `squares` is what is left with the best zeros and O, C unmoved.
+    pub equations: NormalEquations<T>,
+    alone: [T; CABLES],
+    columns: [[T; CABLES]; UNKNOWNS],
+    inverse: [T; PACKED],
+}
+
+impl<T: Real> Reduced<T> {
+    /// The step of the zeros that goes with a step of O and C, mm.
+    pub fn zeros_step(&self, step: &[T; UNKNOWNS]) -> [T; CABLES] {
+        core::array::from_fn(|k| (0..UNKNOWNS).fold(self.alone[k], |rest, i| rest - self.columns[i][k] * step[i]))
+    }
+
+    /// Variance of each zero for a noise of 1 mm, given the covariance of O and C (lower triangle) for the same.
+    pub fn zeros_variance(&self, covariance: &[T; PACKED]) -> [T; CABLES] {
+        core::array::from_fn(|k| {
+            let mut variance = self.inverse[at(k, k)];
+            for i in 0..UNKNOWNS {
+                for j in 0..UNKNOWNS {
+                    let entry = covariance[if i >= j { at(i, j) } else { at(j, i) }];
+                    variance += self.columns[i][k] * entry * self.columns[j][k];
+                }
+            }
+            variance
+        })
+    }
+}
+
+fn dot<T: Real>(a: &[T; 6], b: &[T; 6]) -> T {
+    a.iter().zip(b).fold(T::zero(), |sum, (x, y)| sum + *x * *y)
+}
