@@ -1,5 +1,6 @@
 //! Host side of Glenoid.
 
+pub mod cycles;
 pub mod debugger;
 pub mod elf;
 pub mod emulator;
