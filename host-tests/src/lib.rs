@@ -11,6 +11,6 @@ pub mod packages;
 pub mod plot;
 pub mod rehearse;
 pub mod slcan_client;
-pub mod vocabulary;
 pub mod study;
+pub mod vocabulary;
 pub mod wearer;
