@@ -1,7 +1,7 @@
 //! Joint-centre identification for a cable-driven shoulder rehabilitator, on the drive board itself.
 //!
 //! ```text
-//! rig ── kinematics ── identification ── procedure ── device ── boards
+//! rig ── kinematics ── identification ── watch ── procedure ── device ── boards
 //! ```
 //!
 //! Data flows from left to right and nothing knows what stands to its right. `rig`, `kinematics` and
@@ -23,3 +23,4 @@ pub mod rig;
 pub mod rig_link;
 pub mod scalar;
 pub mod slcan;
+pub mod watch;

@@ -37,4 +37,26 @@ impl<T: Real> NormalEquations<T> {
             total[3 + i] -= turned[i];
         }
     }
+
+    /// Adds what a sample knows of δO = a + b t, unknowns a and b, for a known t.
+    pub fn add_growing(&mut self, information: &Matrix3<T>, gradient: &Vector3<T>, t: T) {
+        let Self { matrix, gradient: total, .. } = self;
+        for i in 0..3 {
+            for j in 0..=i {
+                matrix[at(i, j)] += information[(i, j)];
+                matrix[at(3 + i, 3 + j)] += information[(i, j)] * t * t;
+            }
+            for j in 0..3 {
+                matrix[at(3 + i, j)] += information[(i, j)] * t;
+            }
+            total[i] += gradient[i];
+            total[3 + i] += gradient[i] * t;
+        }
+    }
+
+    /// Information and gradient of the first three unknowns, the others held.
+    pub fn constant_part(&self) -> (Matrix3<T>, Vector3<T>) {
+        let information = Matrix3::from_fn(|i, j| self.matrix[if i >= j { at(i, j) } else { at(j, i) }]);
+        (information, Vector3::new(self.gradient[0], self.gradient[1], self.gradient[2]))
+    }
 }

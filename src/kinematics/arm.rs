@@ -58,7 +58,8 @@ impl<T: Real> Arm<'_, T> {
     /// `None` when the iteration meets a singular arrangement or does not settle.
     pub fn fit_from(&self, start: UnitQuaternion<T>, lengths: &CableLengths<T>, cables: CableSet) -> Option<Fit<T>> {
         let mut attitude = start;
-        let mut before = T::of(f64::INFINITY);
+        // Single precision: 3e-4 rad. The error after a turn is about its square.
+        let settled = T::default_epsilon();
         for _ in 0..STEP_CAP {
             let rotation = attitude.to_rotation_matrix();
             let equations = LengthEquations::new(self.points, self.pivot, rotation.matrix(), lengths);
@@ -71,16 +72,13 @@ impl<T: Real> Arm<'_, T> {
                 torque += g * e;
                 squares_mm2 += e * e;
             }
-            // Settled: nothing more to gain than a millionth of what is left (and the rounding of lengths of 300 mm).
-            if before - squares_mm2 <= squares_mm2 * T::of(1e-6) + T::default_epsilon() {
-                if squares_mm2 <= before {
-                    return Some(Fit { attitude, squares_mm2 });
-                }
-                return None;
-            }
-            before = squares_mm2;
             let turn = inverse_of_symmetric(&turning)? * torque;
             attitude = turned(&attitude, &turn);
+            if turn.norm_squared() <= settled {
+                // What the turn has gained is taken off without another evaluation.
+                let squares_mm2 = (squares_mm2 - torque.dot(&turn)).max(T::zero());
+                return Some(Fit { attitude, squares_mm2 });
+            }
         }
         None
     }

@@ -1,0 +1,150 @@
+//! The evidence of a suspicious stretch of motion, laid against each possible cause.
+
+use crate::identification::normal_equations::{Factors, NormalEquations, UNKNOWNS};
+use crate::identification::pose_information::PoseInformation;
+use crate::kinematics::LengthEquations;
+use crate::kinematics::pivot::inverse_of_symmetric;
+use crate::rig::CABLES;
+use crate::scalar::Real;
+use nalgebra::{Matrix3, Vector3};
+
+/// What is left per degree of freedom, in units of the noise's variance, up to which a cause explains the evidence. 1
+/// would be noise alone; a slip of 3 mm is seen through equations linear in it, which adds a little.
+const EXPLAINED: f64 = 4.0;
+
+/// What has happened.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Cause<T> {
+    /// The centre moved in {B}: the base strap slipped. By how much, mm, axes of {B}.
+    StrapSlipped(Vector3<T>),
+    /// The centre moved in {P}: the cuff slipped on the arm. By how much, mm, axes of {P}.
+    CuffSlipped(Vector3<T>),
+    /// One cable slipped on its drum or stretched.
+    CableSlipped {
+        /// Cable, 1 to 6.
+        cable: u8,
+        /// What its length reads too much, mm.
+        error_mm: T,
+    },
+    /// The centre moves with the arm's elevation: not a ball joint. Movement per 10 degrees, mm, axes of {B}.
+    NotABall(Vector3<T>),
+    /// Something has moved that none of the causes explains alone.
+    Unknown,
+}
+
+/// A warning: what has happened, and how sure it is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Warning<T> {
+    /// The cause that explains the evidence best.
+    pub cause: Cause<T>,
+    /// Misfit per degree of freedom before any explanation, and with this one; 1 is noise.
+    pub misfit: [T; 2],
+}
+
+/// Sums over the samples of a stretch of motion.
+#[derive(Clone, Debug)]
+pub(super) struct Evidence<T> {
+    samples: u16,
+    /// Squares with no explanation, mm².
+    squares: T,
+    /// δO, and (rows 3..6) δO per radian of elevation.
+    drift: NormalEquations<T>,
+    cuff: (Matrix3<T>, Vector3<T>),
+    cables: [(T, T); CABLES],
+}
+
+impl<T: Real> Evidence<T> {
+    pub fn new() -> Self {
+        Self {
+            samples: 0,
+            squares: T::zero(),
+            drift: NormalEquations::new(),
+            cuff: (Matrix3::zeros(), Vector3::zeros()),
+            cables: [(T::zero(), T::zero()); CABLES],
+        }
+    }
+
+    pub fn samples(&self) -> u16 {
+        self.samples
+    }
+
+    /// Adds a sample with the arm's rotation ({P} to {B}).
+    pub fn add(&mut self, rotation: &Matrix3<T>, equations: &LengthEquations<T>, pose: &PoseInformation<T>) {
+        self.samples = self.samples.saturating_add(1);
+        self.squares += pose.squares_mm2;
+        self.drift.add_growing(&pose.information, &pose.gradient_mm, elevation(rotation));
+        self.cuff.0 += rotation.tr_mul(&pose.information) * rotation;
+        self.cuff.1 -= rotation.tr_mul(&pose.gradient_mm);
+        for (k, (weight, gradient)) in self.cables.iter_mut().enumerate() {
+            let g = &equations.moment_mm[k];
+            *weight += T::one() - g.dot(&(pose.turning_inverse * g));
+            *gradient += equations.residual_mm[k] - g.dot(&pose.turn);
+        }
+    }
+
+    /// The cause that explains the evidence; `None` when there is nothing to explain.
+    pub fn judge(&self, variance_mm2: T, suspicious: T) -> Option<Warning<T>> {
+        let before = self.left(T::zero(), 0) / variance_mm2;
+        if before < suspicious {
+            return None;
+        }
+        // From the simplest cause to the richest: the first that explains everything is named, else the best of all.
+        let mut best = Warning { cause: Cause::Unknown, misfit: [before, before] };
+        let causes = [self.cable(), self.strap(), self.cuff(), self.drift()];
+        for (cause, explained, unknowns) in causes.into_iter().flatten() {
+            let after = self.left(explained, unknowns) / variance_mm2;
+            if after <= T::of(EXPLAINED) && after < best.misfit[1] {
+                let first = best.cause == Cause::Unknown;
+                // A richer cause must explain clearly more than a simpler one that already does.
+                if first || after * T::of(1.5) < best.misfit[1] {
+                    best = Warning { cause, misfit: [before, after] };
+                }
+            }
+        }
+        Some(best)
+    }
+
+    /// What an explanation leaves per degree of freedom, mm².
+    fn left(&self, explained: T, unknowns: i32) -> T {
+        let freedom = (3 * i32::from(self.samples) - unknowns).max(1);
+        (self.squares - explained).max(T::zero()) / T::of_integer(freedom)
+    }
+
+    fn cable(&self) -> Option<(Cause<T>, T, i32)> {
+        let explained = |&(weight, gradient): &(T, T)| {
+            if weight > T::zero() { gradient * gradient / weight } else { T::zero() }
+        };
+        let best = (0..CABLES)
+            .fold(0, |best, k| if explained(&self.cables[k]) > explained(&self.cables[best]) { k } else { best });
+        let (weight, gradient) = self.cables[best];
+        (weight > T::zero()).then(|| {
+            let cause = Cause::CableSlipped { cable: best as u8 + 1, error_mm: gradient / weight };
+            (cause, explained(&self.cables[best]), 1)
+        })
+    }
+
+    fn strap(&self) -> Option<(Cause<T>, T, i32)> {
+        let (information, gradient) = self.drift.constant_part();
+        let moved = inverse_of_symmetric(&information)? * gradient;
+        Some((Cause::StrapSlipped(moved), moved.dot(&gradient), 3))
+    }
+
+    fn cuff(&self) -> Option<(Cause<T>, T, i32)> {
+        let moved = inverse_of_symmetric(&self.cuff.0)? * self.cuff.1;
+        Some((Cause::CuffSlipped(moved), moved.dot(&self.cuff.1), 3))
+    }
+
+    fn drift(&self) -> Option<(Cause<T>, T, i32)> {
+        let step = Factors::of(&self.drift.matrix).ok()?.solve(&self.drift.gradient);
+        let explained = step.iter().zip(&self.drift.gradient).fold(T::zero(), |sum, (x, g)| sum + *x * *g);
+        // A radian of elevation to 10 degrees.
+        let per_ten_degrees = Vector3::new(step[3], step[4], step[5]) * T::of(0.174_532_925_199_432_95);
+        Some((Cause::NotABall(per_ten_degrees), explained, UNKNOWNS as i32))
+    }
+}
+
+/// Angle between the arm's long axis (z of {P}) and z of {B}, rad, from its sine and cosine.
+fn elevation<T: Real>(rotation: &Matrix3<T>) -> T {
+    let (x, y, z) = (rotation.m13, rotation.m23, rotation.m33);
+    (x * x + y * y).root().atan2(z)
+}

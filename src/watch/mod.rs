@@ -1,0 +1,182 @@
+//! The watch over a centre in use: three of the six lengths are redundant at every instant.
+//!
+//! Once the centre is known, three angles explain six lengths; what they do not explain says that something has moved.
+//! Each sample sees the displacement δ = δO - R δC of the centre (see
+//! [`pose_information`](crate::identification::pose_information)), and over a motion the causes look different:
+//!
+//! | cause | what it leaves |
+//! |---|---|
+//! | the base strap slipped | the same δO in every sample |
+//! | the arm's cuff slipped | the same δC in every sample, turning with the arm |
+//! | a cable slipped or stretched | the same error of one length |
+//! | not a ball joint | δO that grows with the arm's elevation |
+//!
+//! ```text
+//! quiet ──► suspicious ──► warned ──► quiet (told to)
+//!   ▲            │
+//!   └────────────┘  the evidence has gone again
+//! ```
+//!
+//! A sample counts only when the arm has moved since the last one that did: encoder noise and quantisation are fresh
+//! then, and a still arm cannot raise an alarm. Nothing is ever corrected here: the centre in use stays.
+
+mod evidence;
+
+pub use self::evidence::{Cause, Warning};
+
+use self::evidence::Evidence;
+use crate::identification::pose_information::PoseInformation;
+use crate::kinematics::arm::{Arm, CableSet};
+use crate::kinematics::{BaseEdges, CableLengths, LengthEquations, Pivot, RigPoints};
+use crate::rig::{CABLES, Parameters, Rig};
+use crate::scalar::Real;
+use nalgebra::{UnitQuaternion, Vector3};
+
+/// A sample counts when a cable has moved by this much since the last one that did, mm: 0.5 degrees of the arm, and
+/// twenty counts of the encoder.
+const MOVED_MM: f64 = 1.0;
+
+/// Share of a new sample in the running mean of the misfit.
+const SHARE: f64 = 1.0 / 16.0;
+
+/// Running mean of the misfit per degree of freedom (1 when all is well) at which suspicion begins. The mean of sixteen
+/// sound samples is 1 ± 0.2; ten is what 0.5 mm of slip leaves.
+const SUSPICIOUS: f64 = 10.0;
+
+/// Samples that a judgement wants, and how far the arm must have turned among them, rad (11 degrees).
+const SAMPLES: u16 = 24;
+const SPAN_RAD: f64 = 0.2;
+
+/// What the watch is doing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Watching {
+    /// All is well.
+    Quiet,
+    /// Something has moved; evidence is being gathered.
+    Suspicious,
+    /// A warning stands.
+    Warned,
+}
+
+/// The watch over one accepted centre.
+#[derive(Clone, Debug)]
+pub struct Watch<T: Real> {
+    base: BaseEdges<T>,
+    points: RigPoints<T>,
+    pivot: Pivot<T>,
+    zeros_mm: [T; CABLES],
+    variance_mm2: T,
+    attitude: Option<UnitQuaternion<T>>,
+    counted: Option<CableLengths<T>>,
+    misfit: T,
+    state: Watching,
+    first: Vector3<T>,
+    span: T,
+    evidence: Evidence<T>,
+}
+
+impl<T: Real> Watch<T> {
+    /// Watches the centre `parameters` with the encoders' zero errors `zeros_mm` (0 when they are known).
+    ///
+    /// `noise_mm`: standard deviation of a length, mm, encoder quantisation included.
+    pub fn new(rig: &Rig<T>, parameters: &Parameters<T>, zeros_mm: &[T; CABLES], noise_mm: T) -> Self {
+        let points = RigPoints::new(rig);
+        Self {
+            base: BaseEdges::new(rig),
+            pivot: Pivot::from_parameters(parameters, &points),
+            points,
+            zeros_mm: *zeros_mm,
+            variance_mm2: noise_mm * noise_mm,
+            attitude: None,
+            counted: None,
+            misfit: T::one(),
+            state: Watching::Quiet,
+            first: Vector3::zeros(),
+            span: T::zero(),
+            evidence: Evidence::new(),
+        }
+    }
+
+    /// What the watch is doing.
+    pub fn state(&self) -> Watching {
+        self.state
+    }
+
+    /// Running mean of the misfit per degree of freedom; 1 when all is well.
+    pub fn misfit(&self) -> T {
+        self.misfit
+    }
+
+    /// The arm's rotation ({P} to {B}) in the last sample that counted.
+    pub fn attitude(&self) -> Option<UnitQuaternion<T>> {
+        self.attitude
+    }
+
+    /// Goes back to quiet after a warning.
+    pub fn rearm(&mut self) {
+        self.state = Watching::Quiet;
+        self.misfit = T::one();
+        self.evidence = Evidence::new();
+    }
+
+    /// Takes in a sample of raw lengths. Returns a warning once, when it is sure of one.
+    ///
+    /// Cost: comparing six lengths while the arm is still; else one rotation fit from the sample before and one
+    /// elimination. A sample that fits no rotation at all is counted as a large misfit.
+    pub fn sample(&mut self, lengths: &CableLengths<T>) -> Option<Warning<T>> {
+        if !self.has_moved(lengths) {
+            return None;
+        }
+        self.counted = Some(*lengths);
+        let lengths = lengths.less(&self.zeros_mm).ok()?;
+        let arm = Arm { points: &self.points, base: &self.base, pivot: &self.pivot };
+        let fit = match self.attitude {
+            Some(before) => arm.fit_from(before, &lengths, CableSet::ALL),
+            None => arm.fit(&lengths, CableSet::ALL),
+        };
+        let Some(fit) = fit else {
+            self.attitude = None;
+            return None;
+        };
+        self.attitude = Some(fit.attitude);
+        let rotation = *fit.attitude.to_rotation_matrix().matrix();
+        let equations = LengthEquations::new(&self.points, &self.pivot, &rotation, &lengths);
+        let pose = PoseInformation::of(&equations)?;
+        let misfit = pose.squares_mm2 / (self.variance_mm2 * T::of(3.0));
+        self.misfit += (misfit - self.misfit) * T::of(SHARE);
+        match self.state {
+            Watching::Quiet if self.misfit > T::of(SUSPICIOUS) => {
+                self.state = Watching::Suspicious;
+                self.evidence = Evidence::new();
+                self.first = fit.attitude.scaled_axis();
+                self.span = T::zero();
+                None
+            }
+            Watching::Suspicious => {
+                let turned = (fit.attitude.scaled_axis() - self.first).norm();
+                self.span = self.span.max(turned);
+                self.evidence.add(&rotation, &equations, &pose);
+                self.judge()
+            }
+            Watching::Quiet | Watching::Warned => None,
+        }
+    }
+
+    fn has_moved(&self, lengths: &CableLengths<T>) -> bool {
+        self.counted.is_none_or(|before| {
+            before.as_mm().iter().zip(lengths.as_mm()).any(|(b, l)| (*l - *b).abs() >= T::of(MOVED_MM))
+        })
+    }
+
+    fn judge(&mut self) -> Option<Warning<T>> {
+        if self.evidence.samples() < SAMPLES || self.span < T::of(SPAN_RAD) {
+            return None;
+        }
+        let warning = self.evidence.judge(self.variance_mm2, T::of(SUSPICIOUS));
+        self.state = if warning.is_some() { Watching::Warned } else { Watching::Quiet };
+        if warning.is_none() {
+            self.misfit = T::one();
+        }
+        warning
+    }
+}
