@@ -34,7 +34,6 @@ pub mod arm;
 pub mod captured;
 mod commands;
 pub mod encoders;
-pub mod forecast;
 pub mod guidance;
 pub mod limits;
 pub mod loose;
@@ -55,14 +54,12 @@ pub use reason::{Band, Reason};
 pub use state::{Command, PoseSet, StateName};
 pub use transition::Trigger;
 
-use crate::identification::Identified;
+use crate::identification::{Identified, Survey};
 use crate::kinematics::CableLengths;
-use crate::kinematics::octahedron::Octahedron;
 use crate::rig::{CABLES, Rig};
 use arm::{Arm, NotReady};
 use captured::Captured;
 use encoders::EncoderFault;
-use forecast::Forecast;
 use guidance::Spread;
 use solve::{Detail, Work};
 
@@ -135,7 +132,6 @@ struct Run {
 #[derive(Debug, Clone)]
 pub struct Procedure {
     rig: Rig<f32>,
-    octahedron: Octahedron<f32>,
     limits: Limits,
     arm: Arm,
     state: State,
@@ -143,7 +139,7 @@ pub struct Procedure {
     poses: Captured<CAPACITY>,
     held_out: Captured<HELD_OUT_CAPACITY>,
     spread: Spread,
-    forecast: Forecast,
+    survey: Survey<f32>,
     ending: Option<Ending>,
     live: Option<Candidate>,
 }
@@ -152,9 +148,8 @@ impl Procedure {
     /// A procedure in the idle state, without a centre.
     pub fn new(rig: Rig<f32>, limits: Limits) -> Self {
         Self {
-            octahedron: Octahedron::new(&rig),
             arm: Arm::new(&limits),
-            forecast: Forecast::new(&rig),
+            survey: Survey::new(&rig),
             rig,
             limits,
             state: State::Idle,
@@ -225,6 +220,12 @@ impl Procedure {
     /// Why the solver refused the set, last; None when it did not.
     pub const fn refusal(&self) -> Option<&Detail> {
         self.run.detail.as_ref()
+    }
+
+    /// Predicted σ of the centre in its worst direction with the first set so far, mm; None while the poses do not
+    /// determine it.
+    pub fn predicted_sigma_mm(&self) -> Option<f32> {
+        self.survey.foretold().map(|foretold| foretold.sigma_mm)
     }
 
     /// Lengths of the captured poses of a set. They stay until the next run starts, unless the run is aborted.

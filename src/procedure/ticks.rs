@@ -88,7 +88,7 @@ impl Procedure {
         let settings = self.limits.settings();
         !self.run.by_command_only
             && self.poses.count() >= settings.enough_poses
-            && self.forecast.sigma_mm().is_some_and(|sigma| sigma <= settings.target_sigma_mm)
+            && self.predicted_sigma_mm().is_some_and(|sigma| sigma <= settings.target_sigma_mm)
     }
 
     fn tick_identifying(&mut self, now_ms: u32) {
