@@ -6,6 +6,7 @@
 mod bench;
 mod board;
 mod charts;
+mod client;
 mod display;
 mod expected;
 mod inbox;
@@ -14,6 +15,7 @@ mod options;
 mod replay;
 mod report;
 mod session;
+mod transcript;
 mod verdict;
 
 pub use bench::{Bench, BenchError, InProcess};
@@ -23,7 +25,8 @@ pub use expected::{length_sigma_mm, sigma_mm};
 pub use inbox::Inbox;
 pub use options::Options;
 pub use report::{Found, Report, Settings, Status};
-pub use session::{Captured, Session, SessionError, Transcript};
+pub use session::Session;
+pub use transcript::{Captured, SessionError, Transcript};
 pub use verdict::{NAMES, Verdict};
 
 use crate::emulator::{self, Emulator};

@@ -195,3 +195,17 @@ fn a_board_that_says_nothing_is_reported() {
     let report = rehearse(&mut Dead, &mut wearer, &rig(), &options, &Display::Silent, Path::new("unused"));
     assert_eq!(report.reasons, ["the board sent no heartbeat in time"]);
 }
+
+#[test]
+fn poses_that_do_not_suffice_are_told_with_the_remedy() {
+    // Three random poses turn about nearly one axis now and then (45 of 300 seeds in the solver alone).
+    let reports: Vec<_> = (0..40)
+        .map(|seed| rehearse_in_process(&options(&["--seed", &seed.to_string(), "--poses", "3"]), honest))
+        .collect();
+    let refused: Vec<_> = reports.iter().filter(|report| report.status == Status::Failed).collect();
+    assert!(!refused.is_empty() && refused.len() < reports.len(), "{}", refused.len());
+    // Three poses that do suffice may still leave so much σ that the second set contradicts them.
+    assert!(refused.iter().any(|report| report.reasons[0].starts_with("the board wants more poses: ")));
+    assert!(refused.iter().all(|report| report.reasons[0].contains("What to do: ")));
+    assert!(reports.iter().all(|report| report.status != Status::Wrong));
+}

@@ -5,7 +5,7 @@ use super::expected;
 use super::options::Options;
 use super::replay;
 use super::report::{Found, HostsView, Report, Status};
-use super::session::Transcript;
+use super::transcript::Transcript;
 use super::verdict::Verdict;
 use crate::wearer::Wearer;
 use glenoid::identification::Refusal;
@@ -49,6 +49,12 @@ pub fn judge(
     if !(length_difference_counts <= MOST_COUNTS_OFF) {
         let off = format!("{length_difference_counts:.2} counts");
         reasons.push(format!("the board used a length that is {off} off what the encoders showed"));
+    }
+
+    let (live, found) =
+        (transcript.live_centre_mm.map(f32::to_bits), transcript.parameters.map(|p| p.value_mm.to_bits()));
+    if live != found[..3] {
+        reasons.push("the centre in use after the acceptance is not the one that was accepted".to_string());
     }
 
     let paper = replay::identify_as_the_paper(rig, &double.parameters, &lengths_mm).ok();
