@@ -148,6 +148,8 @@ pub struct Procedure {
 
 impl Procedure {
     /// A procedure in the idle state, without a centre.
+    // Inlined so that it is built where it stays: 13 KB of temporary copies on the stack otherwise.
+    #[inline(always)]
     pub fn new(rig: Rig<f32>, limits: Limits) -> Self {
         Self {
             arm: Arm::new(&limits),
