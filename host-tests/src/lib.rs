@@ -1,5 +1,6 @@
 //! Host side of Glenoid.
 
+pub mod cycles;
 pub mod debugger;
 pub mod elf;
 pub mod emulator;
@@ -10,4 +11,6 @@ pub mod packages;
 pub mod plot;
 pub mod rehearse;
 pub mod slcan_client;
+pub mod study;
+pub mod vocabulary;
 pub mod wearer;

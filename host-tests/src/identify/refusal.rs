@@ -77,6 +77,11 @@ pub enum RefusalDetail {
         /// 1σ of its zero, mm.
         sigma_mm: f64,
     },
+    /// See [`Refusal::HangsOnOnePose`].
+    HangsOnOnePose {
+        /// Row of the log.
+        pose: usize,
+    },
 }
 
 impl RefusalDetail {
@@ -105,6 +110,7 @@ impl RefusalDetail {
             Refusal::ZeroNotDetermined { cable, sigma_mm } => {
                 Self::ZeroNotDetermined { cable, sigma_mm: sigma_mm.into() }
             }
+            Refusal::HangsOnOnePose { pose } => Self::HangsOnOnePose { pose: row(pose) },
             Refusal::NotABall { wander_mm } => Self::NotABall { wander_mm: wander_mm.into() },
         }
     }

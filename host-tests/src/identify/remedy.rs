@@ -26,6 +26,7 @@ pub fn seen(refusal: &RefusalDetail, log: &LengthsFile) -> String {
         }
         RefusalDetail::TooManyOutliers { rejected, poses } => format!("{rejected} of {poses}"),
         RefusalDetail::NotABall { wander_mm } => format!("by {wander_mm:.1} mm along each axis, root mean square"),
+        RefusalDetail::HangsOnOnePose { pose: at } => pose(at),
         RefusalDetail::ZeroNotDetermined { cable, sigma_mm } => {
             format!("the zero of cable {cable} is known to {sigma_mm:.1} mm (1 sigma)")
         }
@@ -75,6 +76,9 @@ pub fn remedy(report: &Report, refusal: &RefusalDetail) -> String {
         }
         RefusalDetail::Weak { .. } => {
             "Add poses, and turn the arm further about the axes that are square to that direction.".to_owned()
+        }
+        RefusalDetail::HangsOnOnePose { .. } => {
+            "Add poses: from five well-spread ones on, each is checked by the others.".to_owned()
         }
         RefusalDetail::ZeroNotDetermined { .. } => {
             "Add poses (thirty or more), with more tilt and more turning of the arm about its own length; or home the \
