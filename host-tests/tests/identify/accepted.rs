@@ -85,11 +85,23 @@ fn both_precisions_agree_on_a_noisy_log_and_the_error_bar_holds_the_truth() {
 }
 
 #[test]
+fn three_poses_take_the_noise_that_is_expected_of_the_rig() {
+    let desk = Desk::new("three_poses");
+    let noise = |poses: usize| {
+        let found = desk.put("log.csv", csv(&shoulder(14, poses, 0.1))).identify("log.csv --json").json();
+        (found["noise_from"].clone(), found["noise_mm"].as_f64())
+    };
+    assert_eq!(noise(3), (json!("rig"), Some(0.1 / 3f64.sqrt())));
+    assert_eq!(noise(4).0, json!("residuals"));
+}
+
+#[test]
 fn a_given_noise_scales_the_error_bar() {
     let desk = desk_with_speed_problem("noise");
     let sigma = |noise: &str| {
         let found = desk.identify(&format!("log.csv --rig rig.toml --json --noise {noise}")).json();
-        assert_eq!(found["given_noise_mm"], found["noise_mm"]);
+        assert_eq!(found["noise_from"], json!("given"));
+        assert_eq!(found["noise_mm"].as_f64(), noise.parse().ok());
         numbers(&found, "sigma_mm")
     };
     let (fine, coarse) = (sigma("0.01"), sigma("0.1"));
