@@ -141,6 +141,7 @@ impl Device {
         let run_id = self.procedure.run_id();
         out(Action::Log(LogEntry::State { run_id, from, to, reason: self.procedure.reason(now_ms) }));
         self.send_heartbeat(now_ms, out);
+        self.pace.momentary = None;
         match (from, to) {
             (_, StateName::Collecting) => {
                 self.reporter.stop_repeating();

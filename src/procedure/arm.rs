@@ -2,8 +2,9 @@
 
 use super::encoders::{EncoderFault, Encoders};
 use super::limits::Limits;
+use super::loose::LooseWatch;
 use super::reason::Reason;
-use super::stillness::{Stillness, Verdict};
+use super::stillness::Stillness;
 use crate::kinematics::CableLengths;
 use crate::rig::{CABLES, Drum};
 
@@ -28,21 +29,36 @@ impl From<EncoderFault> for NotReady {
 pub struct Arm {
     encoders: Encoders,
     stillness: Stillness,
+    loose: LooseWatch,
 }
 
 impl Arm {
     /// A watch that has seen nothing yet.
     pub fn new(limits: &Limits) -> Self {
-        Self { encoders: Encoders::new(limits.encoders()), stillness: Stillness::new(limits.stillness()) }
+        let stillness = limits.stillness();
+        Self {
+            encoders: Encoders::new(limits.encoders()),
+            stillness: Stillness::new(stillness),
+            loose: LooseWatch::new(stillness.band_counts),
+        }
     }
 
     /// Takes in one sample of the six counts.
     pub fn sample(&mut self, now_ms: u32, counts: &[i32; CABLES], drum: &Drum<f32>) {
-        if self.encoders.sample(now_ms, counts, drum) {
-            self.stillness.sample(now_ms, counts);
-        } else {
+        if !self.encoders.sample(now_ms, counts, drum) {
             self.stillness.restart();
+            return;
         }
+        self.stillness.sample(now_ms, counts);
+        self.loose.sample(counts);
+        if self.stillness.is_still(now_ms) {
+            self.loose.restart();
+        }
+    }
+
+    /// Time passes.
+    pub fn tick(&mut self, now_ms: u32) {
+        self.encoders.tick(now_ms);
     }
 
     /// What is wrong with the encoders now.
@@ -68,10 +84,12 @@ impl Arm {
         if let Some(fault) = self.fault(now_ms) {
             return Err(fault.into());
         }
-        match self.stillness.verdict(now_ms) {
-            Verdict::Still => Ok(()),
-            Verdict::Moving => Err(NotReady { reason: Reason::ArmMoving, cable: 0 }),
-            Verdict::Loose(cable) => Err(NotReady { reason: Reason::CableLoose, cable }),
+        if self.stillness.is_still(now_ms) {
+            Ok(())
+        } else if let Some(cable) = self.loose.cable() {
+            Err(NotReady { reason: Reason::CableLoose, cable })
+        } else {
+            Err(NotReady { reason: Reason::ArmMoving, cable: 0 })
         }
     }
 

@@ -34,7 +34,7 @@ impl<const N: usize> Captured<N> {
     }
 
     /// Number of poses. The capacity of every set fits a byte.
-    pub fn len(&self) -> u8 {
+    pub fn count(&self) -> u8 {
         self.lengths.len() as u8
     }
 

@@ -1,13 +1,13 @@
 //! What the procedure does when it is asked, and what it answers.
 
 use super::arm::NotReady;
-use super::forecast::Forecast;
 use super::outcome::PoseNotice;
 use super::reason::Reason;
 use super::solve::{Detail, Work};
 use super::state::{Command, PoseSet, StateName};
 use super::transition::{Trigger, allows};
 use super::{Guidance, Judging, Procedure, Run, State, Verifying};
+use crate::identification::Survey;
 use crate::identification::paper::FEWEST_POSES;
 use crate::kinematics::octahedron::OctahedronError;
 
@@ -58,11 +58,13 @@ impl Procedure {
     fn start(&mut self, now_ms: u32, by_command_only: bool) -> Reply {
         // A count lost in an earlier run must not lock the device for ever; the new run begins from where the
         // encoders stand, and outliers, second set and error bar judge it like any other.
-        self.arm.forgive();
-        if let Err(NotReady { reason, cable }) = self.arm.ready(now_ms) {
+        let mut arm = self.arm;
+        arm.forgive();
+        if let Err(NotReady { reason, cable }) = arm.ready(now_ms) {
             return Reply::refused(reason, u16::from(cable));
         }
         if self.go(now_ms, Trigger::Start, State::Collecting) {
+            self.arm = arm;
             self.run = Run::new(self.run.id, by_command_only, now_ms);
             self.forget_poses();
             self.ending = None;
@@ -80,15 +82,15 @@ impl Procedure {
     }
 
     fn identify_by_command(&mut self, now_ms: u32) -> Reply {
-        if usize::from(self.poses.len()) < FEWEST_POSES {
-            return Reply::refused(Reason::TooFewPoses, u16::from(self.poses.len()));
+        if usize::from(self.poses.count()) < FEWEST_POSES {
+            return Reply::refused(Reason::TooFewPoses, u16::from(self.poses.count()));
         }
         self.identify(now_ms);
         Reply::FINE
     }
 
     fn verify_by_command(&mut self) -> Reply {
-        if self.held_out.len() == 0 {
+        if self.held_out.count() == 0 {
             return Reply::refused(Reason::TooFewPoses, 0);
         }
         self.judge();
@@ -128,7 +130,7 @@ impl Procedure {
         self.poses.clear();
         self.held_out.clear();
         self.spread = Default::default();
-        self.forecast = Forecast::new(&self.rig);
+        self.survey = Survey::new(&self.rig);
     }
 
     /// Hands the first set to the solver.
@@ -136,6 +138,7 @@ impl Procedure {
         let work = Work::new(&self.rig);
         if self.go(now_ms, Trigger::Identify, State::Identifying(work)) {
             self.run.attempts = self.run.attempts.saturating_add(1);
+            self.run.attempted_poses = self.poses.count();
             self.run.detail = None;
         }
     }
@@ -166,15 +169,15 @@ impl Procedure {
             _ => Guidance::TightenCable,
         };
         let count = match set {
-            PoseSet::Identification => self.poses.len(),
-            PoseSet::HeldOut => self.held_out.len(),
+            PoseSet::Identification => self.poses.count(),
+            PoseSet::HeldOut => self.held_out.count(),
         };
         PoseNotice {
             set,
             index: if taken { count.saturating_sub(1) } else { count },
             reason,
             cable,
-            sigma_mm: self.forecast.sigma_mm(),
+            sigma_mm: self.predicted_sigma_mm(),
             distance_rad,
             guidance,
         }
@@ -183,7 +186,9 @@ impl Procedure {
     fn try_pose(&mut self, now_ms: u32, set: PoseSet, distance_rad: &mut Option<f32>) -> Result<(), NotReady> {
         let lengths = self.arm.pose(now_ms, self.rig.drum())?;
         let refused = |reason| NotReady { reason, cable: 0 };
-        let platform = self.octahedron.solve(&lengths).map_err(|error| match error {
+        // Surveyed on a copy, which is kept when the pose is.
+        let mut survey = self.survey.clone();
+        let platform = survey.add(&lengths).map_err(|error| match error {
             OctahedronError::Length(error) => NotReady { reason: Reason::LengthImpossible, cable: error.cable },
             OctahedronError::DoesNotClose => refused(Reason::PlatformDoesNotClose),
         })?;
@@ -198,7 +203,7 @@ impl Procedure {
             PoseSet::Identification => {
                 self.poses.push(lengths, rotation).map_err(|_| refused(Reason::PosesFull))?;
                 self.spread.add(rotation);
-                self.forecast.add(&lengths, &platform);
+                self.survey = survey;
                 self.run.advice = self.spread.advice();
             }
             PoseSet::HeldOut => {

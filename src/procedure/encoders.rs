@@ -34,6 +34,8 @@ pub struct EncoderFault {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Encoders {
     limits: EncoderLimits,
+    /// Time of the last sample, believed or not; of the first tick while there has been none.
+    heard_ms: Option<u32>,
     last: Option<Sample>,
     /// Samples that are not believed, and since when they stand elsewhere.
     suspect: Option<Suspect>,
@@ -60,12 +62,27 @@ struct Suspect {
 impl Encoders {
     /// A watch that has seen nothing yet.
     pub const fn new(limits: EncoderLimits) -> Self {
-        Self { limits, last: None, suspect: None, lost: None, frozen: None, low: [0; CABLES], high: [0; CABLES] }
+        Self {
+            limits,
+            heard_ms: None,
+            last: None,
+            suspect: None,
+            lost: None,
+            frozen: None,
+            low: [0; CABLES],
+            high: [0; CABLES],
+        }
+    }
+
+    /// Time passes: from the first tick on, samples are expected.
+    pub fn tick(&mut self, now_ms: u32) {
+        self.heard_ms.get_or_insert(now_ms);
     }
 
     /// Takes in one sample. True when it is believed.
     pub fn sample(&mut self, now_ms: u32, counts: &[i32; CABLES], drum: &Drum<f32>) -> bool {
         let sample = Sample { at_ms: now_ms, counts: *counts };
+        self.heard_ms = Some(now_ms);
         let Some(last) = self.last else {
             self.believe(sample);
             (self.low, self.high) = (*counts, *counts);
@@ -94,13 +111,7 @@ impl Encoders {
 
     /// What is wrong at this moment; the gravest first.
     pub fn fault(&self, now_ms: u32) -> Option<EncoderFault> {
-        let silent = match self.last {
-            Some(last) => {
-                let newest_ms = self.suspect.map_or(last.at_ms, |suspect| suspect.last.at_ms);
-                now_ms.wrapping_sub(newest_ms) > self.limits.silence_ms
-            }
-            None => true,
-        };
+        let silent = self.heard_ms.is_some_and(|heard_ms| now_ms.wrapping_sub(heard_ms) > self.limits.silence_ms);
         let fault = |reason, cable| Some(EncoderFault { reason, cable });
         if silent {
             fault(Reason::EncoderSilent, 0)

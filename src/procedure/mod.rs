@@ -34,9 +34,9 @@ pub mod arm;
 pub mod captured;
 mod commands;
 pub mod encoders;
-pub mod forecast;
 pub mod guidance;
 pub mod limits;
+pub mod loose;
 pub mod outcome;
 mod progress;
 pub mod reason;
@@ -54,14 +54,12 @@ pub use reason::{Band, Reason};
 pub use state::{Command, PoseSet, StateName};
 pub use transition::Trigger;
 
-use crate::identification::Identified;
+use crate::identification::{Identified, Survey};
 use crate::kinematics::CableLengths;
-use crate::kinematics::octahedron::Octahedron;
 use crate::rig::{CABLES, Rig};
 use arm::{Arm, NotReady};
 use captured::Captured;
 use encoders::EncoderFault;
-use forecast::Forecast;
 use guidance::Spread;
 use solve::{Detail, Work};
 
@@ -116,8 +114,9 @@ struct Run {
     /// 0 before the first run.
     id: u16,
     by_command_only: bool,
-    /// Solver runs so far.
+    /// Solver runs so far, and poses in the first set at the last of them.
     attempts: u8,
+    attempted_poses: u8,
     /// The arm has moved since the last automatic capture: when it rests, that is a new pose.
     moved: bool,
     /// Since when the time of the state runs, ms.
@@ -133,7 +132,6 @@ struct Run {
 #[derive(Debug, Clone)]
 pub struct Procedure {
     rig: Rig<f32>,
-    octahedron: Octahedron<f32>,
     limits: Limits,
     arm: Arm,
     state: State,
@@ -141,7 +139,7 @@ pub struct Procedure {
     poses: Captured<CAPACITY>,
     held_out: Captured<HELD_OUT_CAPACITY>,
     spread: Spread,
-    forecast: Forecast,
+    survey: Survey<f32>,
     ending: Option<Ending>,
     live: Option<Candidate>,
 }
@@ -150,9 +148,8 @@ impl Procedure {
     /// A procedure in the idle state, without a centre.
     pub fn new(rig: Rig<f32>, limits: Limits) -> Self {
         Self {
-            octahedron: Octahedron::new(&rig),
             arm: Arm::new(&limits),
-            forecast: Forecast::new(&rig),
+            survey: Survey::new(&rig),
             rig,
             limits,
             state: State::Idle,
@@ -225,6 +222,12 @@ impl Procedure {
         self.run.detail.as_ref()
     }
 
+    /// Predicted σ of the centre in its worst direction with the first set so far, mm; None while the poses do not
+    /// determine it.
+    pub fn predicted_sigma_mm(&self) -> Option<f32> {
+        self.survey.foretold().map(|foretold| foretold.sigma_mm)
+    }
+
     /// Lengths of the captured poses of a set. They stay until the next run starts, unless the run is aborted.
     pub fn poses(&self, set: PoseSet) -> &[CableLengths<f32>] {
         match set {
@@ -252,7 +255,8 @@ impl Procedure {
         if allowed {
             self.state = state;
             self.run.since_ms = now_ms;
-            self.run.moved = true;
+            // The pose in which the state begins was captured already, if it was to be captured.
+            self.run.moved = false;
         }
         allowed
     }

@@ -13,14 +13,14 @@ impl Procedure {
         match &self.state {
             State::Idle | State::Failed => 0,
             State::Collecting => {
-                let counted = share(f32::from(self.poses.len()), f32::from(settings.enough_poses));
-                let sharpened = self.forecast.sigma_mm().map_or(0.0, |sigma| share(settings.target_sigma_mm, sigma));
+                let counted = share(f32::from(self.poses.count()), f32::from(settings.enough_poses));
+                let sharpened = self.predicted_sigma_mm().map_or(0.0, |sigma| share(settings.target_sigma_mm, sigma));
                 // sharpness says nothing before there are poses enough to have any
                 (25.0 * counted + 25.0 * counted.min(sharpened)) as u8
             }
             State::Identifying(work) => 50 + (29.0 * work.share_done(self.poses.lengths().len())) as u8,
             State::Verifying(Verifying { judging: None, .. }) => {
-                let counted = share(f32::from(self.held_out.len()), f32::from(settings.verification_poses));
+                let counted = share(f32::from(self.held_out.count()), f32::from(settings.verification_poses));
                 80 + (15.0 * counted) as u8
             }
             State::Verifying(_) => 99,
@@ -63,8 +63,8 @@ impl Procedure {
     /// Poses in the set that is being captured, or was last.
     pub fn pose_count(&self) -> u8 {
         match self.current_set() {
-            PoseSet::Identification => self.poses.len(),
-            PoseSet::HeldOut => self.held_out.len(),
+            PoseSet::Identification => self.poses.count(),
+            PoseSet::HeldOut => self.held_out.count(),
         }
     }
 }

@@ -80,6 +80,7 @@ impl From<Refusal> for Detail {
             Refusal::Weak { direction, sigma_mm } => {
                 Self { axis: Some(direction), size_mm: Some(sigma_mm), ..Self::of(Reason::Weak) }
             }
+            Refusal::HangsOnOnePose { pose } => Self::about_pose(Reason::Weak, pose),
             Refusal::ZeroNotDetermined { cable, sigma_mm } => {
                 Self { cable, size_mm: Some(sigma_mm), ..Self::of(Reason::Weak) }
             }

@@ -18,24 +18,11 @@ pub struct StillnessLimits {
     pub fewest_samples: u16,
 }
 
-/// What the window says.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Verdict {
-    /// The arm moves, or has not been at rest for long enough.
-    Moving,
-    /// This cable (1 to 6) moves although at least four others rest: it is not taut, or its encoder is noisy.
-    Loose(u8),
-    /// Every cable has been at rest for long enough.
-    Still,
-}
-
 /// The window over the latest counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Stillness {
     limits: StillnessLimits,
     window: Option<Window>,
-    loose: Option<u8>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -52,13 +39,12 @@ struct Window {
 impl Stillness {
     /// A monitor that has seen nothing yet.
     pub const fn new(limits: StillnessLimits) -> Self {
-        Self { limits, window: None, loose: None }
+        Self { limits, window: None }
     }
 
     /// Forgets the window: the samples to come do not belong with those before.
     pub fn restart(&mut self) {
         self.window = None;
-        self.loose = None;
     }
 
     /// Takes in one sample.
@@ -68,30 +54,16 @@ impl Stillness {
             return;
         };
         window.add(counts);
-        let Some(widest) = window.out_of_band(self.limits.band_counts) else {
-            if now_ms.wrapping_sub(window.began_ms) >= self.limits.hold_ms {
-                self.loose = None;
-            }
-            return;
-        };
-        self.loose = window.loose(widest, self.limits.band_counts);
-        self.window = Some(Window::new(now_ms, counts));
+        if window.is_out_of_band(self.limits.band_counts) {
+            self.window = Some(Window::new(now_ms, counts));
+        }
     }
 
-    /// The verdict at this moment.
-    pub fn verdict(&self, now_ms: u32) -> Verdict {
-        if let Some(cable) = self.loose {
-            return Verdict::Loose(cable);
-        }
-        match &self.window {
-            Some(window)
-                if now_ms.wrapping_sub(window.began_ms) >= self.limits.hold_ms
-                    && window.samples >= self.limits.fewest_samples =>
-            {
-                Verdict::Still
-            }
-            _ => Verdict::Moving,
-        }
+    /// Has every cable been at rest for long enough?
+    pub fn is_still(&self, now_ms: u32) -> bool {
+        self.window.as_ref().is_some_and(|window| {
+            now_ms.wrapping_sub(window.began_ms) >= self.limits.hold_ms && window.samples >= self.limits.fewest_samples
+        })
     }
 
     /// Counts of the pose in which the arm rests: the window's first sample, and the mean of the window relative to
@@ -124,22 +96,55 @@ impl Window {
         }
     }
 
-    fn spread(&self) -> impl Iterator<Item = u32> {
-        self.high.iter().zip(&self.low).map(|(high, low)| high.abs_diff(*low))
+    fn is_out_of_band(&self, band_counts: u32) -> bool {
+        self.high.iter().zip(&self.low).any(|(high, low)| high.abs_diff(*low) > band_counts)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LIMITS: StillnessLimits = StillnessLimits { band_counts: 10, hold_ms: 100, fewest_samples: 5 };
+
+    #[test]
+    fn still_after_the_hold_time_and_no_earlier() {
+        let mut stillness = Stillness::new(LIMITS);
+        let began_ms = u32::MAX - 50;
+        for step in 0..30 {
+            let now_ms = began_ms.wrapping_add(step * 10);
+            stillness.sample(now_ms, &[7; 6]);
+            assert_eq!(stillness.is_still(now_ms), step >= 10, "{step}");
+        }
     }
 
-    /// Index of the cable that moved most, if it left the band.
-    fn out_of_band(&self, band_counts: u32) -> Option<usize> {
-        let (index, widest) = self.spread().enumerate().max_by_key(|(_, spread)| *spread)?;
-        (widest > band_counts).then_some(index)
+    #[test]
+    fn a_few_samples_prove_nothing_however_long_they_take() {
+        let mut stillness = Stillness::new(LIMITS);
+        for step in 0..4 {
+            stillness.sample(step * 1_000, &[0; 6]);
+        }
+        assert!(!stillness.is_still(3_000));
     }
 
-    /// A turning arm moves at least four cables; it leaves at rest at most the two that share an attachment point on
-    /// its axis. So when at least four rest (within half of the band) while one runs, that one does not follow the arm.
-    fn loose(&self, widest: usize, band_counts: u32) -> Option<u8> {
-        // A window of one or two samples has not seen whether the others rest.
-        let seen_enough = self.samples >= 4;
-        let at_rest = self.spread().filter(|spread| *spread <= band_counts / 2).count();
-        (seen_enough && at_rest >= 4).then_some(widest as u8 + 1)
+    #[test]
+    fn a_slow_drift_is_movement() {
+        let mut stillness = Stillness::new(LIMITS);
+        // 2 counts every 10 ms: leaves the band of 10 within the hold time
+        for step in 0..500 {
+            stillness.sample(step * 10, &[0, 0, 2 * step as i32, 0, 0, 0]);
+            assert!(!stillness.is_still(step * 10));
+        }
+    }
+
+    #[test]
+    fn the_pose_is_the_mean_of_the_window() {
+        let mut stillness = Stillness::new(LIMITS);
+        for (step, dither) in [0, 1, 1, 0, 3].into_iter().enumerate() {
+            stillness.sample(step as u32 * 10, &[i32::MAX - 3 + dither, -dither, 0, 0, 0, 0]);
+        }
+        let (first, mean) = stillness.pose().unwrap();
+        assert_eq!(first, [i32::MAX - 3, 0, 0, 0, 0, 0]);
+        assert_eq!(mean, [1.0, -1.0, 0.0, 0.0, 0.0, 0.0]);
     }
 }

@@ -15,6 +15,7 @@ impl Run {
             id: 0,
             by_command_only: false,
             attempts: 0,
+            attempted_poses: 0,
             moved: true,
             since_ms: 0,
             advice: Guidance::MoveOn,
@@ -37,6 +38,7 @@ impl Procedure {
     /// Time passes: times run out, a pose is captured, the solver works one slice. Returns the pose that was captured
     /// or refused, if any.
     pub fn tick(&mut self, now_ms: u32) -> Option<PoseNotice> {
+        self.arm.tick(now_ms);
         match self.state() {
             StateName::Idle | StateName::Failed => None,
             StateName::Collecting => self.tick_collecting(now_ms),
@@ -64,25 +66,29 @@ impl Procedure {
         }
         let notice = self.capture_when_held(now_ms);
         let taken = notice.is_some_and(|notice| notice.reason == Reason::Fine);
-        if self.poses.is_full() && self.run.attempts == 0 || taken && self.is_enough() {
+        let overdue = self.is_overdue(now_ms, self.limits.settings().collecting_timeout_ms);
+        let can_try = self.has_something_new() && (overdue && !self.run.by_command_only || self.poses.is_full());
+        if can_try || taken && self.is_enough() {
             self.identify(now_ms);
-        } else if self.is_overdue(now_ms, self.limits.settings().collecting_timeout_ms) {
-            if usize::from(self.poses.len()) >= FEWEST_POSES && self.run.detail.is_none() {
-                self.identify(now_ms);
-            } else {
-                let detail = self.run.detail.unwrap_or(Detail::of(Reason::CollectingTimeout));
-                self.end(now_ms, Trigger::Timeout, detail);
-            }
+        } else if overdue {
+            let detail = self.run.detail.unwrap_or(Detail::of(Reason::CollectingTimeout));
+            self.end(now_ms, Trigger::Timeout, detail);
         }
         notice
+    }
+
+    /// There are poses that no solver run has seen, and enough of them in all for a solver run.
+    fn has_something_new(&self) -> bool {
+        let poses = self.poses.count();
+        usize::from(poses) >= FEWEST_POSES && poses > self.run.attempted_poses
     }
 
     /// The first set is good enough.
     fn is_enough(&self) -> bool {
         let settings = self.limits.settings();
         !self.run.by_command_only
-            && self.poses.len() >= settings.enough_poses
-            && self.forecast.sigma_mm().is_some_and(|sigma| sigma <= settings.target_sigma_mm)
+            && self.poses.count() >= settings.enough_poses
+            && self.predicted_sigma_mm().is_some_and(|sigma| sigma <= settings.target_sigma_mm)
     }
 
     fn tick_identifying(&mut self, now_ms: u32) {
@@ -123,7 +129,7 @@ impl Procedure {
         }
         let notice = self.capture_when_held(now_ms);
         let wanted = self.limits.settings().verification_poses;
-        let complete = self.held_out.len() >= wanted && !self.run.by_command_only;
+        let complete = self.held_out.count() >= wanted && !self.run.by_command_only;
         if complete || self.held_out.is_full() {
             self.judge();
         } else if self.is_overdue(now_ms, self.limits.settings().verifying_timeout_ms) {

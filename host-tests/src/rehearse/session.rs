@@ -5,7 +5,7 @@ use super::display::Display;
 use super::inbox::Inbox;
 use crate::wearer::{Pose, Wearer};
 use glenoid::can::message::PROTOCOL;
-use glenoid::can::report::OutcomeReport;
+use glenoid::can::report::{OutcomeReport, PoseReport};
 use glenoid::can::result::{Parameter, Quality, VerificationReport};
 use glenoid::can::status::{Answer, Versions};
 use glenoid::can::{BaseId, Opcode, Request};
@@ -19,6 +19,9 @@ const PERIOD_MS: u32 = 10;
 const SPEED_SHARE: f64 = 0.5;
 /// Shortest movement between two poses, ms.
 const SHORTEST_MOVE_MS: u32 = 150;
+/// The arm is held still this long before a capture is tried, ms, and this long before it is tried again.
+const SETTLE_MS: u32 = 400;
+const RETRY_MS: u32 = 50;
 /// Longest wait for the answer to a command, ms.
 const ANSWER_LIMIT_MS: u32 = 2_000;
 /// Longest wait for the arm to count as still, ms.
@@ -150,8 +153,7 @@ impl<'a> Session<'a> {
         let (mut verification, refused_second) = self.collect(PoseSet::HeldOut, second)?;
         self.command(Opcode::Verify, 0, 0)?;
         self.wait_for_state(StateName::Review, SOLVER_LIMIT_MS)?;
-        self.read_out(PoseSet::Identification, run_id, &mut identification)?;
-        self.read_out(PoseSet::HeldOut, run_id, &mut verification)?;
+        self.read_out(run_id, &mut identification, &mut verification)?;
         let inbox = self.wait_for("report", ANSWER_LIMIT_MS, |inbox| {
             let (quality, verified) = (inbox.quality?, inbox.verification?);
             Some((inbox.parameters(run_id)?, quality, verified))
@@ -206,12 +208,14 @@ impl<'a> Session<'a> {
                 }
                 Err(error) => return Err(error),
             }
-            let predicted_sigma_mm = self.inbox.poses.last().and_then(|report| report.sigma_mm);
-            taken.push(Captured { pose, lengths_mm: [0.0; CABLES], predicted_sigma_mm });
-            stage.reached(taken.len() as u64);
-            if let Some(sigma) = predicted_sigma_mm {
-                stage.note(&format!("expected σ of the centre {sigma:.3} mm"));
-            }
+            // The answer says that the pose was taken; its report is on the way.
+            let taken_now = |report: &&PoseReport| {
+                report.reason == Reason::Fine && report.set == set && usize::from(report.index) == taken.len()
+            };
+            let report =
+                self.wait_for("pose report", ANSWER_LIMIT_MS, |inbox| inbox.poses.last().filter(taken_now).copied())?;
+            taken.push(Captured { pose, lengths_mm: [0.0; CABLES], predicted_sigma_mm: report.sigma_mm });
+            stage.reached(taken.len() as u64, &advice(&report));
         }
         stage.done(&match refused {
             0 => format!("{count} captured"),
@@ -227,14 +231,16 @@ impl<'a> Session<'a> {
         Ok(())
     }
 
-    /// Reads the lengths that the board took for each pose.
-    fn read_out(&mut self, set: PoseSet, run_id: u16, captured: &mut [Captured]) -> Result<(), SessionError> {
-        let stage = self.display.counted("reading out", captured.len() as u64);
-        let held_out = if set == PoseSet::HeldOut { 0x100 } else { 0 };
-        for (index, captured) in (0u8..).zip(captured) {
+    /// Reads the lengths that the board took for each pose of both sets.
+    fn read_out(&mut self, run_id: u16, first: &mut [Captured], second: &mut [Captured]) -> Result<(), SessionError> {
+        let stage = self.display.counted("reading out", (first.len() + second.len()) as u64);
+        let numbered = |set, captured| (0u8..).zip(captured).map(move |(index, captured)| (set, index, captured));
+        let first = numbered(PoseSet::Identification, first);
+        for (done, (set, index, captured)) in (1..).zip(first.chain(numbered(PoseSet::HeldOut, second))) {
+            let held_out = if set == PoseSet::HeldOut { 0x100 } else { 0 };
             self.command(Opcode::ReadPose, run_id, held_out | u16::from(index))?;
             captured.lengths_mm = self.wait_for("raw pose", ANSWER_LIMIT_MS, |inbox| inbox.pose_mm(set, index))?;
-            stage.reached(u64::from(index) + 1);
+            stage.reached(done, "");
         }
         stage.done("the lengths that the board used");
         Ok(())
@@ -271,6 +277,14 @@ impl<'a> Session<'a> {
             self.step()?;
         }
         self.at = pose;
+        self.hold(SETTLE_MS)
+    }
+
+    /// Holds the arm where it is.
+    fn hold(&mut self, ms: u32) -> Result<(), SessionError> {
+        for _ in 0..ms / PERIOD_MS {
+            self.step()?;
+        }
         Ok(())
     }
 
@@ -324,17 +338,26 @@ impl<'a> Session<'a> {
 
     /// Sends a command that needs a still arm, again and again until the board agrees that it is still.
     fn command_when_still(&mut self, opcode: Opcode, argument: u16) -> Result<Answer, SessionError> {
-        for _ in 0..STILL_LIMIT_MS / (5 * PERIOD_MS) {
+        for _ in 0..STILL_LIMIT_MS / RETRY_MS {
             match self.command(opcode, 0, argument) {
                 // An arm that is coming to rest may for a moment move one cable only.
                 Err(SessionError::Refused(_, Answer { code: Reason::ArmMoving | Reason::CableLoose, .. })) => {
-                    for _ in 0..5 {
-                        self.step()?;
-                    }
+                    self.hold(RETRY_MS)?;
                 }
                 result => return result,
             }
         }
         Err(SessionError::Silence("sign that the arm is still"))
+    }
+}
+
+/// What a pose report tells the person at the arm.
+fn advice(report: &PoseReport) -> String {
+    let guidance = report.guidance.text();
+    match report.sigma_mm {
+        Some(sigma) if report.set == PoseSet::Identification => {
+            format!("expected σ of the centre {sigma:.3} mm; {guidance}")
+        }
+        _ => guidance.to_string(),
     }
 }

@@ -10,12 +10,15 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use glenoid::can::{BaseId, Frame, Message, Opcode, Request};
+use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, Rig};
 use host_tests::debugger::{Debugger, Register};
 use host_tests::elf::Elf;
 use host_tests::emulator::{self, Emulator, EmulatorError, Options};
 use host_tests::firmware::{self, Image};
 use host_tests::packages::Consent;
+use host_tests::rehearse::{Display, EmulatedBoard, Session};
 use host_tests::slcan_client::{PYTHON_CAN_OPENING, SlcanClient};
+use host_tests::wearer::{Wearer, WearerSettings};
 use libtest_mimic::{Arguments, Failed, Trial};
 
 /// Far longer than anything here takes; a loaded machine gets the time that it needs.
@@ -26,7 +29,7 @@ const REQUIRED_VARIABLE: &str = "GLENOID_REQUIRE_EMULATOR";
 
 type Test = fn(&Path) -> Result<(), Failed>;
 
-const TESTS: [(&str, Test); 8] = [
+const TESTS: [(&str, Test); 9] = [
     ("python_can_opens_the_channel", python_can_opens_the_channel),
     ("a_closed_channel_is_silent", a_closed_channel_is_silent),
     ("frames_go_both_ways", frames_go_both_ways),
@@ -34,6 +37,7 @@ const TESTS: [(&str, Test); 8] = [
     ("a_client_may_vanish_and_return", a_client_may_vanish_and_return),
     ("an_emulator_that_ends_is_told", an_emulator_that_ends_is_told),
     ("a_stack_overflow_ends_the_board", a_stack_overflow_ends_the_board),
+    ("a_calibration_finds_the_centre", a_calibration_finds_the_centre),
     ("a_wild_jump_ends_the_board", a_wild_jump_ends_the_board),
 ];
 
@@ -217,5 +221,25 @@ fn a_wild_jump_ends_the_board(image: &Path) -> Result<(), Failed> {
     // the system region may never be executed (ARMv7-M ARM, B3.1)
     let words = last_words(image, &[(Register::ProgramCounter, 0xE000_0000)])?;
     assert!(words.starts_with("fault: CFSR 0x1,"), "{words}");
+    Ok(())
+}
+
+/// A whole calibration over both lines, then the stack that it took, which the board measures by itself.
+fn a_calibration_finds_the_centre(image: &Path) -> Result<(), Failed> {
+    let rig = Rig::shoulder(ASSUMED_BASE_RADIUS_MM).map_err(|error| error.text())?;
+    // without noise and with the cables' counts alone, seven poses fix the centre to a few hundredths of a millimetre
+    let mut wearer = Wearer::new(rig, WearerSettings { seed: 3, ..WearerSettings::default() });
+    let truth = wearer.truth();
+    let mut board = EmulatedBoard::connect(boot(image)?)?;
+    let session = Session::new(&mut board, &mut wearer, rig.drum().fastest_mm_per_s, &Display::Silent);
+    let found = session.calibrate(7, 3)?;
+    for (axis, live_mm) in found.live_centre_mm.into_iter().enumerate() {
+        assert!((f64::from(live_mm) - truth.centre_mm[axis]).abs() < 0.1, "{:?}, {truth:?}", found.live_centre_mm);
+    }
+    let line = board.wait_for_log("stack: ", PATIENCE)?;
+    let numbers: Vec<u32> = line.split(' ').filter_map(|word| word.parse().ok()).collect();
+    let [.., used, size] = numbers[..] else { return Err(line.into()) };
+    // the solver alone needs more than the one, and an overflow would have ended the board at the other
+    assert!(1_000 < used && used < size, "{line}");
     Ok(())
 }

@@ -20,6 +20,7 @@ mod vectors;
 use cortex_m::interrupt::free;
 use cortex_m::{Peripherals, asm, singleton};
 use glenoid::device::{Action, Config, Device, Event, LampPattern, LogEntry};
+use glenoid::identification::{PoseBuffer, Solver};
 use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, Rig};
 use glenoid::rig_link::{RigLink, Signal};
 use glenoid::slcan::Adapter;
@@ -75,6 +76,10 @@ struct Board {
 
 impl Board {
     /// None if it was called before: the peripherals and the queues exist once.
+    ///
+    /// Never inlined: the device passes through this function's frame on its way to its place, and `main` would keep
+    /// that room for ever.
+    #[inline(never)]
     fn start(config: Config) -> Option<Self> {
         let core = Peripherals::take()?;
         stack::protect(core.MPU);
@@ -96,8 +101,14 @@ impl Board {
             teller: Teller::default(),
             last_tick_ms: clock::now_ms(),
         };
-        let ready = Entry::Ready { stack_bytes: stack::usage().size_bytes, device_bytes: size_of::<Device>() };
-        board.outside.log.push(board.last_tick_ms, ready);
+        let memory = Entry::Memory {
+            device: size_of::<Device>(),
+            poses: size_of::<PoseBuffer<f32>>(),
+            solver: size_of::<Solver<f32>>(),
+        };
+        for entry in [Entry::Ready { stack: stack::usage() }, memory] {
+            board.outside.log.push(board.last_tick_ms, entry);
+        }
         Some(board)
     }
 
@@ -190,6 +201,8 @@ fn main() -> ! {
     let Some(mut board) = Board::start(Config::for_rig(rig)) else {
         faults::stop(format_args!("board: started twice"))
     };
+    // what is measured from here on is the work, not the start
+    stack::paint();
     loop {
         if !board.turn() {
             board.sleep();
