@@ -6,6 +6,7 @@
 
 mod bound;
 mod cramer_rao;
+mod degenerate;
 mod findings;
 pub mod output;
 mod scene;
@@ -15,7 +16,10 @@ mod trials;
 
 pub mod adversarial;
 mod million;
+mod outliers;
 mod paper;
+mod precision;
+mod wander;
 
 pub use findings::{Findings, Plan, Problem, Table, Target};
 
@@ -42,5 +46,9 @@ pub const ALL: &[Study] = &[
     million::MILLION,
     million::EXTREMES,
     bound::STUDY,
+    outliers::STUDY,
+    degenerate::STUDY,
+    wander::STUDY,
     adversarial::STUDY,
+    precision::STUDY,
 ];
