@@ -23,7 +23,7 @@ use std::path::{Path, PathBuf};
 use self::calculation::Problem;
 use self::input_error::InputError;
 use self::lengths_file::LengthsFile;
-use self::report::{Method, NoiseFrom, Precision, Report, Setting, Start};
+use self::report::{Method, Precision, Report, Setting, Start};
 use self::rig_file::RigFile;
 use self::selection::RowsUsed;
 
@@ -31,10 +31,6 @@ use self::selection::RowsUsed;
 /// 0.35 mm for the shoulder, which uniform noise within ±0.6 mm gives. What is left of a rig file that is wrong by a
 /// centimetre, or of a strap that slips, is larger.
 const MOST_TIMES_EXPECTED_NOISE: f64 = 6.0;
-
-/// Fewest poses whose residuals tell the noise. Three leave three degrees of freedom: of 1 000 sets of three, 17 came
-/// out further from the truth than five of the sigmas estimated from them, of 1 000 sets of four none.
-const FEWEST_TO_ESTIMATE_NOISE: usize = 4;
 
 /// What is to be identified, and how.
 #[derive(Clone, Debug, PartialEq)]
@@ -119,20 +115,13 @@ fn log(path: &Path, rig: &Rig<f64>) -> Result<LengthsFile, InputError> {
 fn setting(request: &Request, machine: &RigFile, rows: usize) -> Setting {
     let expected_noise_mm = machine.rig.length_noise_mm();
     let full = request.method == Method::Full;
-    let (noise_from, known_noise_mm) = match request.noise_mm {
-        _ if !full => (NoiseFrom::Residuals, None),
-        Some(noise_mm) => (NoiseFrom::Given, Some(noise_mm)),
-        None if rows < FEWEST_TO_ESTIMATE_NOISE => (NoiseFrom::Rig, Some(expected_noise_mm)),
-        None => (NoiseFrom::Residuals, None),
-    };
     Setting {
         rows_used: RowsUsed::of(rows, DEFAULT_CAPACITY),
         method: request.method,
         precision: request.precision,
         zeros: request.zeros && full,
         start: (!full).then(|| start(request, machine)),
-        noise_from,
-        known_noise_mm,
+        given_noise_mm: request.noise_mm.filter(|_| full),
         expected_noise_mm,
         noise_limit_mm: expected_noise_mm * MOST_TIMES_EXPECTED_NOISE,
     }

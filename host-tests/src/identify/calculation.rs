@@ -60,7 +60,7 @@ impl Problem<'_> {
     }
 
     fn run_full<T: Real>(&self, rig: &Rig<T>, poses: &[CableLengths<T>]) -> (Result<Identified<T>, Refusal>, u8) {
-        let noise = match self.setting.known_noise_mm {
+        let noise = match self.setting.given_noise_mm {
             Some(noise_mm) => Noise::Known(T::of(noise_mm)),
             None => Noise::EstimatedUpTo(T::of(self.setting.noise_limit_mm)),
         };

@@ -2,7 +2,7 @@
 
 use super::lengths_file::LengthsFile;
 use super::refusal::RefusalDetail;
-use super::report::{Method, NoiseFrom, Report};
+use super::report::{Method, Report};
 use super::summary::{counted, direction};
 
 /// What was seen, with its figures.
@@ -39,16 +39,16 @@ pub fn remedy(report: &Report, refusal: &RefusalDetail) -> String {
         Method::Paper => " --method full needs no start and leaves out bad poses.",
         Method::Full => "",
     };
-    let noise = match report.setting.noise_from {
-        NoiseFrom::Given => "If the cables are noisier than --noise says, give the true figure.".to_owned(),
-        NoiseFrom::Residuals | NoiseFrom::Rig => format!(
+    let noise = match report.setting.given_noise_mm {
+        Some(_) => "If the cables are noisier than --noise says, give the true figure.".to_owned(),
+        None => format!(
             "If the noise of your cables is above {:.2} mm, say so with --noise.",
             report.setting.noise_limit_mm
         ),
     };
     match refusal {
         RefusalDetail::TooFewPoses { .. } => {
-            "Record at least three poses that turn the arm about different axes; ten or more give a useful error bar."
+            "Record at least five poses that turn the arm about different axes; ten or more give a useful error bar."
                 .to_owned()
         }
         RefusalDetail::BadLength { .. } => format!("Correct or delete that line, and check the cable.{other_method}"),

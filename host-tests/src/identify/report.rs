@@ -37,18 +37,6 @@ pub enum Precision {
     F64,
 }
 
-/// Where the noise behind the error bar is taken from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum NoiseFrom {
-    /// `--noise`.
-    Given,
-    /// The residuals.
-    Residuals,
-    /// What is expected of the rig: there are too few poses to tell.
-    Rig,
-}
-
 /// Where the paper's method began.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Start {
@@ -90,11 +78,8 @@ pub struct Setting {
     pub zeros: bool,
     /// Where the paper's method begins. The full one has no start.
     pub start: Option<Start>,
-    /// Where the noise of a cable length is taken from.
-    pub noise_from: NoiseFrom,
-    /// That noise, 1σ, mm, unless it is estimated.
-    #[serde(skip)]
-    pub known_noise_mm: Option<f64>,
+    /// Noise of a cable length that was given, 1σ, mm; otherwise it is estimated from the residuals.
+    pub given_noise_mm: Option<f64>,
     /// Noise that is expected of the rig, 1σ, mm.
     pub expected_noise_mm: f64,
     /// Residuals beyond this are not taken for noise unless it is given, mm.

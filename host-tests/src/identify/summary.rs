@@ -2,7 +2,7 @@
 
 use super::lengths_file::LengthsFile;
 use super::remedy;
-use super::report::{Method, NoiseFrom, Precision, RejectedCable, Report};
+use super::report::{Method, Precision, RejectedCable, Report};
 use super::verification::Verification;
 use std::fmt::Write;
 
@@ -74,15 +74,14 @@ fn figures(text: &mut String, report: &Report, log: &LengthsFile) -> std::fmt::R
     }
     let used = report.poses_used.unwrap_or_default();
     if let Some(noise) = report.noise_mm {
-        let source = match report.setting.noise_from {
-            NoiseFrom::Given => "as given".to_owned(),
-            NoiseFrom::Residuals => format!("estimated, {} degrees of freedom", 3 * used as i64 - 6),
-            NoiseFrom::Rig => "expected of this rig: so few poses do not tell".to_owned(),
+        let source = match report.setting.given_noise_mm {
+            Some(_) => "as given".to_owned(),
+            None => format!("estimated, {} degrees of freedom", 3 * used as i64 - 6),
         };
         line(text, "noise", &format!("{} mm, {source}", small(noise)))?;
         let expected = report.setting.expected_noise_mm;
         if report.setting.method == Method::Full
-            && report.setting.noise_from == NoiseFrom::Residuals
+            && report.setting.given_noise_mm.is_none()
             && noise > expected * SUSPICIOUS_NOISE
         {
             let note = format!(
