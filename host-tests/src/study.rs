@@ -9,7 +9,7 @@ mod cramer_rao;
 mod degenerate;
 mod findings;
 pub mod output;
-mod scene;
+pub mod scene;
 mod solve;
 mod statistics;
 mod trials;
