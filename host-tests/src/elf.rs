@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, elf};
+use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, SymbolKind, elf};
 
 /// Why an image cannot be read.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -41,6 +41,17 @@ pub struct Section {
     pub in_flash: bool,
     /// It lies in RAM while the board runs.
     pub in_ram: bool,
+}
+
+/// A function or a constant by its name.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Symbol {
+    /// Its name, demangled and without its hash.
+    pub name: String,
+    /// Its address while the board runs; of a function, that of its first instruction.
+    pub address: u64,
+    /// Its size.
+    pub size_bytes: u64,
 }
 
 /// An image, read whole.
@@ -92,7 +103,36 @@ impl Elf {
         Ok(symbol.address())
     }
 
+    /// Functions and constants that take memory, in no particular order.
+    ///
+    /// # Errors
+    /// [`ElfError::Malformed`].
+    pub fn symbols(&self) -> Result<Vec<Symbol>, ElfError> {
+        let file = self.parse()?;
+        Ok(file.symbols().filter(|symbol| symbol.size() != 0).map(|symbol| describe(&symbol)).collect())
+    }
+
+    /// A function by its name as the linker knows it.
+    ///
+    /// # Errors
+    /// [`ElfError::Malformed`], [`ElfError::NoSymbol`].
+    pub fn function(&self, name: &str) -> Result<Symbol, ElfError> {
+        let file = self.parse()?;
+        let symbol = file.symbol_by_name(name).ok_or_else(|| ElfError::NoSymbol(name.to_owned()))?;
+        Ok(describe(&symbol))
+    }
+
     fn parse(&self) -> Result<object::File<'_>, ElfError> {
         object::File::parse(&*self.bytes).map_err(|error| ElfError::Malformed(self.path.clone(), error.to_string()))
+    }
+}
+
+fn describe<'data>(symbol: &impl ObjectSymbol<'data>) -> Symbol {
+    // bit 0 of a function's address says that its code is Thumb code
+    let thumb = u64::from(symbol.kind() == SymbolKind::Text);
+    Symbol {
+        name: format!("{:#}", rustc_demangle::demangle(symbol.name().unwrap_or("?"))),
+        address: symbol.address() & !thumb,
+        size_bytes: symbol.size(),
     }
 }

@@ -87,6 +87,13 @@ pub fn ensure_installed(consent: Consent) -> Result<(), EmulatorError> {
     packages::ensure(&[PACKAGE], "emulating the drive board", consent).map_err(EmulatorError::Missing)
 }
 
+/// The emulator with the board's machine and nothing around it.
+pub(crate) fn command() -> Command {
+    let mut command = Command::new(PROGRAM);
+    command.args(["-M", "mps2-an386", "-display", "none", "-monitor", "none"]);
+    command
+}
+
 /// A running board. Dropping it ends it.
 #[derive(Debug)]
 pub struct Emulator {
@@ -120,8 +127,7 @@ impl Emulator {
     fn start_once(image: &Path, options: &Options) -> Result<Self, EmulatorError> {
         let can = local_address(options.can_port).map_err(EmulatorError::Start)?;
         let rig = local_address(options.rig_port).map_err(EmulatorError::Start)?;
-        let mut command = Command::new(PROGRAM);
-        command.args(["-M", "mps2-an386", "-display", "none", "-monitor", "none"]);
+        let mut command = command();
         command.args(["-semihosting-config", "enable=on,target=native"]);
         for line in [can, rig] {
             // the UART sends single bytes; without "nodelay" each answer would wait 40 ms for the client's acknowledgement

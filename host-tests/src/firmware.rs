@@ -30,6 +30,9 @@ pub struct Image {
 impl Image {
     /// The emulated drive board (QEMU mps2-an386).
     pub const EMULATED: Self = Self { binary: "emulated", feature: "emulated" };
+
+    /// The speed figures of the library on that board (see [`crate::cycles`]).
+    pub const SPEED: Self = Self { binary: "speed", feature: "emulated" };
 }
 
 /// What builds the image.
@@ -39,6 +42,16 @@ pub enum Toolchain {
     Rustup,
     /// Debian's packages, with `core` built from source.
     Debian,
+}
+
+impl Toolchain {
+    /// The word that chooses it, as in [`TOOLCHAIN_VARIABLE`].
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Rustup => "rustup",
+            Self::Debian => "debian",
+        }
+    }
 }
 
 /// Why there is no image.
@@ -92,12 +105,31 @@ pub fn build(image: Image, consent: Consent) -> Result<PathBuf, FirmwareError> {
 /// # Errors
 /// [`FirmwareError::BuildFailed`].
 pub fn build_with(toolchain: Toolchain, image: Image) -> Result<PathBuf, FirmwareError> {
+    build_with_environment(toolchain, image, &[])
+}
+
+/// Builds the image as [`build_with`] does, with these variables set for its compiler, or not set.
+///
+/// # Errors
+/// [`FirmwareError::BuildFailed`].
+pub fn build_with_environment(
+    toolchain: Toolchain,
+    image: Image,
+    variables: &[(&str, Option<&str>)],
+) -> Result<PathBuf, FirmwareError> {
     let target_dir = workspace().join("target").join(match toolchain {
         // Not the folder of the cargo that may be running this very program: it holds the lock of that one.
         Toolchain::Rustup => "firmware",
         Toolchain::Debian => "debian",
     });
-    let status = cargo(toolchain)
+    let mut cargo = cargo(toolchain);
+    for (name, value) in variables {
+        match value {
+            Some(value) => cargo.env(name, value),
+            None => cargo.env_remove(name),
+        };
+    }
+    let status = cargo
         .current_dir(workspace())
         // "-p": without it the host side's features are unified with the image's, a heap among them
         .args(["build", "--quiet", "--package", "glenoid", "--profile", "firmware", "--target", TARGET])

@@ -1,15 +1,18 @@
 //! Host side of Glenoid.
 
+pub mod cycles;
 pub mod debugger;
 pub mod elf;
 pub mod emulator;
 pub mod firmware;
 pub mod flash;
+pub mod identify;
 pub mod literal;
 pub mod packages;
 pub mod plot;
 pub mod power_cut;
 pub mod rehearse;
 pub mod slcan_client;
+pub mod study;
 pub mod vocabulary;
 pub mod wearer;

@@ -6,6 +6,7 @@
 mod bench;
 mod board;
 mod charts;
+mod client;
 mod display;
 mod expected;
 mod inbox;
@@ -14,6 +15,7 @@ mod options;
 mod replay;
 mod report;
 mod session;
+mod transcript;
 mod verdict;
 
 pub use bench::{Bench, BenchError, InProcess};
@@ -23,7 +25,8 @@ pub use expected::{length_sigma_mm, sigma_mm};
 pub use inbox::Inbox;
 pub use options::Options;
 pub use report::{Found, Report, Settings, Status};
-pub use session::{Captured, Session, SessionError, Transcript};
+pub use session::Session;
+pub use transcript::{Captured, SessionError, Transcript};
 pub use verdict::{NAMES, Verdict};
 
 use crate::emulator::{self, Emulator};
@@ -32,19 +35,20 @@ use crate::packages::Consent;
 use crate::wearer::Wearer;
 use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, Rig};
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Builds and boots the board, rehearses a calibration on it and reports.
-pub fn run(options: &Options, display: &Display, plots: &Path) -> Report {
+/// Builds and boots the board, rehearses a calibration on it and reports. Gives up as soon as `stop` is set.
+pub fn run(options: &Options, display: &Display, plots: &Path, stop: &'static AtomicBool) -> Report {
     let rig = match Rig::shoulder(ASSUMED_BASE_RADIUS_MM) {
         Ok(rig) => rig,
         Err(error) => unreachable!("the shoulder's constants make a rig: {}", error.text()),
     };
     let mut wearer = Wearer::new(rig, options.wearer());
-    match boot(options, display) {
+    match boot(options, display, stop) {
         Err(reason) => Report::failed(options, &wearer.truth(), reason),
         Ok(mut board) => {
-            let mut report = rehearse(&mut board, &mut wearer, &rig, options, display, plots);
-            if report.status == Status::Failed {
+            let mut report = rehearse(&mut board, &mut wearer, &rig, options, display, Some(plots));
+            if report.status == Status::Failed && !stop.load(Ordering::Relaxed) {
                 report.reasons.extend(board.last_words().into_iter().map(|line| format!("board's log: {line}")));
             }
             report
@@ -52,29 +56,31 @@ pub fn run(options: &Options, display: &Display, plots: &Path) -> Report {
     }
 }
 
-fn boot(options: &Options, display: &Display) -> Result<EmulatedBoard, String> {
+fn boot(options: &Options, display: &Display, stop: &'static AtomicBool) -> Result<EmulatedBoard, String> {
     let consent = if options.yes { Consent::Given } else { Consent::Ask };
     // Questions and the words of apt-get, rustup and cargo go to stderr themselves; a moving bar would mangle them.
     emulator::ensure_installed(consent).map_err(|error| error.to_string())?;
     let toolchain = firmware::choose_toolchain(consent).map_err(|error| error.to_string())?;
     let stage = display.stage("building the firmware");
     let image = firmware::build_with(toolchain, Image::EMULATED).map_err(|error| error.to_string())?;
-    stage.done(&format!("{} with {toolchain:?}'s toolchain", image.display()));
+    let shown = image.strip_prefix(firmware::workspace()).unwrap_or(&image);
+    stage.done(&format!("{} by {toolchain:?}'s toolchain", shown.display()));
     let stage = display.stage("booting the board");
     let emulator = Emulator::start(&image, &emulator::Options::default()).map_err(|error| error.to_string())?;
     let board = EmulatedBoard::connect(emulator).map_err(|error| error.to_string())?;
     stage.done("QEMU mps2-an386, Cortex-M4F");
-    Ok(board)
+    Ok(board.until(stop))
 }
 
-/// Rehearses a calibration on a bench and holds the result against the truth. Writes the plots into `plots`.
+/// Rehearses a calibration on a bench and holds the result against the truth. Writes the plots into the folder
+/// `plots`, if there is one.
 pub fn rehearse(
     bench: &mut dyn Bench,
     wearer: &mut Wearer,
     rig: &Rig<f64>,
     options: &Options,
     display: &Display,
-    plots: &Path,
+    plots: Option<&Path>,
 ) -> Report {
     let truth = wearer.truth();
     let session = Session::new(bench, wearer, rig.drum().fastest_mm_per_s, display);

@@ -205,7 +205,7 @@ fn symmetric(random: &mut ChaCha8Rng, limit: f64) -> f64 {
 
 /// The rotation by `angle` about the unit vector `axis`, by Rodrigues' formula with `libm`'s functions, which give
 /// the same bits on every machine.
-fn rotation(axis: Vector3<f64>, angle: f64) -> Rotation3<f64> {
+pub(crate) fn rotation(axis: Vector3<f64>, angle: f64) -> Rotation3<f64> {
     let (sine, cosine) = (libm::sin(angle), libm::cos(angle));
     let [x, y, z]: [f64; 3] = Unit::new_normalize(axis).into_inner().into();
     let cross = nalgebra::Matrix3::new(0.0, -z, y, z, 0.0, -x, -y, x, 0.0);

@@ -54,7 +54,7 @@ pub struct Identified<T> {
     /// iteration gives δE of the platform edges (Eq. 17, as the root mean square that its text describes); the
     /// start-free solver gives the same figure in terms of cable lengths.
     pub deviation_mm: T,
-    /// The deviation before each step and after the last, mm.
+    /// The deviation before each step and after the last (the paper's iteration), after each step (start-free), mm.
     pub deviations_mm: Vec<T, { MOST_ITERATIONS + 1 }>,
     /// Least-squares steps taken.
     pub iterations: u8,
@@ -164,6 +164,11 @@ pub enum Refusal {
         /// 1σ of its zero, mm.
         sigma_mm: f32,
     },
+    /// The centre hangs on one pose: were that pose wrong, the others could not contradict it. Always so with three.
+    HangsOnOnePose {
+        /// Pose, from 0.
+        pose: u16,
+    },
 }
 
 impl Refusal {
@@ -182,6 +187,7 @@ impl Refusal {
             Self::TooManyOutliers { .. } => 10,
             Self::NotABall { .. } => 11,
             Self::ZeroNotDetermined { .. } => 12,
+            Self::HangsOnOnePose { .. } => 13,
         }
     }
 
@@ -199,6 +205,7 @@ impl Refusal {
             Self::Weak { .. } => "weak: the centre's error bar is wider than its limit",
             Self::TooManyOutliers { .. } => "more than a fifth of the poses contradict the others",
             Self::NotABall { .. } => "the joint centre wanders: not a ball joint",
+            Self::HangsOnOnePose { .. } => "weak: the centre hangs on one pose that no other can contradict",
             Self::ZeroNotDetermined { .. } => {
                 "weak: the centre hangs on an encoder zero that the poses do not determine"
             }

@@ -1,13 +1,13 @@
 //! What the procedure does when it is asked, and what it answers.
 
 use super::arm::NotReady;
-use super::forecast::Forecast;
 use super::outcome::PoseNotice;
 use super::reason::Reason;
 use super::solve::{Detail, Work};
 use super::state::{Command, PoseSet, StateName};
 use super::transition::{Trigger, allows};
 use super::{Guidance, Judging, Procedure, Run, State, Verifying};
+use crate::identification::Survey;
 use crate::identification::paper::FEWEST_POSES;
 use crate::kinematics::octahedron::OctahedronError;
 
@@ -130,13 +130,13 @@ impl Procedure {
         self.poses.clear();
         self.held_out.clear();
         self.spread = Default::default();
-        self.forecast = Forecast::new(&self.rig);
+        self.survey = Survey::new(&self.rig);
     }
 
     /// Hands the first set to the solver.
     pub(super) fn identify(&mut self, now_ms: u32) {
-        let work = Work::new(&self.rig);
-        if self.go(now_ms, Trigger::Identify, State::Identifying(work)) {
+        if self.go(now_ms, Trigger::Identify, State::Identifying) {
+            self.work = Work::new(&self.rig);
             self.run.attempts = self.run.attempts.saturating_add(1);
             self.run.attempted_poses = self.poses.count();
             self.run.detail = None;
@@ -177,7 +177,7 @@ impl Procedure {
             index: if taken { count.saturating_sub(1) } else { count },
             reason,
             cable,
-            sigma_mm: self.forecast.sigma_mm(),
+            sigma_mm: self.predicted_sigma_mm(),
             distance_rad,
             guidance,
         }
@@ -186,7 +186,9 @@ impl Procedure {
     fn try_pose(&mut self, now_ms: u32, set: PoseSet, distance_rad: &mut Option<f32>) -> Result<(), NotReady> {
         let lengths = self.arm.pose(now_ms, self.rig.drum())?;
         let refused = |reason| NotReady { reason, cable: 0 };
-        let platform = self.octahedron.solve(&lengths).map_err(|error| match error {
+        // Surveyed on a copy, which is kept when the pose is.
+        let mut survey = self.survey.clone();
+        let platform = survey.add(&lengths).map_err(|error| match error {
             OctahedronError::Length(error) => NotReady { reason: Reason::LengthImpossible, cable: error.cable },
             OctahedronError::DoesNotClose => refused(Reason::PlatformDoesNotClose),
         })?;
@@ -201,7 +203,7 @@ impl Procedure {
             PoseSet::Identification => {
                 self.poses.push(lengths, rotation).map_err(|_| refused(Reason::PosesFull))?;
                 self.spread.add(rotation);
-                self.forecast.add(&lengths, &platform);
+                self.survey = survey;
                 self.run.advice = self.spread.advice();
             }
             PoseSet::HeldOut => {

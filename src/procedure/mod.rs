@@ -34,7 +34,6 @@ pub mod arm;
 pub mod captured;
 mod commands;
 pub mod encoders;
-pub mod forecast;
 pub mod guidance;
 pub mod limits;
 pub mod loose;
@@ -55,14 +54,12 @@ pub use reason::{Band, Reason};
 pub use state::{Command, PoseSet, StateName};
 pub use transition::Trigger;
 
-use crate::identification::Identified;
+use crate::identification::{Identified, Survey};
 use crate::kinematics::CableLengths;
-use crate::kinematics::octahedron::Octahedron;
 use crate::rig::{CABLES, Rig};
 use arm::{Arm, NotReady};
 use captured::Captured;
 use encoders::EncoderFault;
-use forecast::Forecast;
 use guidance::Spread;
 use solve::{Detail, Work};
 
@@ -72,13 +69,14 @@ pub const CAPACITY: usize = crate::identification::DEFAULT_CAPACITY;
 pub const HELD_OUT_CAPACITY: usize = 32;
 
 /// A state with its data.
-// Both large variants live in the one procedure of a device; there is no heap to box them on.
+// The two with a centre are larger than the others (400 bytes); there is no heap to box them on.
 #[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone)]
 enum State {
     Idle,
     Collecting,
-    Identifying(Work),
+    /// The solver's workspace stands beside the state: 4.5 KiB are not moved about on the stack.
+    Identifying,
     Verifying(Verifying),
     Review(Candidate),
     Failed,
@@ -89,7 +87,7 @@ impl State {
         match self {
             Self::Idle => StateName::Idle,
             Self::Collecting => StateName::Collecting,
-            Self::Identifying(_) => StateName::Identifying,
+            Self::Identifying => StateName::Identifying,
             Self::Verifying(_) => StateName::Verifying,
             Self::Review(_) => StateName::Review,
             Self::Failed => StateName::Failed,
@@ -135,26 +133,28 @@ struct Run {
 #[derive(Debug, Clone)]
 pub struct Procedure {
     rig: Rig<f32>,
-    octahedron: Octahedron<f32>,
     limits: Limits,
     arm: Arm,
     state: State,
+    work: Work,
     run: Run,
     poses: Captured<CAPACITY>,
     held_out: Captured<HELD_OUT_CAPACITY>,
     spread: Spread,
-    forecast: Forecast,
+    survey: Survey<f32>,
     ending: Option<Ending>,
     live: Option<Candidate>,
 }
 
 impl Procedure {
     /// A procedure in the idle state, without a centre.
+    // Inlined so that it is built where it stays: 13 KB of temporary copies on the stack otherwise.
+    #[inline(always)]
     pub fn new(rig: Rig<f32>, limits: Limits) -> Self {
         Self {
-            octahedron: Octahedron::new(&rig),
             arm: Arm::new(&limits),
-            forecast: Forecast::new(&rig),
+            work: Work::new(&rig),
+            survey: Survey::new(&rig),
             rig,
             limits,
             state: State::Idle,
@@ -182,7 +182,7 @@ impl Procedure {
 
     /// There is computing to do: the next tick should follow as soon as the board has time.
     pub const fn is_busy(&self) -> bool {
-        matches!(self.state, State::Identifying(_) | State::Verifying(Verifying { judging: Some(_), .. }))
+        matches!(self.state, State::Identifying | State::Verifying(Verifying { judging: Some(_), .. }))
     }
 
     /// The run under way, or the last one; 0 before the first.
@@ -225,6 +225,12 @@ impl Procedure {
     /// Why the solver refused the set, last; None when it did not.
     pub const fn refusal(&self) -> Option<&Detail> {
         self.run.detail.as_ref()
+    }
+
+    /// Predicted σ of the centre in its worst direction with the first set so far, mm; None while the poses do not
+    /// determine it.
+    pub fn predicted_sigma_mm(&self) -> Option<f32> {
+        self.survey.foretold().map(|foretold| foretold.sigma_mm)
     }
 
     /// Lengths of the captured poses of a set. They stay until the next run starts, unless the run is aborted.

@@ -88,12 +88,11 @@ impl Procedure {
         let settings = self.limits.settings();
         !self.run.by_command_only
             && self.poses.count() >= settings.enough_poses
-            && self.forecast.sigma_mm().is_some_and(|sigma| sigma <= settings.target_sigma_mm)
+            && self.predicted_sigma_mm().is_some_and(|sigma| sigma <= settings.target_sigma_mm)
     }
 
     fn tick_identifying(&mut self, now_ms: u32) {
-        let State::Identifying(work) = &mut self.state else { return };
-        match work.advance(self.poses.lengths()) {
+        match self.work.advance(self.poses.lengths()) {
             Progress::Working => {}
             Progress::Identified(identified) => self.found(now_ms, identified),
             Progress::Refused(refusal) => self.refused(now_ms, Detail::from(refusal)),

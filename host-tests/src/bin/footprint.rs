@@ -1,26 +1,43 @@
-//! `cargo footprint`: flash and static RAM of the emulated board's image, section by section.
+//! `cargo footprint`: what the emulated board's image takes of the drive board's memory.
 
 use std::error::Error;
+use std::path::Path;
 use std::process::ExitCode;
+use std::time::Duration;
 
 use clap::Parser;
+use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, Rig};
 use host_tests::elf::{Elf, Section};
+use host_tests::emulator::{self, Emulator, Options};
 use host_tests::firmware::{self, Image};
 use host_tests::packages::Consent;
-
-/// Build the firmware image and print what it takes of the drive board's memory.
-#[derive(Parser)]
-#[command(name = "cargo footprint", bin_name = "cargo footprint")]
-struct Arguments {
-    /// Install what is missing without asking
-    #[arg(long)]
-    yes: bool,
-}
+use host_tests::rehearse::{Display, EmulatedBoard, Session};
+use host_tests::wearer::{Wearer, WearerSettings};
 
 /// Flash of the STM32G474RE (RM0440, section 2; `memory.x`).
 const FLASH_BYTES: u64 = 512 * 1024;
 /// SRAM1 and SRAM2 of the STM32G474RE (as above).
 const RAM_BYTES: u64 = 96 * 1024;
+/// Poses to verify with; how many there are changes nothing about the memory.
+const VERIFICATION_POSES: u8 = 3;
+/// The lines are in the log before the session ends.
+const LOG_LIMIT: Duration = Duration::from_secs(5);
+
+/// Build the firmware image and print its flash and static RAM by section; then let the emulated board work through a
+/// calibration and print what the solver takes and how far the stack reached.
+#[derive(Parser)]
+#[command(name = "cargo footprint", bin_name = "cargo footprint")]
+struct Arguments {
+    /// Poses of the calibration, about a second each
+    #[arg(long, value_name = "M", default_value_t = 12, value_parser = clap::value_parser!(u8).range(3..=120))]
+    poses: u8,
+    /// Print the sections only; nothing is run
+    #[arg(long)]
+    sections: bool,
+    /// Install what is missing without asking
+    #[arg(long)]
+    yes: bool,
+}
 
 fn main() -> ExitCode {
     match run(&Arguments::parse()) {
@@ -34,7 +51,16 @@ fn main() -> ExitCode {
 
 fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     let consent = if arguments.yes { Consent::Given } else { Consent::Ask };
-    let image = Elf::read(&firmware::build(Image::EMULATED, consent)?)?;
+    let image = firmware::build(Image::EMULATED, consent)?;
+    print_sections(&Elf::read(&image)?)?;
+    if arguments.sections {
+        return Ok(());
+    }
+    emulator::ensure_installed(consent)?;
+    print_work(&image, arguments.poses)
+}
+
+fn print_sections(image: &Elf) -> Result<(), Box<dyn Error>> {
     let sections = image.sections()?;
     println!("{:<16} {:>10} {:>8} {:>8}", "section", "address", "flash", "RAM");
     for section in &sections {
@@ -45,12 +71,26 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     let flash = total(&sections, |section| section.in_flash);
     let ram = total(&sections, |section| section.in_ram);
     println!("{:<27} {flash:>8} {ram:>8}", "in all, bytes");
-    println!("{:<27} {:>8} {:>8}", "of the drive board's", FLASH_BYTES, RAM_BYTES);
-    let stack = image.symbol("_stack_start")? - image.symbol("_stack_end")?;
-    println!("left for the stack          {stack:>17}");
+    println!("{:<27} {FLASH_BYTES:>8} {RAM_BYTES:>8}", "of the drive board's");
     Ok(())
 }
 
 fn total(sections: &[Section], counts: impl Fn(&Section) -> bool) -> u64 {
     sections.iter().filter(|section| counts(section)).map(|section| section.size_bytes).sum()
+}
+
+/// Runs a calibration on the board and repeats what the board says about its own memory.
+fn print_work(image: &Path, poses: u8) -> Result<(), Box<dyn Error>> {
+    let rig = Rig::shoulder(ASSUMED_BASE_RADIUS_MM).map_err(|error| error.text())?;
+    let mut board = EmulatedBoard::connect(Emulator::start(image, &Options::default())?)?;
+    let mut wearer = Wearer::new(rig, WearerSettings { noise_mm: 0.1, ..WearerSettings::default() });
+    let display = Display::choose(false);
+    Session::new(&mut board, &mut wearer, rig.drum().fastest_mm_per_s, &display)
+        .calibrate(poses, VERIFICATION_POSES)?;
+    println!();
+    for line in ["board: ready", "memory:", "stack:"] {
+        let line = board.wait_for_log(line, LOG_LIMIT)?;
+        println!("{}", line.split_once("] ").map_or(line.as_str(), |(_, text)| text));
+    }
+    Ok(())
 }

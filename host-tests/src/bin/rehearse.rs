@@ -4,11 +4,18 @@ use clap::Parser;
 use host_tests::firmware::workspace;
 use host_tests::rehearse::{Display, Options, Status, run};
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Set by Ctrl-C and by a request to terminate: the emulator must not outlive this program.
+static STOP: AtomicBool = AtomicBool::new(false);
 
 fn main() -> ExitCode {
     let options = Options::parse();
     let display = Display::choose(options.json);
-    let report = run(&options, &display, &workspace().join("target/rehearse"));
+    if let Err(error) = ctrlc::set_handler(|| STOP.store(true, Ordering::Relaxed)) {
+        eprintln!("cargo rehearse: cannot listen for Ctrl-C: {error}");
+    }
+    let report = run(&options, &display, &workspace().join("target/rehearse"), &STOP);
     if options.json {
         match serde_json::to_string_pretty(&report) {
             Ok(json) => println!("{json}"),

@@ -118,21 +118,16 @@ impl Chart {
     }
 }
 
+/// A series of more points gets small markers.
+const MANY_POINTS: usize = 200;
+
 /// The line of a [`Level`].
 const LEVEL: Stroke = Stroke { colour: Colour::GREY, width: 1.5, dash: &[3.0, 3.0] };
 
-/// Draws a series through points that are already on the sheet.
-fn draw_series(sheet: &mut dyn Sheet, index: usize, look: Look, points: &[(f32, f32)]) {
-    if look != Look::Scatter {
-        let stroke = Stroke { colour: series_colour(index), width: 2.0, dash: series_dash(index) };
-        sheet.path(points, false, None, Some(stroke));
-    }
-    if look != Look::Curve {
-        let size = if points.len() > 200 { 2.0 } else { 4.0 };
-        for &point in points {
-            draw_marker(sheet, index, point, size);
-        }
-    }
+/// Draws the line of a series through points that are already on the sheet.
+fn draw_line(sheet: &mut dyn Sheet, index: usize, points: &[(f32, f32)]) {
+    let stroke = Stroke { colour: series_colour(index), width: 2.0, dash: series_dash(index) };
+    sheet.path(points, false, None, Some(stroke));
 }
 
 impl Figure for Chart {
@@ -151,7 +146,7 @@ impl Figure for Chart {
             .map(|(index, series)| {
                 move |sheet: &mut dyn Sheet, (x, y): (f32, f32), length: f32| {
                     if series.look != Look::Scatter {
-                        draw_series(sheet, index, Look::Curve, &[(x - length / 2.0, y), (x + length / 2.0, y)]);
+                        draw_line(sheet, index, &[(x - length / 2.0, y), (x + length / 2.0, y)]);
                     }
                     if series.look != Look::Curve {
                         draw_marker(sheet, index, (x, y), 4.0);
@@ -177,9 +172,17 @@ impl Figure for Chart {
             let at = y.at(level.value);
             sheet.path(&[(area.left, at), (area.right, at)], false, None, Some(LEVEL));
         }
-        for (index, series) in self.series.iter().enumerate() {
-            let points: Vec<_> = series.points.iter().map(|&(u, v)| (x.at(u), y.at(v))).collect();
-            draw_series(sheet, index, series.look, &points);
+        let place = |series: &Series| series.points.iter().map(|&(u, v)| (x.at(u), y.at(v))).collect::<Vec<_>>();
+        // Lines in order, so that the dashes of later ones show on earlier ones where they run together; then markers
+        // in reverse, so that the filled ones of earlier series show on the hollow ones of later ones.
+        for (index, series) in self.series.iter().enumerate().filter(|(_, series)| series.look != Look::Scatter) {
+            draw_line(sheet, index, &place(series));
+        }
+        for (index, series) in self.series.iter().enumerate().rev().filter(|(_, series)| series.look != Look::Curve) {
+            let size = if series.points.len() > MANY_POINTS { 2.0 } else { 4.0 };
+            for point in place(series) {
+                draw_marker(sheet, index, point, size);
+            }
         }
         Ok(())
     }

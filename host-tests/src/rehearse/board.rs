@@ -7,6 +7,7 @@ use glenoid::can::Frame;
 use glenoid::rig::CABLES;
 use std::io::Write;
 use std::net::TcpStream;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// A booted board with both of its lines connected. Dropping it ends the emulator.
@@ -16,6 +17,7 @@ pub struct EmulatedBoard {
     can: SlcanClient,
     /// When the time that was asked for so far is over.
     clock: Instant,
+    stop: Option<&'static AtomicBool>,
 }
 
 impl EmulatedBoard {
@@ -26,7 +28,21 @@ impl EmulatedBoard {
     pub fn connect(emulator: Emulator) -> Result<Self, BenchError> {
         let rig = emulator.connect_rig().map_err(|error: EmulatorError| BenchError(error.to_string()))?;
         let can = SlcanClient::open(emulator.can_address()).map_err(|error| BenchError(error.to_string()))?;
-        Ok(Self { emulator, rig, can, clock: Instant::now() })
+        Ok(Self { emulator, rig, can, clock: Instant::now(), stop: None })
+    }
+
+    /// The same board, given up as soon as `stop` is set.
+    #[must_use]
+    pub fn until(self, stop: &'static AtomicBool) -> Self {
+        Self { stop: Some(stop), ..self }
+    }
+
+    /// Waits until the board has logged a line with `text` in it, and gives that line.
+    ///
+    /// # Errors
+    /// [`EmulatorError`] when there is none within `limit`.
+    pub fn wait_for_log(&mut self, text: &str, limit: Duration) -> Result<String, EmulatorError> {
+        self.emulator.wait_for_log(text, limit)
     }
 
     /// The end of the board's log, for a report on what went wrong.
@@ -51,6 +67,9 @@ impl Bench for EmulatedBoard {
     }
 
     fn pass(&mut self, ms: u32) -> Result<Vec<Frame>, BenchError> {
+        if self.stop.is_some_and(|stop| stop.load(Ordering::Relaxed)) {
+            return Err(BenchError("interrupted".to_string()));
+        }
         // The pace is kept against a clock that runs on, so that the work between two calls does not add up. A host
         // that fell far behind does not catch up: the board would see an arm that leaps.
         let asked = Duration::from_millis(u64::from(ms));

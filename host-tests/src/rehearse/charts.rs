@@ -1,21 +1,46 @@
 //! The plots at the end of a rehearsal.
 
 use super::options::Options;
-use super::session::{Captured, Transcript};
+use super::replay::PaperRun;
+use super::transcript::{Captured, Transcript};
 use crate::plot::{self, Axis, Chart, Directions, PlotError, Series, Sphere};
-use glenoid::identification::PaperSettings;
+use glenoid::identification::{Identified, PaperSettings};
+use glenoid::scalar::Real;
 use nalgebra::Vector3;
 use std::path::{Path, PathBuf};
 
-/// Deviations before each step and after the last, mm, from the lengths that the board used.
+/// How the deviation of one identification fell, from the lengths that the board used.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Descent {
+    /// Deviations step by step, mm; the last one after the last step.
+    pub deviations_mm: Vec<f64>,
+    /// Steps that had been taken at the first of them: 0 for an iteration from a start, 1 for a solver that has no
+    /// deviation before its first step, because it needs no start.
+    pub first: usize,
+}
+
+impl Descent {
+    /// The descent of an identification.
+    pub fn of<T: Real>(identified: &Identified<T>) -> Self {
+        let deviations_mm: Vec<f64> = identified.deviations_mm.iter().map(|deviation| deviation.to_f64()).collect();
+        let first = (usize::from(identified.iterations) + 1).saturating_sub(deviations_mm.len());
+        Self { deviations_mm, first }
+    }
+
+    fn points(&self) -> Vec<(f64, f64)> {
+        (self.first..).map(|step| step as f64).zip(self.deviations_mm.iter().copied()).collect()
+    }
+}
+
+/// Three identifications from the same lengths.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Convergence {
     /// The firmware's solver in the board's precision.
-    pub single: Vec<f64>,
+    pub single: Descent,
     /// The same in double precision.
-    pub double: Vec<f64>,
-    /// The paper's iteration from the nominal centre; None when it does not converge.
-    pub paper: Option<Vec<f64>>,
+    pub double: Descent,
+    /// The paper's iteration; None when it converges from nowhere near.
+    pub paper: Option<PaperRun>,
 }
 
 /// Writes all plots into `folder`; returns their files.
@@ -42,19 +67,22 @@ pub fn write(
 
 /// δE step by step.
 fn converging(convergence: &Convergence, conditions: &str) -> Chart {
-    let points = |deviations: &[f64]| deviations.iter().enumerate().map(|(k, d)| (k as f64, *d)).collect();
-    let mut subtitle = conditions.to_string();
-    if convergence.paper.is_none() {
-        subtitle += "\nthe paper's iteration does not converge from the nominal centre";
+    let mut subtitle =
+        format!("{conditions}\nroot mean square of what is left of the cable lengths (paper: of the platform's edges)");
+    if convergence.paper.as_ref().is_none_or(|paper| paper.share > 0.0) {
+        subtitle +=
+            "\nfrom the nominal centre the paper's iteration does not converge: some tetrahedron does not close";
     }
-    let chart =
-        Chart::new("Convergence of the identification", Axis::count("iteration"), Axis::log10("deviation δE (mm)"));
-    let chart = chart
+    let x = Axis::count("iteration").including(0.0);
+    let chart = Chart::new("Convergence of the identification", x, Axis::log10("deviation (mm)"))
         .subtitled(&subtitle)
-        .with(Series::line("start-free, single precision as on the board", points(&convergence.single)))
-        .with(Series::line("start-free, double precision", points(&convergence.double)));
+        .with(Series::line("start-free solver, single precision as on the board", convergence.single.points()))
+        .with(Series::line("start-free solver, double precision", convergence.double.points()));
     let chart = match &convergence.paper {
-        Some(paper) => chart.with(Series::line("the paper's iteration from the nominal centre", points(paper))),
+        Some(paper) => {
+            let label = format!("paper's iteration, start {:.1} mm off", paper.start_off_mm);
+            chart.with(Series::line(&label, Descent::of(&paper.identified).points()))
+        }
         None => chart,
     };
     chart.with_level("the paper's tolerance ε", PaperSettings::<f64>::default().tolerance_mm)

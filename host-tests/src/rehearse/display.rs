@@ -62,7 +62,9 @@ impl Display {
                 None => eprintln!("  {title:TITLE$} ..."),
             }
         }
-        Stage { title: title.to_string(), lines, bar }
+        // A quarter of the way is worth a line.
+        let stride = length.map_or(u64::MAX, |length| length.div_ceil(4).max(1));
+        Stage { title: title.to_string(), lines, stride, bar }
     }
 }
 
@@ -71,21 +73,18 @@ impl Display {
 pub struct Stage {
     title: String,
     lines: bool,
+    stride: u64,
     bar: Option<ProgressBar>,
 }
 
 impl Stage {
-    /// So many steps are done.
-    pub fn reached(&self, steps: u64) {
+    /// So many steps are done; `text` says what is worth knowing about them.
+    pub fn reached(&self, steps: u64, text: &str) {
         if let Some(bar) = &self.bar {
             bar.set_position(steps);
-        }
-    }
-
-    /// What is happening now.
-    pub fn note(&self, text: &str) {
-        if let Some(bar) = &self.bar {
             bar.set_message(text.to_string());
+        } else if self.lines && steps.is_multiple_of(self.stride) {
+            eprintln!("  {:TITLE$} {steps} {text}", self.title);
         }
     }
 

@@ -1,22 +1,21 @@
 //! Holds what the board found against the truth, against the host's own calculation and against the encoders.
 
-use super::charts::{self, Convergence};
+use super::charts::{self, Convergence, Descent};
 use super::expected;
 use super::options::Options;
 use super::replay;
-use super::report::{Found, Report, Status};
-use super::session::Transcript;
+use super::report::{Found, HostsView, Report, Status};
+use super::transcript::Transcript;
 use super::verdict::Verdict;
 use crate::wearer::Wearer;
-use glenoid::identification::{Identified, Refusal};
+use glenoid::identification::Refusal;
 use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, CABLES, Rig};
-use glenoid::scalar::Real;
 use std::path::Path;
 
 /// A pose is the mean of the counts over a short time, in which the arm may still have crept by a few counts.
 const MOST_COUNTS_OFF: f64 = 3.0;
 
-/// Judges a calibration, and writes the plots into the folder `plots`.
+/// Judges a calibration, and writes the plots into the folder `plots`, if there is one.
 ///
 /// # Errors
 /// Why it cannot be judged: the poses determine no centre, the host refuses what the board accepted, a plot cannot be
@@ -26,7 +25,7 @@ pub fn judge(
     wearer: &Wearer,
     rig: &Rig<f64>,
     options: &Options,
-    plots: &Path,
+    plots: Option<&Path>,
 ) -> Result<Report, String> {
     let rotations: Vec<_> = transcript.identification.iter().map(|captured| captured.pose.rotation).collect();
     let length_sigma_mm = expected::length_sigma_mm(options.noise, wearer.encoder().mm_per_count());
@@ -52,14 +51,26 @@ pub fn judge(
         reasons.push(format!("the board used a length that is {off} off what the encoders showed"));
     }
 
-    let paper = replay::identify_as_the_paper(rig, &lengths_mm).ok();
-    let convergence = Convergence {
-        single: deviations_mm(&single),
-        double: deviations_mm(&double),
-        paper: paper.as_ref().map(deviations_mm),
+    let (live, found) =
+        (transcript.live_centre_mm.map(f32::to_bits), transcript.parameters.map(|p| p.value_mm.to_bits()));
+    if live != found[..3] {
+        reasons.push("the centre in use after the acceptance is not the one that was accepted".to_string());
+    }
+
+    let paper = replay::identify_as_the_paper(rig, &double.parameters, &lengths_mm).ok();
+    let convergence = Convergence { single: Descent::of(&single), double: Descent::of(&double), paper };
+    let files = match plots {
+        Some(folder) => charts::write(transcript, &convergence, options, folder).map_err(|error| error.to_string())?,
+        None => Vec::new(),
     };
-    let files = charts::write(transcript, &convergence, options, plots).map_err(|error| error.to_string())?;
-    let found = Found::new(transcript, &verdict, convergence.single, host_difference_mm, length_difference_counts);
+    let deviation_mm = replay::deviation_mm(rig, &transcript.parameters, &lengths_mm).map_err(refuses)?;
+    let hosts = HostsView {
+        deviation_mm,
+        deviations_mm: convergence.single.deviations_mm,
+        difference_mm: host_difference_mm,
+        length_difference_counts,
+    };
+    let found = Found::new(transcript, &verdict, hosts);
     Ok(Report {
         status: if reasons.is_empty() { Status::Right } else { Status::Wrong },
         reasons,
@@ -69,10 +80,6 @@ pub fn judge(
         found: Some(found),
         plots: files,
     })
-}
-
-fn deviations_mm<T: Real>(identified: &Identified<T>) -> Vec<f64> {
-    identified.deviations_mm.iter().map(|deviation| deviation.to_f64()).collect()
 }
 
 /// Largest difference between a length that the board used and the one that the encoders showed, counts.

@@ -84,12 +84,12 @@ mod tests {
     #[test]
     fn the_flags_reach_the_wearer() {
         let all =
-            ["--yes", "--seed", "9", "--poses", "12", "--noise", "0.2", "--tilt", "30", "--zero-error", "1", "--json"];
+            ["--yes", "--seed", "9", "--poses", "12", "--noise", "0.2", "--tilt", "36", "--zero-error", "1", "--json"];
         let options = parse(&all).unwrap();
         assert!(options.yes && options.json);
         let wearer = options.wearer();
         assert_eq!((wearer.seed, wearer.noise_mm, wearer.zero_error_mm), (9, 0.2, 1.0));
-        assert!((wearer.tilt_rad - 0.5236).abs() < 1e-4);
+        assert!((wearer.tilt_rad - std::f64::consts::PI / 5.0).abs() < 1e-12);
         assert_eq!((options.poses, options.verification_poses()), (12, 4));
         assert_eq!(parse(&["--poses", "4"]).unwrap().verification_poses(), 3);
     }

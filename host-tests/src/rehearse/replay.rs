@@ -2,7 +2,7 @@
 
 use glenoid::can::result::Parameter;
 use glenoid::can::{BaseId, Message};
-use glenoid::identification::{Identified, PaperIteration, PaperSettings, Refusal, Solver, SolverSettings};
+use glenoid::identification::{Identified, PaperIteration, PaperSettings, Refusal, Solver, SolverSettings, verify};
 use glenoid::kinematics::CableLengths;
 use glenoid::rig::{CABLES, Parameters, Rig};
 use glenoid::scalar::Real;
@@ -15,12 +15,43 @@ pub fn identify<T: Real>(rig: &Rig<T>, lengths_mm: &[[f32; CABLES]]) -> Result<I
     Solver::<T>::new(rig, SolverSettings::for_rig(rig)).run(&lengths(lengths_mm)?)
 }
 
-/// The paper's iteration (Fig. 4) from the rig's nominal centre over the same lengths, for comparison.
+/// The paper's iteration (Fig. 4), and where it began.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PaperRun {
+    /// What it found.
+    pub identified: Identified<f64>,
+    /// Distance of the start from the nominal parameters, as a share of the way to `found`: 0 is the nominal start.
+    pub share: f64,
+    /// Distance of the start's centre from that of `found`, mm.
+    pub start_off_mm: f64,
+}
+
+/// The paper's iteration over the same lengths, for comparison: from the rig's nominal parameters if it converges from
+/// there, else from ever closer to the parameters `found`. From a start far off some tetrahedron does not close.
 ///
 /// # Errors
-/// The library's [`Refusal`]: from a start this far off, some tetrahedron often does not close.
-pub fn identify_as_the_paper(rig: &Rig<f64>, lengths_mm: &[[f32; CABLES]]) -> Result<Identified<f64>, Refusal> {
-    PaperIteration::new(rig, *rig.nominal(), PaperSettings::default()).run(&lengths(lengths_mm)?)
+/// The library's [`Refusal`] from the closest start.
+pub fn identify_as_the_paper(
+    rig: &Rig<f64>,
+    found: &Parameters<f64>,
+    lengths_mm: &[[f32; CABLES]],
+) -> Result<PaperRun, Refusal> {
+    let lengths = lengths(lengths_mm)?;
+    let way = |k: usize| found.to_array()[k] - rig.nominal().to_array()[k];
+    let mut outcome = Err(Refusal::IterationCap);
+    for share in [0.0, 0.5, 0.75, 0.875, 0.9375] {
+        let start = rig.nominal().moved_by(&std::array::from_fn(|k| share * way(k)));
+        let start_off_mm = (start.centre_mm - found.centre_mm).norm();
+        outcome = PaperIteration::new(rig, start, PaperSettings::default()).run(&lengths).map(|identified| PaperRun {
+            identified,
+            share,
+            start_off_mm,
+        });
+        if outcome.is_ok() {
+            break;
+        }
+    }
+    outcome
 }
 
 /// Lengths as the library wants them. A pose that cannot be is refused as the library refuses it.
@@ -33,6 +64,15 @@ fn lengths<T: Real>(lengths_mm: &[[f32; CABLES]]) -> Result<Vec<CableLengths<T>>
         })
     };
     lengths_mm.iter().enumerate().map(convert).collect()
+}
+
+/// δE in the paper's sense (Eq. 17, over the platform's edges) of the board's parameters over these lengths, mm.
+///
+/// # Errors
+/// The library's [`Refusal`], when a pose does not fit the parameters at all.
+pub fn deviation_mm(rig: &Rig<f64>, board: &[Parameter; 6], lengths_mm: &[[f32; CABLES]]) -> Result<f64, Refusal> {
+    let parameters = Parameters::from_array(board.map(|parameter| f64::from(parameter.value_mm)));
+    verify(rig, &parameters, &lengths(lengths_mm)?)
 }
 
 /// How far the board's parameters, as they came over CAN, are from the host's, mm: exactly 0 when the host's would

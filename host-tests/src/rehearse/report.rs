@@ -1,7 +1,7 @@
 //! What a rehearsal found, for people (text) and for programs (JSON).
 
 use super::options::Options;
-use super::session::Transcript;
+use super::transcript::Transcript;
 use super::verdict::{NAMES, Verdict};
 use glenoid::rig::Parameters;
 use serde::Serialize;
@@ -86,31 +86,34 @@ pub struct Found {
     pub expected_sigma_mm: [f64; 6],
     /// Largest errors that count as right, mm.
     pub tolerance_mm: [f64; 6],
-    /// δE of the first set, as the board states it, mm.
-    pub deviation_mm: f64,
-    /// δE of the second set, as the board states it, mm.
+    /// What is left of the residuals of the first set, in terms of cable lengths, as the board states it, mm.
+    pub residual_mm: f64,
+    /// δE of the second set (Eq. 17, over the platform's edges), as the board states it, mm.
     pub verification_deviation_mm: f64,
     /// Iterations on the board.
     pub iterations: u8,
-    /// δE before each step and after the last, from the host's run over the same lengths, mm.
-    pub deviations_mm: Vec<f64>,
-    /// Largest difference between the board's parameters and the host's in the same precision, mm; 0 is to the bit.
-    pub host_difference_mm: f64,
-    /// Largest difference between a length that the board used and the one that the encoders showed, counts.
-    pub length_difference_counts: f64,
+    /// The host's view of the same lengths.
+    pub host: HostsView,
     /// Poses refused by the board as too near to others.
     pub refused_poses: u32,
 }
 
+/// What the host calculates from the lengths that were read out of the board.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct HostsView {
+    /// δE of the first set (Eq. 17, over the platform's edges) at the board's parameters, mm.
+    pub deviation_mm: f64,
+    /// What the firmware's solver leaves of the residuals after each step, mm.
+    pub deviations_mm: Vec<f64>,
+    /// Largest difference between the board's parameters and the host's in the same precision, mm; 0 is to the bit.
+    pub difference_mm: f64,
+    /// Largest difference between a length that the board used and the one that the encoders showed, counts.
+    pub length_difference_counts: f64,
+}
+
 impl Found {
-    /// From what the session brought to light. `deviations_mm` and the two differences come from the host's own run.
-    pub fn new(
-        transcript: &Transcript,
-        verdict: &Verdict,
-        deviations_mm: Vec<f64>,
-        host_difference_mm: f64,
-        length_difference_counts: f64,
-    ) -> Self {
+    /// From what the session brought to light.
+    pub fn new(transcript: &Transcript, verdict: &Verdict, host: HostsView) -> Self {
         let [x, y, z, p1, p2, p3] = transcript.parameters.map(|parameter| f64::from(parameter.value_mm));
         let [major, minor, patch] = transcript.versions.firmware;
         Self {
@@ -123,12 +126,10 @@ impl Found {
             centre_error_mm: verdict.centre_error_mm,
             expected_sigma_mm: verdict.expected_sigma_mm,
             tolerance_mm: verdict.tolerance_mm,
-            deviation_mm: f64::from(transcript.quality.deviation_mm),
+            residual_mm: f64::from(transcript.quality.deviation_mm),
             verification_deviation_mm: f64::from(transcript.verified.deviation_mm),
             iterations: transcript.quality.iterations,
-            deviations_mm,
-            host_difference_mm,
-            length_difference_counts,
+            host,
             refused_poses: transcript.refused_poses,
         }
     }
@@ -154,22 +155,7 @@ impl fmt::Display for Report {
         if let Some(found) = &self.found {
             self.write_table(f, found)?;
             writeln!(f)?;
-            writeln!(f, "  off the true centre  {:.4} mm", found.centre_error_mm)?;
-            writeln!(
-                f,
-                "  deviation δE         {:.4} mm over {} poses, {:.4} mm over {} poses that were never used to identify",
-                found.deviation_mm,
-                self.settings.poses,
-                found.verification_deviation_mm,
-                self.settings.verification_poses
-            )?;
-            writeln!(f, "  iterations           {}", found.iterations)?;
-            match found.host_difference_mm {
-                0.0 => writeln!(f, "  host and board       agree to the bit, from the lengths read out of the board")?,
-                mm => {
-                    writeln!(f, "  host and board       differ by {mm:.1e} mm, from the lengths read out of the board")?
-                }
-            }
+            self.write_figures(f, found)?;
         }
         for plot in &self.plots {
             writeln!(f, "  plot                 {}", plot.display())?;
@@ -183,6 +169,21 @@ impl fmt::Display for Report {
 }
 
 impl Report {
+    fn write_figures(&self, f: &mut fmt::Formatter<'_>, found: &Found) -> fmt::Result {
+        let Settings { poses, verification_poses, .. } = self.settings;
+        let mut line = |title: &str, text: String| writeln!(f, "  {title:<20} {text}");
+        line("off the true centre", format!("{:.4} mm", found.centre_error_mm))?;
+        line("residual of lengths", format!("{:.4} mm, {} iterations", found.residual_mm, found.iterations))?;
+        line("deviation δE", format!("{:.4} mm over the {poses} poses that identified", found.host.deviation_mm))?;
+        let second = found.verification_deviation_mm;
+        line("", format!("{second:.4} mm over {verification_poses} others that verified"))?;
+        let agreement = match found.host.difference_mm {
+            0.0 => "agree to the bit".to_string(),
+            mm => format!("differ by {mm:.1e} mm"),
+        };
+        line("host and board", format!("{agreement}, from the lengths read out of the board"))
+    }
+
     fn write_table(&self, f: &mut fmt::Formatter<'_>, found: &Found) -> fmt::Result {
         let identified = [found.centre_mm, found.radii_mm].concat();
         let truth = [self.true_centre_mm, self.true_radii_mm].concat();

@@ -4,5 +4,6 @@ mod bad_input;
 mod bench;
 mod by_button;
 mod calibrations;
+mod guidance;
 mod random_events;
 mod table;

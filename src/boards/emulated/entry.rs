@@ -11,7 +11,9 @@ use super::stack;
 /// One line of the log.
 pub enum Entry {
     /// Power-up is over: both lines are served.
-    Ready { stack_bytes: usize, device_bytes: usize },
+    Ready { stack: stack::Usage },
+    /// What the parts of the device take of the static RAM, in bytes.
+    Memory { device: usize, poses: usize, solver: usize },
     /// The device has something to say.
     Device(LogEntry),
     /// The lamp shows another pattern.
@@ -24,15 +26,18 @@ pub enum Entry {
     NobodyReads { dropped: u32 },
     /// Bytes of the CAN client were lost.
     Overrun { so_far: u32 },
-    /// How far the stack has reached.
+    /// How far the stack has reached since the board was ready.
     Stack(stack::Usage),
 }
 
 impl fmt::Display for Entry {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Ready { stack_bytes, device_bytes } => {
-                write!(f, "board: ready, {stack_bytes} bytes of stack, {device_bytes} bytes of device")
+            Self::Ready { stack } => {
+                write!(f, "board: ready, {} of {} bytes of stack used to get here", stack.used_bytes, stack.size_bytes)
+            }
+            Self::Memory { device, poses, solver } => {
+                write!(f, "memory: {device} bytes of device, {poses} of them for poses, {solver} for the solver")
             }
             Self::Device(entry) => write!(f, "device: {entry:?}"),
             Self::Lamp(pattern) => write!(f, "lamp: {pattern:?}"),
@@ -45,7 +50,11 @@ impl fmt::Display for Entry {
             Self::NobodyReads { dropped } => write!(f, "can: {dropped} messages dropped so far, nobody reads"),
             Self::Overrun { so_far } => write!(f, "can: bytes lost {so_far} times so far"),
             Self::Stack(usage) => {
-                write!(f, "stack: {} of {} bytes used at most", usage.used_bytes, usage.size_bytes)
+                write!(
+                    f,
+                    "stack: {} of {} bytes used at most since the board was ready",
+                    usage.used_bytes, usage.size_bytes
+                )
             }
         }
     }

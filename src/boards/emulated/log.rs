@@ -9,7 +9,7 @@ use cortex_m_semihosting::hio::{self, HostStream};
 use heapless::{Deque, String};
 
 /// Longest line; what is longer is cut.
-const LINE_LEN: usize = 160;
+const LINE_LEN: usize = 256;
 
 /// Entries that may wait.
 const CAPACITY: usize = 32;

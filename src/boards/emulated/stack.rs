@@ -2,6 +2,7 @@
 
 use core::ptr;
 
+use cortex_m::interrupt::free;
 use cortex_m::peripheral::MPU;
 use cortex_m::register::msp;
 
@@ -22,10 +23,10 @@ const PAINT: u32 = 0xA5A5_5A5A;
 /// Left unpainted below the caller: the painting loop's own frame.
 const OWN_FRAME_LEN: usize = 128;
 
-/// How much stack there is and how much of it was ever used, in bytes.
+/// How much stack there is and how much of it was used, in bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Usage {
-    /// The most that was used since power-up.
+    /// The most that was used since the stack was last painted.
     pub used_bytes: usize,
     /// All that there is above the guard.
     pub size_bytes: usize,
@@ -61,14 +62,17 @@ pub fn protect(mpu: MPU) {
     cortex_m::asm::isb();
 }
 
-/// Paints the stack that is not in use yet. Call it once, from `main`, before interrupts run.
+/// Paints the stack that is not in use at this moment.
 #[inline(never)]
 pub fn paint() {
-    let top = msp::read() as usize - OWN_FRAME_LEN;
-    for address in (lowest()..top).step_by(size_of::<u32>()) {
-        // SAFETY: the words lie above the guard and below every live frame.
-        unsafe { ptr::write_volatile(ptr::with_exposed_provenance_mut(address), PAINT) };
-    }
+    // an interrupt would put its frame where the paint goes
+    free(|_| {
+        let top = msp::read() as usize - OWN_FRAME_LEN;
+        for address in (lowest()..top).step_by(size_of::<u32>()) {
+            // SAFETY: the words lie above the guard and below every live frame.
+            unsafe { ptr::write_volatile(ptr::with_exposed_provenance_mut(address), PAINT) };
+        }
+    });
 }
 
 /// Measures the stack by what is left of the paint. Reads up to the whole stack: not for the hot path.

@@ -7,7 +7,9 @@ use super::{FEWEST_AFTER_REJECTION, FEWEST_POSES, Phase, Solver, Weighing, judge
 use crate::identification::normal_equations::{Factors, PACKED, UNKNOWNS};
 use crate::identification::observability::{RotationSum, Sway};
 use crate::identification::outcome::{Identified, MOST_REJECTED, Refusal, Rejected, Termination, deviation};
-use crate::identification::uncertainty::covariance_of_parameters;
+use crate::identification::pose_information::PoseInformation;
+use crate::identification::uncertainty::{covariance_of_parameters, worst_centre_direction};
+use crate::kinematics::{CableLengths, LengthEquations};
 use crate::rig::CABLES;
 use crate::scalar::Real;
 use heapless::Vec;
@@ -25,33 +27,29 @@ impl<T: Real, const N: usize> Solver<T, N> {
             rotations.add(&placement.rotation());
         }
         let sway = rotations.sway();
-        let without_best = self.sway_without_best(&used, &sway);
-        judgement::refuse_degenerate(
-            &sway,
-            without_best,
-            self.settings.sway_limit_rad,
-            self.settings.spread_limit_rad,
-        )?;
+        let supporting = self.poses_that_sway(&used, &sway);
+        judgement::refuse_degenerate(&sway, supporting, self.settings.sway_limit_rad, self.settings.spread_limit_rad)?;
         Ok(sway.least_rad)
     }
 
-    /// A direction that a single pose determines is not determined: that pose could not be checked.
-    fn sway_without_best(&self, used: impl Fn(&Placement<T>) -> bool, sway: &Sway<T>) -> T {
-        let (mut sum, mut most, mut count) = (T::zero(), T::zero(), 0);
-        for placement in self.placements.iter().filter(|p| used(p)) {
+    /// How many poses move the most common axis, and of how many: a direction that one or two odd poses determine is
+    /// not determined, for the others could not contradict them.
+    fn poses_that_sway(&self, used: impl Fn(&Placement<T>) -> bool, sway: &Sway<T>) -> (usize, usize) {
+        let considerable = sway.least_rad * sway.least_rad * T::of(0.25);
+        self.placements.iter().filter(|p| used(p)).fold((0, 0), |(swaying, all), placement| {
             let moved = (placement.rotation() * sway.axis_in_platform - sway.axis).norm_squared();
-            sum += moved;
-            most = most.max(moved);
-            count += 1;
-        }
-        ((sum - most).max(T::zero()) / T::of_integer(count.max(1))).root()
+            (swaying + usize::from(moved > considerable), all + 1)
+        })
     }
 
     /// Are the residuals no larger than the noise explains?
     pub(super) fn residuals_are_noise(&mut self, squares_mm2: T) -> bool {
         let freedom = 3 * self.sum.poses as i32 - UNKNOWNS as i32;
         match self.settings.noise {
-            Noise::Known(noise) => squares_mm2 <= noise * noise * judgement::chi_square_limit(freedom),
+            Noise::Known(noise) => {
+                let limit = judgement::chi_square_limit(T::of_integer(freedom.max(1)), judgement::FALSE_ALARM);
+                squares_mm2 <= noise * noise * limit
+            }
             Noise::EstimatedUpTo(most) => {
                 let estimate = (squares_mm2 / T::of_integer(freedom.max(1))).root();
                 let worst = self.placements.iter().fold(T::zero(), |worst, p| worst.max(p.misfit));
@@ -61,6 +59,20 @@ impl<T: Real, const N: usize> Solver<T, N> {
                 estimate <= most && worst * unit * unit <= T::of(judgement::MISFIT_LIMIT)
             }
         }
+    }
+
+    /// Poses that the others contradict, or that fit nowhere.
+    fn contradicting(&self) -> usize {
+        let limit = T::of(judgement::MISFIT_LIMIT);
+        self.placements.iter().filter(|p| !(p.is_placed() && p.misfit <= limit)).count()
+    }
+
+    /// Is a pose's misfit far beyond those of the others, and beyond noise?
+    pub(super) fn stands_out(&mut self) -> bool {
+        let median = judgement::median_misfit(&mut self.placements);
+        let worst = self.placements.iter().fold(T::zero(), |worst, p| worst.max(p.misfit));
+        let typical = median.max(T::of(judgement::MEDIAN_OF_CHI_SQUARE_3));
+        worst > typical * T::of(judgement::STANDS_OUT)
     }
 
     /// First scale of the annealing; with an unknown noise, its robust estimate too.
@@ -78,7 +90,7 @@ impl<T: Real, const N: usize> Solver<T, N> {
 
     /// After the selection: are enough poses left, and is what they leave noise?
     pub(super) fn judge_selection(&mut self, poses: usize, squares_mm2: T) -> Result<(), Refusal> {
-        let rejected = poses - self.sum.poses.min(poses);
+        let rejected = self.contradicting();
         let fewest = if rejected > 0 { FEWEST_AFTER_REJECTION } else { FEWEST_POSES };
         let too_many = rejected * 5 > poses || rejected > MOST_REJECTED || self.sum.poses < fewest;
         let noise_fits = match self.settings.noise {
@@ -89,13 +101,14 @@ impl<T: Real, const N: usize> Solver<T, N> {
             }
         };
         if too_many || !noise_fits {
-            return self.look_for_wander(poses, rejected);
+            return self.look_for_wander(poses);
         }
         self.accept(poses, squares_mm2)
     }
 
     /// Acceptance is lost; one question is left, whether a few poses are to blame or the joint.
-    pub(super) fn look_for_wander(&mut self, poses: usize, rejected: usize) -> Result<(), Refusal> {
+    pub(super) fn look_for_wander(&mut self, poses: usize) -> Result<(), Refusal> {
+        let rejected = self.contradicting();
         // What is wrong may still be the poses rather than the joint.
         self.degenerate(|p| p.is_placed())?;
         match self.placements.iter().filter(|p| p.is_placed()).count() {
@@ -115,8 +128,19 @@ impl<T: Real, const N: usize> Solver<T, N> {
         let factors = Factors::of(&equations.matrix).map_err(|_| Refusal::Singular)?;
         let freedom = T::of_integer((3 * self.sum.poses as i32 - UNKNOWNS as i32).max(1));
         let noise_mm = match self.settings.noise {
+            // Residuals that sound sets leave only once in twenty widen the error bar (Birge's ratio).
+            Noise::Known(noise)
+                if squares_mm2 > noise * noise * judgement::chi_square_limit(freedom, judgement::WIDENING) =>
+            {
+                (squares_mm2 / freedom).root()
+            }
             Noise::Known(noise) => noise,
-            Noise::EstimatedUpTo(_) => (squares_mm2 / freedom).root(),
+            // A variance estimated from few residuals is too small too often: the rig's own noise is worth a few more.
+            Noise::EstimatedUpTo(_) => {
+                let prior = T::of(judgement::PRIOR_FREEDOM);
+                let rig = self.placer.rig_noise_mm;
+                ((squares_mm2 + prior * rig * rig) / (freedom + prior)).root()
+            }
         };
         let of_pivot = factors.inverse();
         let unit = covariance_of_parameters(&of_pivot, &self.pivot, &self.placer.points);
@@ -144,8 +168,31 @@ impl<T: Real, const N: usize> Solver<T, N> {
             zeros_mm: self.zeros_mm,
             zero_sigmas_mm: zeros_variance.map(|variance| variance.max(T::zero()).root() * noise_mm),
         });
-        self.phase = Phase::Blame(Blame::new());
+        self.next = 0;
+        self.phase = if self.settings.refuse_hanging && self.sum.poses <= judgement::FEW_POSES {
+            Phase::Check
+        } else {
+            Phase::Blame(Blame::new())
+        };
         Ok(())
+    }
+
+    /// Takes the next pose away from the result: the centre must still be determined, though worse.
+    pub(super) fn check_without(&mut self, lengths: &CableLengths<T>) -> Result<(), Refusal> {
+        let pose = self.next as u16;
+        let placement = self.placements.get(self.next).filter(|p| p.is_used());
+        self.next += 1;
+        let (Some(placement), Ok(lengths)) = (placement, lengths.less(&self.zeros_mm)) else { return Ok(()) };
+        let rotation = placement.rotation();
+        let equations = LengthEquations::new(&self.placer.points, &self.pivot, &rotation, &lengths);
+        let Some(known) = PoseInformation::of(&equations) else { return Ok(()) };
+        let mut without = self.sum.equations;
+        without.add_information(&rotation, &-known.information, &-known.gradient_mm);
+        let all = Factors::of(&self.sum.equations.matrix).map_err(|_| Refusal::Singular)?;
+        let (limit, _) = worst_centre_direction(&all.inverse());
+        let limit = limit * T::of(judgement::WITHOUT_ONE_POSE);
+        let stands = Factors::of(&without.matrix).is_ok_and(|rest| worst_centre_direction(&rest.inverse()).0 <= limit);
+        if stands { Ok(()) } else { Err(Refusal::HangsOnOnePose { pose }) }
     }
 
     /// Refuses an error bar that is too wide, and says when it is the unknown zeros that widen it.

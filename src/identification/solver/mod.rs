@@ -1,9 +1,9 @@
 //! The start-free solver: from raw lengths to a centre with an error bar, or a refusal that names its cause.
 //!
 //! ```text
-//! place ──► pass ──► pass … ──► judge ──► blame ──► identified
+//! place ──► pass ──► pass … ──► judge ──► check ──► blame ──► identified
 //!   │         ▲        │          │
-//!   │         └────────┘          └──► refused
+//!   │         └────────┘          └────────┴──► refused
 //!   └ octahedron of each pose, linear fit of the pivot
 //! ```
 //!
@@ -14,7 +14,9 @@
 //!    maximum-likelihood estimate; its covariance is the inverse of the summed information.
 //! 3. **Judge**: when the residuals are larger than the noise, poses are weighed down by their misfit (Geman-McClure,
 //!    the scale lowered pass by pass) until those that contradict the others stand out, and are left out.
-//! 4. **Blame**: each pose left out is explained: which cable, left out of the pose, reconciles it with the centre.
+//! 4. **Check**: with few poses, would the result stand without any one of them? If not, nothing could contradict that
+//!    pose, and the set is weak.
+//! 5. **Blame**: each pose left out is explained: which cable, left out of the pose, reconciles it with the centre.
 
 mod acceptance;
 mod accumulation;
@@ -31,13 +33,13 @@ use super::normal_equations::{NormalEquations, Singular};
 use super::outcome::{Identified, MOST_ITERATIONS, Progress, Refusal, deviation};
 use super::pose_buffer::DEFAULT_CAPACITY;
 use super::zeros::ZeroEquations;
-use crate::kinematics::{CableLengths, OctahedronError, Pivot};
+use crate::kinematics::{CableLengths, LengthFault, OctahedronError, Pivot};
 use crate::rig::{CABLES, Rig};
 use crate::scalar::Real;
 use heapless::Vec;
 
-/// Fewest poses that can determine the centre. Three have no redundancy: each of them can be wrong in one direction
-/// without the others contradicting it. From four on a wrong pose shows.
+/// Fewest poses that can determine the centre. Three determine it but cannot be trusted: each of them can be wrong in
+/// one direction without the others contradicting it, and the set is refused as hanging on one pose.
 pub const FEWEST_POSES: usize = 3;
 
 /// Fewest poses that must remain when others are left out: fewer can agree by chance with the wrong one among them.
@@ -65,6 +67,8 @@ enum Weighing<T> {
 enum Phase<T> {
     Place,
     Pass(Weighing<T>),
+    /// Would the result stand without any one of its poses? Few poses only.
+    Check,
     Blame(Blame<T>),
 }
 
@@ -92,6 +96,7 @@ impl<T: Real, const N: usize> Solver<T, N> {
     /// A solver for `rig`, at its beginning.
     pub fn new(rig: &Rig<T>, settings: SolverSettings<T>) -> Self {
         let placer = Placer::new(rig);
+        let settings = settings.sound();
         let noise_mm = match settings.noise {
             Noise::Known(noise) => noise,
             Noise::EstimatedUpTo(_) => rig.length_noise_mm(),
@@ -112,6 +117,24 @@ impl<T: Real, const N: usize> Solver<T, N> {
             deviations_mm: Vec::new(),
             result: None,
         }
+    }
+
+    /// Back to the beginning, for another set of poses. In place: the solver is too large to be built on a small stack
+    /// twice.
+    pub fn restart(&mut self) {
+        self.placements.clear();
+        self.phase = Phase::Place;
+        self.next = 0;
+        self.linear = NormalEquations::new();
+        self.zeros_mm = [T::zero(); CABLES];
+        self.sum = PassSum::new(None);
+        if let Noise::EstimatedUpTo(_) = self.settings.noise {
+            self.noise_mm = self.placer.rig_noise_mm;
+        }
+        self.selected_before = 0;
+        self.passes_in_weighing = 0;
+        self.deviations_mm.clear();
+        self.result = None;
     }
 
     /// Runs to the end.
@@ -145,6 +168,11 @@ impl<T: Real, const N: usize> Solver<T, N> {
                 Ok(())
             }
             (Phase::Pass(weighing), None) => self.finish_pass(weighing, poses.len()),
+            (Phase::Check, Some(lengths)) => self.check_without(lengths),
+            (Phase::Check, None) => {
+                self.phase = Phase::Blame(Blame::new());
+                Ok(())
+            }
             (Phase::Blame(blame), _) => self.explain(blame, poses),
         };
         match outcome {
@@ -180,7 +208,12 @@ impl<T: Real, const N: usize> Solver<T, N> {
         let placed = self.placements.iter().filter(|p| p.is_placed()).count();
         if placed < FEWEST_POSES {
             let first = self.placements.iter().position(|p| !p.is_placed()).unwrap_or(0);
-            return Err(Refusal::PlatformDoesNotClose { pose: first as u16 });
+            let pose = first as u16;
+            let broken = self.placements.get(first).and_then(Placement::broken_cable);
+            return Err(match broken {
+                Some(cable) => Refusal::BadLength { pose, cable, fault: LengthFault::BreaksTriangle },
+                None => Refusal::PlatformDoesNotClose { pose },
+            });
         }
         match self.linear.solve() {
             Ok(x) => self.pivot = Pivot::from_array(&x),
@@ -241,9 +274,7 @@ impl<T: Real, const N: usize> Solver<T, N> {
             let refusal = match weighing {
                 Weighing::Wander { rejected, .. } => Refusal::TooManyOutliers { rejected, poses: poses as u16 },
                 // Hardly any pose agrees with another.
-                Weighing::Annealed(_) | Weighing::Selected => {
-                    return self.look_for_wander(poses, poses - self.sum.poses.min(poses));
-                }
+                Weighing::Annealed(_) | Weighing::Selected => return self.look_for_wander(poses),
                 Weighing::Equal => self.no_inverse(),
             };
             return Err(refusal);
@@ -261,7 +292,8 @@ impl<T: Real, const N: usize> Solver<T, N> {
                 if settled && self.sum.poses == poses && self.residuals_are_noise(squares_mm2) {
                     return self.accept(poses, squares_mm2);
                 }
-                if settled || self.passes_in_weighing >= self.most_equal_passes() {
+                // A gross error would drag the next passes with it where its leverage is large.
+                if settled || self.stands_out() || self.passes_in_weighing >= self.most_equal_passes() {
                     let scale = self.begin_annealing();
                     self.begin_pass(Weighing::Annealed(scale));
                 } else {
@@ -279,8 +311,11 @@ impl<T: Real, const N: usize> Solver<T, N> {
             Weighing::Selected => {
                 let stable = self.sum.poses == self.selected_before && settled;
                 self.selected_before = self.sum.poses;
-                if stable || self.passes_in_weighing >= judgement::SELECTED_PASSES {
+                if stable {
                     return self.judge_selection(poses, squares_mm2);
+                }
+                if self.passes_in_weighing >= judgement::SELECTED_PASSES {
+                    return self.look_for_wander(poses);
                 }
                 self.begin_pass(weighing);
             }

@@ -55,12 +55,17 @@ impl<T: Real> Placement<T> {
         }
     }
 
+    /// First cable (from 1) of a broken triangle.
+    pub fn broken_cable(&self) -> Option<u8> {
+        match self.state {
+            State::Broken(cable) => Some(cable),
+            _ => None,
+        }
+    }
+
     /// Both cables of a broken triangle are suspects until one is cleared.
     pub fn broken_cables(&self) -> u8 {
-        match self.state {
-            State::Broken(cable) => 0b11 << (cable - 1),
-            _ => 0,
-        }
+        self.broken_cable().map_or(0, |cable| 0b11 << (cable - 1))
     }
 
     pub fn rotation(&self) -> Matrix3<T> {

@@ -1,5 +1,6 @@
 //! What the solver is told beside the poses: the noise, and the limits of acceptance.
 
+use super::judgement::LEAST_NOISE_MM;
 use crate::rig::Rig;
 use crate::scalar::Real;
 
@@ -26,6 +27,9 @@ pub struct SolverSettings<T> {
     pub sigma_limit_mm: T,
     /// Smallest sway about the most common axis, rad (see [`Sway`](crate::identification::observability::Sway)).
     pub sway_limit_rad: T,
+    /// Refuse a set that hangs on one pose, though noise-free lengths would give the centre: nothing could contradict
+    /// that pose if it were wrong. Every set of three poses is one.
+    pub refuse_hanging: bool,
     /// Smallest sway about the second most common axis, rad: poses that stay below it are all alike.
     pub spread_limit_rad: T,
 }
@@ -36,6 +40,7 @@ impl<T: Real> SolverSettings<T> {
         Self {
             noise: Noise::Known(rig.length_noise_mm()),
             zero_prior_mm: T::zero(),
+            refuse_hanging: true,
             // Single precision: 3e-3 mm, double: 1e-7 mm. The error after a step is about its square over the rig's size.
             tolerance_mm: T::default_epsilon().root() * T::of(8.0),
             // A tenth of what the humeral head itself moves in elevation (2-6 mm).
@@ -45,5 +50,20 @@ impl<T: Real> SolverSettings<T> {
             // 2.5 degrees: nobody can hold such poses apart, let alone a control loop.
             spread_limit_rad: T::of(0.043_6),
         }
+    }
+
+    /// The same with every number that cannot be a limit (negative, NaN, a noise finer than any encoder) put right:
+    /// a noise to its least value, a limit to the strictest.
+    pub(super) fn sound(mut self) -> Self {
+        let at_least = |value: T, least: T| if value >= least { value } else { least };
+        let least_noise = T::of(LEAST_NOISE_MM);
+        self.noise = match self.noise {
+            Noise::Known(noise) => Noise::Known(at_least(noise, least_noise)),
+            Noise::EstimatedUpTo(most) => Noise::EstimatedUpTo(at_least(most, least_noise)),
+        };
+        self.zero_prior_mm = at_least(self.zero_prior_mm, T::zero());
+        self.tolerance_mm = at_least(self.tolerance_mm, T::default_epsilon().root());
+        self.sigma_limit_mm = at_least(self.sigma_limit_mm, T::zero());
+        self
     }
 }

@@ -1,0 +1,133 @@
+//! `cargo identify`: the joint centre from a recorded log of cable lengths.
+
+use std::error::Error;
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Parser, ValueEnum};
+use host_tests::identify::report::{Method, Precision, Status};
+use host_tests::identify::{self, Request};
+
+/// The exit code of a refusal. Unreadable input and a wrong command line are 1.
+const REFUSED: u8 = 2;
+
+/// Identify the joint centre from a recorded log of cable lengths, as the drive board does.
+///
+/// Exit status: 0 accepted, 2 refused, 1 unreadable input.
+#[derive(Parser)]
+#[command(name = "cargo identify", bin_name = "cargo identify --")]
+struct Arguments {
+    /// The log: CSV with the header l1,l2,l3,l4,l5,l6, one pose a line, mm
+    #[arg(value_name = "LENGTHS.csv")]
+    lengths: PathBuf,
+    /// The rig: base = [[x, y, z], ..] and edges = [p12, p23, p31], mm; without it, the shoulder over a 150 mm base
+    #[arg(long, value_name = "RIG.toml")]
+    rig: Option<PathBuf>,
+    /// Where --method paper begins, mm; without it, [start] of the rig file, else the shoulder's nominal centre
+    #[arg(long, value_name = "x,y,z,p1,p2,p3", allow_hyphen_values = true, value_parser = start)]
+    start: Option<Start>,
+    /// The paper's iteration from a start, or the full identification of the drive board, which needs none
+    #[arg(long, value_enum, default_value_t = MethodName::Full)]
+    method: MethodName,
+    /// The machine was not homed: identify the zeros of the six encoders as well
+    #[arg(long)]
+    zeros: bool,
+    /// Known standard deviation of a cable length; without it, it is estimated from the residuals
+    #[arg(long, value_name = "MM", allow_hyphen_values = true, value_parser = noise)]
+    noise: Option<f64>,
+    /// Precision of the arithmetic: the drive board's, or double
+    #[arg(long, value_enum, default_value_t = PrecisionName::F64)]
+    precision: PrecisionName,
+    /// A second log that the result is verified on
+    #[arg(long, value_name = "SECOND.csv")]
+    verify: Option<PathBuf>,
+    /// Print one JSON object instead of a table
+    #[arg(long)]
+    json: bool,
+}
+
+/// A type of its own: clap takes an array for a list of options.
+#[derive(Clone, Copy)]
+struct Start([f64; 6]);
+
+#[derive(Clone, Copy, ValueEnum)]
+enum MethodName {
+    Paper,
+    Full,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum PrecisionName {
+    F32,
+    F64,
+}
+
+fn main() -> ExitCode {
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => {
+            let _ = error.print();
+            // clap's own code for a wrong command line is 2, which here means refused
+            return if error.use_stderr() { ExitCode::FAILURE } else { ExitCode::SUCCESS };
+        }
+    };
+    match run(arguments) {
+        Ok(code) => code,
+        Err(error) => {
+            eprintln!("cargo identify: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(arguments: Arguments) -> Result<ExitCode, Box<dyn Error>> {
+    let found = identify::run(&Request {
+        lengths: arguments.lengths,
+        rig: arguments.rig,
+        start_mm: arguments.start.map(|start| start.0),
+        method: match arguments.method {
+            MethodName::Paper => Method::Paper,
+            MethodName::Full => Method::Full,
+        },
+        zeros: arguments.zeros,
+        noise_mm: arguments.noise,
+        precision: match arguments.precision {
+            PrecisionName::F32 => Precision::F32,
+            PrecisionName::F64 => Precision::F64,
+        },
+        verify: arguments.verify,
+    })?;
+    for warning in &found.warnings {
+        eprintln!("cargo identify: warning: {warning}");
+    }
+    let text = if arguments.json { serde_json::to_string(&found.report)? + "\n" } else { found.summary };
+    // The reader of a pipe may have gone; the exit status still tells the outcome.
+    let _ = std::io::stdout().lock().write_all(text.as_bytes());
+    Ok(match found.report.status {
+        Status::Accepted => ExitCode::SUCCESS,
+        Status::Refused => ExitCode::from(REFUSED),
+    })
+}
+
+fn start(text: &str) -> Result<Start, String> {
+    let numbers: Vec<f64> = text
+        .split(',')
+        .map(|number| number.trim().parse().map_err(|_| format!("{:?} is not a number", number.trim())))
+        .collect::<Result<_, String>>()?;
+    let start: [f64; 6] = numbers
+        .try_into()
+        .map_err(|numbers: Vec<f64>| format!("six numbers x,y,z,p1,p2,p3 are wanted, there are {}", numbers.len()))?;
+    match identify::start_complaint(&start) {
+        Some(complaint) => Err(complaint),
+        None => Ok(Start(start)),
+    }
+}
+
+fn noise(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(noise) if (1e-4..=10.0).contains(&noise) => Ok(noise),
+        Ok(_) => Err("a standard deviation of 0.0001 to 10 mm is wanted".to_owned()),
+        Err(_) => Err(format!("{text:?} is not a number")),
+    }
+}

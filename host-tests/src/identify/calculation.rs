@@ -1,0 +1,91 @@
+//! The library's identification, run on a log in the precision asked for.
+
+use super::input_error::InputError;
+use super::lengths_file::LengthsFile;
+use super::report::{Precision, Report, Setting, Start};
+use super::rig_file;
+use super::verification::Verification;
+use glenoid::identification::{
+    Identified, Noise, PaperIteration, PaperSettings, Progress, Refusal, Solver, SolverSettings,
+};
+use glenoid::kinematics::CableLengths;
+use glenoid::rig::{Parameters, Rig};
+use glenoid::scalar::Real;
+
+/// How far off an unknown encoder zero may be, 1σ, mm: that of a machine that nobody homed.
+const UNKNOWN_ZERO_MM: f64 = 10.0;
+
+/// What is to be solved.
+pub struct Problem<'a> {
+    /// The machine.
+    pub rig: &'a Rig<f64>,
+    /// The poses.
+    pub log: &'a LengthsFile,
+    /// Which of them, and how.
+    pub setting: Setting,
+    /// The poses to verify on.
+    pub second: Option<&'a LengthsFile>,
+}
+
+impl Problem<'_> {
+    /// Solves it.
+    ///
+    /// # Errors
+    /// [`InputError`] for a number that the precision asked for cannot hold.
+    pub fn solve(&self) -> Result<Report, InputError> {
+        match self.setting.precision {
+            Precision::F32 => self.solve_in::<f32>(),
+            Precision::F64 => self.solve_in::<f64>(),
+        }
+    }
+
+    fn solve_in<T: Real>(&self) -> Result<Report, InputError> {
+        let rig: Rig<T> = rig_file::in_precision(self.rig)
+            .map_err(|error| InputError::Request(format!("the rig in this precision: {}", error.text())))?;
+        let rows = self.log.rows();
+        let used = self.setting.rows_used.iter();
+        let poses: Vec<CableLengths<T>> = used.map(|row| self.log.cables(&rows[row])).collect::<Result<_, _>>()?;
+        let (outcome, iterations) = match self.setting.start {
+            None => self.run_full(&rig, &poses),
+            Some(start) => run_paper(&rig, &start, &poses),
+        };
+        let mut report = match &outcome {
+            Ok(identified) => Report::accepted(identified, self.setting),
+            Err(refusal) => Report::refused(refusal, iterations, self.setting),
+        };
+        if let (Ok(identified), Some(second)) = (&outcome, self.second) {
+            report.verification = Some(Verification::of(&rig, identified, second)?);
+        }
+        Ok(report)
+    }
+
+    fn run_full<T: Real>(&self, rig: &Rig<T>, poses: &[CableLengths<T>]) -> (Result<Identified<T>, Refusal>, u8) {
+        let noise = match self.setting.given_noise_mm {
+            Some(noise_mm) => Noise::Known(T::of(noise_mm)),
+            None => Noise::EstimatedUpTo(T::of(self.setting.noise_limit_mm)),
+        };
+        let zero_prior_mm = T::of(if self.setting.zeros { UNKNOWN_ZERO_MM } else { 0.0 });
+        let settings = SolverSettings { noise, zero_prior_mm, ..SolverSettings::for_rig(rig) };
+        let mut solver: Solver<T> = Solver::new(rig, settings);
+        // Slice by slice rather than in one run, to know how far a refused one came.
+        loop {
+            match solver.advance(poses) {
+                Progress::Working => {}
+                Progress::Identified(identified) => return (Ok(identified), solver.iterations()),
+                Progress::Refused(refusal) => return (Err(refusal), solver.iterations()),
+            }
+        }
+    }
+}
+
+fn run_paper<T: Real>(rig: &Rig<T>, start: &Start, poses: &[CableLengths<T>]) -> (Result<Identified<T>, Refusal>, u8) {
+    let start = Parameters::from_array(start.values_mm.map(T::of));
+    let mut iteration = PaperIteration::new(rig, start, PaperSettings::default());
+    loop {
+        match iteration.advance(poses) {
+            Progress::Working => {}
+            Progress::Identified(identified) => return (Ok(identified), iteration.iterations()),
+            Progress::Refused(refusal) => return (Err(refusal), iteration.iterations()),
+        }
+    }
+}

@@ -1,0 +1,117 @@
+//! A refusal with its figures, in the words of the report.
+
+use glenoid::identification::Refusal;
+use serde::Serialize;
+
+/// What is known of a refusal. Poses are rows of the log from 0; directions are unit vectors in {B}.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum RefusalDetail {
+    /// See [`Refusal::TooFewPoses`].
+    TooFewPoses {
+        /// Poses given.
+        poses: u16,
+    },
+    /// See [`Refusal::BadLength`].
+    BadLength {
+        /// Row of the log.
+        pose: usize,
+        /// Cable, 1 to 6.
+        cable: u8,
+        /// What is wrong with it.
+        problem: &'static str,
+    },
+    /// See [`Refusal::NotClosing`].
+    NotClosing {
+        /// Row of the log.
+        pose: usize,
+        /// End-point, 1 to 3.
+        end_point: u8,
+        /// Steps taken before.
+        iteration: u8,
+    },
+    /// See [`Refusal::Singular`].
+    Singular,
+    /// See [`Refusal::IterationCap`].
+    IterationCap,
+    /// See [`Refusal::PlatformDoesNotClose`].
+    PlatformDoesNotClose {
+        /// Row of the log, the first of them.
+        pose: usize,
+    },
+    /// See [`Refusal::OneAxis`].
+    OneAxis {
+        /// The common axis.
+        axis: [f64; 3],
+        /// Root-mean-square angle by which the poses move it, degrees.
+        sway_deg: f64,
+    },
+    /// See [`Refusal::TooAlike`].
+    TooAlike {
+        /// Root-mean-square angle between the poses, degrees.
+        spread_deg: f64,
+    },
+    /// See [`Refusal::Weak`].
+    Weak {
+        /// The centre's worst direction.
+        direction: [f64; 3],
+        /// 1σ in that direction, mm.
+        sigma_mm: f64,
+    },
+    /// See [`Refusal::TooManyOutliers`].
+    TooManyOutliers {
+        /// Poses that would have to be left out.
+        rejected: u16,
+        /// Poses given.
+        poses: u16,
+    },
+    /// See [`Refusal::NotABall`].
+    NotABall {
+        /// Root-mean-square wander of the centre along one axis, mm.
+        wander_mm: f64,
+    },
+    /// See [`Refusal::ZeroNotDetermined`].
+    ZeroNotDetermined {
+        /// Cable whose zero is known worst, 1 to 6.
+        cable: u8,
+        /// 1σ of its zero, mm.
+        sigma_mm: f64,
+    },
+    /// See [`Refusal::HangsOnOnePose`].
+    HangsOnOnePose {
+        /// Row of the log.
+        pose: usize,
+    },
+}
+
+impl RefusalDetail {
+    /// The figures of a refusal; `row` turns a pose into its row of the log.
+    pub fn of(refusal: &Refusal, row: impl Fn(u16) -> usize) -> Self {
+        let degrees = |angle_rad: f32| f64::from(angle_rad).to_degrees();
+        match *refusal {
+            Refusal::TooFewPoses { poses } => Self::TooFewPoses { poses },
+            Refusal::BadLength { pose, cable, fault } => {
+                Self::BadLength { pose: row(pose), cable, problem: fault.text() }
+            }
+            Refusal::NotClosing { pose, end_point, iteration } => {
+                Self::NotClosing { pose: row(pose), end_point, iteration }
+            }
+            Refusal::Singular => Self::Singular,
+            Refusal::IterationCap => Self::IterationCap,
+            Refusal::PlatformDoesNotClose { pose } => Self::PlatformDoesNotClose { pose: row(pose) },
+            Refusal::OneAxis { axis, sway_rad } => {
+                Self::OneAxis { axis: axis.map(f64::from), sway_deg: degrees(sway_rad) }
+            }
+            Refusal::TooAlike { spread_rad } => Self::TooAlike { spread_deg: degrees(spread_rad) },
+            Refusal::Weak { direction, sigma_mm } => {
+                Self::Weak { direction: direction.map(f64::from), sigma_mm: sigma_mm.into() }
+            }
+            Refusal::TooManyOutliers { rejected, poses } => Self::TooManyOutliers { rejected, poses },
+            Refusal::ZeroNotDetermined { cable, sigma_mm } => {
+                Self::ZeroNotDetermined { cable, sigma_mm: sigma_mm.into() }
+            }
+            Refusal::HangsOnOnePose { pose } => Self::HangsOnOnePose { pose: row(pose) },
+            Refusal::NotABall { wander_mm } => Self::NotABall { wander_mm: wander_mm.into() },
+        }
+    }
+}

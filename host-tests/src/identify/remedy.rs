@@ -1,0 +1,101 @@
+//! For every refusal: what was seen, and what to do about it, in words that need no knowledge of the method.
+
+use super::lengths_file::LengthsFile;
+use super::refusal::RefusalDetail;
+use super::report::{Method, Report};
+use super::summary::{counted, direction};
+
+/// What was seen, with its figures.
+pub fn seen(refusal: &RefusalDetail, log: &LengthsFile) -> String {
+    let pose = |pose: usize| super::summary::pose(pose, log);
+    match *refusal {
+        RefusalDetail::TooFewPoses { poses } => format!("{} in {}", counted(poses.into(), "pose"), log.file()),
+        RefusalDetail::BadLength { pose: at, cable, problem } => format!("{}, cable {cable}: {problem}", pose(at)),
+        RefusalDetail::NotClosing { pose: at, end_point, iteration } => {
+            let steps = counted(iteration.into(), "iteration");
+            format!("{}, end-point P{end_point}, after {steps}", pose(at))
+        }
+        RefusalDetail::Singular | RefusalDetail::IterationCap => format!("in {}", log.file()),
+        RefusalDetail::PlatformDoesNotClose { pose: at } => format!("{} is the first of them", pose(at)),
+        RefusalDetail::OneAxis { axis, sway_deg } => {
+            format!("the axis is {}; the poses move it by {sway_deg:.1} degrees", direction(&axis))
+        }
+        RefusalDetail::TooAlike { spread_deg } => format!("they differ by {spread_deg:.1} degrees"),
+        RefusalDetail::Weak { direction: along, sigma_mm } => {
+            format!("1 sigma of {sigma_mm:.2} mm along {}; at most 1 mm is accepted", direction(&along))
+        }
+        RefusalDetail::TooManyOutliers { rejected, poses } => format!("{rejected} of {poses}"),
+        RefusalDetail::NotABall { wander_mm } => format!("by {wander_mm:.1} mm along each axis, root mean square"),
+        RefusalDetail::HangsOnOnePose { pose: at } => pose(at),
+        RefusalDetail::ZeroNotDetermined { cable, sigma_mm } => {
+            format!("the zero of cable {cable} is known to {sigma_mm:.1} mm (1 sigma)")
+        }
+    }
+}
+
+/// What to do.
+pub fn remedy(report: &Report, refusal: &RefusalDetail) -> String {
+    let other_method = match report.setting.method {
+        Method::Paper => " --method full needs no start and leaves out bad poses.",
+        Method::Full => "",
+    };
+    let noise = match report.setting.given_noise_mm {
+        Some(_) => "If the cables are noisier than --noise says, give the true figure.".to_owned(),
+        None => format!(
+            "If the noise of your cables is above {:.2} mm, say so with --noise.",
+            report.setting.noise_limit_mm
+        ),
+    };
+    match refusal {
+        RefusalDetail::TooFewPoses { .. } => {
+            "Record at least five poses that turn the arm about different axes; ten or more give a useful error bar."
+                .to_owned()
+        }
+        RefusalDetail::BadLength { .. } => format!("Correct or delete that line, and check the cable.{other_method}"),
+        RefusalDetail::NotClosing { .. } => {
+            format!("Give a --start nearer to the truth, or check the lengths of that pose.{other_method}")
+        }
+        RefusalDetail::Singular => {
+            "Add poses: tilt the arm in several directions, and turn it about its own length as well.".to_owned()
+        }
+        RefusalDetail::IterationCap => {
+            format!("Check the rig file (base and edges) and the order of the cables.{other_method}")
+        }
+        RefusalDetail::PlatformDoesNotClose { .. } => {
+            "Check the rig file (base and edges, all in mm), and that the columns l1..l6 are in the order of the \
+             cables: P1B1, P1B2, P2B2, P2B3, P3B3, P3B1."
+                .to_owned()
+        }
+        RefusalDetail::OneAxis { .. } => {
+            "The centre can slide along that axis without any length changing. Add two or more poses that turn the \
+             arm about another axis, square to it, by 20 degrees or more."
+                .to_owned()
+        }
+        RefusalDetail::TooAlike { .. } => {
+            "Spread the poses: tilt the arm by 20 to 45 degrees in at least three directions.".to_owned()
+        }
+        RefusalDetail::Weak { .. } => {
+            "Add poses, and turn the arm further about the axes that are square to that direction.".to_owned()
+        }
+        RefusalDetail::HangsOnOnePose { .. } => {
+            "Add poses: from five well-spread ones on, each is checked by the others.".to_owned()
+        }
+        RefusalDetail::ZeroNotDetermined { .. } => {
+            "Add poses (thirty or more), with more tilt and more turning of the arm about its own length; or home the \
+             cables and leave out --zeros."
+                .to_owned()
+        }
+        RefusalDetail::TooManyOutliers { .. } => {
+            format!(
+                "Look for slack cables, slipping drums and exchanged connectors, check the rig file, and record \
+                     again. {noise}"
+            )
+        }
+        RefusalDetail::NotABall { .. } => {
+            format!(
+                "Tighten the straps, and keep the elevation where the shoulder blade stays still (below about 60 \
+                     degrees), then record again. {noise}"
+            )
+        }
+    }
+}

@@ -1,0 +1,202 @@
+//! The outcome for people: a short table, or the reason and the remedy.
+
+use super::lengths_file::LengthsFile;
+use super::remedy;
+use super::report::{Method, Precision, RejectedCable, Report};
+use super::verification::Verification;
+use std::fmt::Write;
+
+/// Noise this many times above what the rig should have makes one look twice.
+const SUSPICIOUS_NOISE: f64 = 3.0;
+
+/// The whole text, several lines.
+pub fn of(report: &Report, log: &LengthsFile, second: Option<&LengthsFile>) -> String {
+    let mut text = String::new();
+    // Writing to a string does not fail.
+    let _ = match report.refusal {
+        Some(ref refusal) => writeln!(text, "Refused: {}.\n", report.reason.unwrap_or_default())
+            .and_then(|()| line(&mut text, "seen", &remedy::seen(refusal, log)))
+            .and_then(|()| line(&mut text, "what to do", &remedy::remedy(report, refusal))),
+        None => table(&mut text, report).and_then(|()| figures(&mut text, report, log)),
+    };
+    let _ = method(&mut text, report, log);
+    if let (Some(verification), Some(second)) = (&report.verification, second) {
+        let _ = line(&mut text, "verification", &verified(verification, second));
+    }
+    text
+}
+
+/// A pose by its number and its line in the log.
+pub fn pose(pose: usize, log: &LengthsFile) -> String {
+    match log.rows().get(pose) {
+        Some(row) => format!("pose {pose} (line {})", row.line),
+        None => format!("pose {pose}"),
+    }
+}
+
+/// A direction in the base's frame.
+pub fn direction(unit: &[f64; 3]) -> String {
+    let [x, y, z] = unit.map(|component| fixed(component, 2));
+    format!("({x}, {y}, {z}) in {{B}}")
+}
+
+fn table(text: &mut String, report: &Report) -> std::fmt::Result {
+    let (Some(centre), Some(radii), Some(sigma)) = (report.centre_mm, report.radii_mm, report.sigma_mm) else {
+        return Ok(());
+    };
+    writeln!(text, "Joint centre identified.\n")?;
+    writeln!(text, "  mm        value     1 sigma")?;
+    let names = ["x", "y", "z", "p1", "p2", "p3"];
+    for ((name, value), sigma) in names.iter().zip(centre.iter().chain(&radii)).zip(sigma) {
+        writeln!(text, "  {name:2} {:>12} {:>11}", fixed(*value, 4), small(sigma))?;
+    }
+    if let (Some(zeros), Some(sigmas)) = (report.zeros_mm, report.zero_sigmas_mm) {
+        writeln!(text, "\n  mm too much at encoder")?;
+        for (index, (zero, sigma)) in zeros.iter().zip(sigmas).enumerate() {
+            writeln!(text, "  {:2} {:>12} {:>11}", index + 1, fixed(*zero, 4), small(sigma))?;
+        }
+    }
+    writeln!(text)
+}
+
+fn figures(text: &mut String, report: &Report, log: &LengthsFile) -> std::fmt::Result {
+    if let Some(worst) = report.worst_centre {
+        let worst = format!("1 sigma of {} mm along {}", small(worst.sigma_mm), direction(&worst.direction));
+        line(text, "worst of centre", &worst)?;
+    }
+    if let Some(deviation) = report.deviation_mm {
+        let of = match report.setting.method {
+            Method::Full => "cable lengths",
+            Method::Paper => "platform edges",
+        };
+        let steps = counted(report.iterations.into(), "iteration");
+        line(text, "deviation", &format!("{} mm root mean square of the {of}, {steps}", small(deviation)))?;
+    }
+    let used = report.poses_used.unwrap_or_default();
+    if let Some(noise) = report.noise_mm {
+        let source = match report.setting.given_noise_mm {
+            Some(_) => "as given".to_owned(),
+            None => format!("estimated, {} degrees of freedom", 3 * used as i64 - 6),
+        };
+        line(text, "noise", &format!("{} mm, {source}", small(noise)))?;
+        let expected = report.setting.expected_noise_mm;
+        if report.setting.method == Method::Full
+            && report.setting.given_noise_mm.is_none()
+            && noise > expected * SUSPICIOUS_NOISE
+        {
+            let note = format!(
+                "more than the {expected:.3} mm expected of this rig: the joint may wander, or the rig file be off; \
+                 --noise {expected:.3} tests it"
+            );
+            line(text, "", &note)?;
+        }
+    }
+    let left_out = match report.setting.rows_used.count - used {
+        0 => "none left out".to_owned(),
+        count => format!("{count} left out:"),
+    };
+    line(text, "poses", &format!("{used} used, {left_out}"))?;
+    let mut rest = report.rejected.as_slice();
+    while let Some(first) = rest.first() {
+        let (same, others) = rest.split_at(rest.iter().take_while(|entry| entry.pose == first.pose).count());
+        line(text, "", &format!("{}: {}", pose(first.pose, log), suspects(same)))?;
+        rest = others;
+    }
+    Ok(())
+}
+
+/// The cables to blame for one pose.
+fn suspects(entries: &[RejectedCable]) -> String {
+    let cables: Vec<String> = entries.iter().filter_map(|entry| entry.cable).map(|cable| cable.to_string()).collect();
+    match cables.as_slice() {
+        [] => "no single cable explains it".to_owned(),
+        [one] => format!("cable {one}"),
+        several => format!("cables {}: one of them, or exchanged", several.join(" and ")),
+    }
+}
+
+/// How it was computed, and from which rows.
+fn method(text: &mut String, report: &Report, log: &LengthsFile) -> std::fmt::Result {
+    let precision = match report.setting.precision {
+        Precision::F32 => "single precision",
+        Precision::F64 => "double precision",
+    };
+    match report.setting.start {
+        None => line(text, "method", &format!("start-free, {precision}"))?,
+        Some(start) => {
+            let values = start.values_mm.map(|value| fixed(value, 2)).join(", ");
+            line(text, "method", &format!("the paper's, {precision}"))?;
+            line(text, "start", &format!("{values} ({})", start.from))?;
+        }
+    }
+    let rows = report.setting.rows_used;
+    let at = |row: usize| log.rows().get(row).map_or(0, |row| row.line);
+    let (first, last) = (at(rows.first), at(rows.last));
+    if rows.is_partial() {
+        let used = format!(
+            "{} of {} used, evenly spread: row 0 (line {first}), then every {:.2} rows, to row {} (line {last})",
+            rows.count, rows.of, rows.step, rows.last
+        );
+        line(text, "rows", &used)
+    } else {
+        line(text, "rows", &format!("{}, lines {first} to {last}", rows.of))
+    }
+}
+
+fn verified(found: &Verification, log: &LengthsFile) -> String {
+    let mut text = match (found.deviation_mm, found.worst_pose, found.worst_deviation_mm) {
+        (Some(deviation), Some(worst), Some(its)) => format!(
+            "{} mm root mean square of the platform edges over {} poses of {}, worst {} mm at {}",
+            small(deviation),
+            found.poses - found.contradicting.len(),
+            log.file(),
+            small(its),
+            pose(worst, log)
+        ),
+        _ => format!("no pose of {} can be checked", log.file()),
+    };
+    if let Some(first) = found.contradicting.first() {
+        let count = found.contradicting.len();
+        text += &format!("; {count} contradict the centre altogether, the first is {}", pose(*first, log));
+    }
+    text
+}
+
+/// One entry: its name, and its value in lines of a readable width beside it.
+fn line(text: &mut String, name: &str, value: &str) -> std::fmt::Result {
+    const WIDTH: usize = 92;
+    write!(text, "  {name:16}")?;
+    let mut column = 0;
+    for word in value.split(' ') {
+        let width = word.chars().count();
+        if column > 0 && column + 1 + width > WIDTH {
+            write!(text, "\n  {:16}", "")?;
+            column = 0;
+        } else if column > 0 {
+            text.push(' ');
+            column += 1;
+        }
+        text.push_str(word);
+        column += width;
+    }
+    writeln!(text)
+}
+
+/// A number of things.
+pub fn counted(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
+
+/// A length in mm; what would print as zero is told to be small.
+fn small(value: f64) -> String {
+    if value > 0.0 && value < 5e-5 { "<0.0001".to_owned() } else { fixed(value, 4) }
+}
+
+/// Fixed decimals, and no minus before a zero.
+fn fixed(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    match text.strip_prefix('-') {
+        Some(zero) if zero.chars().all(|c| c == '0' || c == '.') => zero.to_owned(),
+        _ => text,
+    }
+}

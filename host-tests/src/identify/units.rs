@@ -1,0 +1,58 @@
+//! Is it millimetres? A log or a rig in another unit is told, not solved.
+
+use super::lengths_file::Row;
+use nalgebra::Vector3;
+
+/// No rehabilitator is this small: a median length or a longest side below it is in another unit, mm.
+const LEAST_SIZE: f64 = 10.0;
+
+/// Cables this many times longer than a side of the base are in another unit: nothing that turns about one joint
+/// reaches that far.
+const LONGEST_REACH: f64 = 50.0;
+
+/// What people use instead of millimetres, and how many millimetres it is.
+const UNITS: [(&str, f64); 4] = [("metres", 1000.0), ("inches", 25.4), ("centimetres", 10.0), ("micrometres", 1e-3)];
+
+/// Tells lengths that are not millimetres, for a base with these attachment points, mm.
+///
+/// An end-point needs cables that together span its base edge, so the six lengths of a pose add up to at least the
+/// base's circumference. A log in which most poses do not is in a larger unit.
+pub fn complaint_about_lengths(rows: &[Row], base_mm: &[Vector3<f64>; 3]) -> Option<String> {
+    let side = sides(base_mm).iter().sum::<f64>() / 3.0;
+    let length = median(rows.iter().flat_map(|row| row.lengths_mm));
+    let mean = median(rows.iter().map(|row| row.lengths_mm.iter().sum::<f64>() / 6.0));
+    let sound = length >= LEAST_SIZE && mean >= side / 2.0 && mean <= side * LONGEST_REACH;
+    (!sound).then(|| {
+        let unit = likely_unit(length, side);
+        format!("the median length is {length:.4}: these look like {unit}; millimetres are wanted")
+    })
+}
+
+/// Tells a rig that is not in millimetres. `what` is what these three lengths are.
+pub fn complaint_about_rig(what: &str, lengths: &[f64; 3]) -> Option<String> {
+    let longest = lengths.iter().fold(0.0, |longest: f64, length| longest.max(*length));
+    (longest < LEAST_SIZE).then(|| {
+        let unit = if longest < 1.5 { "metres" } else { "inches" };
+        format!("the longest {what} is {longest:.4}: this looks like {unit}; millimetres are wanted")
+    })
+}
+
+/// The three sides of the base, mm.
+pub fn sides(base_mm: &[Vector3<f64>; 3]) -> [f64; 3] {
+    let [b1, b2, b3] = base_mm;
+    [(b2 - b1).norm(), (b3 - b2).norm(), (b1 - b3).norm()]
+}
+
+/// The unit in which the cables come closest to the size of the base: that is their size in any pose.
+fn likely_unit(length: f64, side: f64) -> &'static str {
+    let distance = |factor: f64| (length * factor / side).ln().abs();
+    let closest = UNITS.iter().min_by(|a, b| distance(a.1).total_cmp(&distance(b.1)));
+    closest.map_or("another unit", |(name, _)| name)
+}
+
+/// The median; of an even number of values the upper one, and zero of none.
+fn median(values: impl Iterator<Item = f64>) -> f64 {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_unstable_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(0.0)
+}

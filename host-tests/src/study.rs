@@ -1,0 +1,54 @@
+//! The simulations: the paper's own, and the Monte-Carlo studies behind every figure that the README states.
+//!
+//! A study is a function from a [`Plan`] (seed, trials) to [`Findings`] (tables, targets, charts). It touches no file
+//! and prints nothing; [`output`] does. Every trial draws from a random stream of its own, and results are summed in
+//! the order of the trials, so that the bytes are the same on one core and on many.
+
+mod bound;
+mod cramer_rao;
+mod degenerate;
+mod findings;
+pub mod output;
+pub mod scene;
+mod solve;
+mod statistics;
+mod trials;
+
+pub mod adversarial;
+mod million;
+mod outliers;
+mod paper;
+mod precision;
+mod wander;
+
+pub use findings::{Findings, Plan, Problem, Table, Target};
+
+/// A named study.
+#[derive(Debug, Clone, Copy)]
+pub struct Study {
+    /// Name on the command line, and of its files.
+    pub name: &'static str,
+    /// What it answers, in a line.
+    pub about: &'static str,
+    /// Trials unless told otherwise; what one trial is, its summary says.
+    pub trials: u64,
+    /// Does it.
+    pub run: fn(&Plan) -> Result<Findings, Problem>,
+}
+
+/// All studies, the paper's first.
+pub const ALL: &[Study] = &[
+    paper::TABLE_2,
+    paper::FIG_5,
+    paper::FIG_6,
+    paper::FIG_7,
+    paper::SUCCESS,
+    million::MILLION,
+    million::EXTREMES,
+    bound::STUDY,
+    outliers::STUDY,
+    degenerate::STUDY,
+    wander::STUDY,
+    adversarial::STUDY,
+    precision::STUDY,
+];

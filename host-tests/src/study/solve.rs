@@ -1,0 +1,119 @@
+//! Asks the library, in either precision, and brings the answer back to double precision.
+
+use super::scene::Scene;
+use glenoid::identification::{DEFAULT_CAPACITY, Identified, Noise, Refusal, Rejected, Solver, SolverSettings};
+use glenoid::kinematics::CableLengths;
+use glenoid::rig::{CABLES, Rig};
+use glenoid::scalar::Real;
+use nalgebra::Vector3;
+
+/// A precision that a rig is held in.
+pub trait Precision: Real {
+    /// Its name.
+    const NAME: &'static str;
+
+    /// The rig of a scene in this precision.
+    fn rig(scene: &Scene) -> &Rig<Self>;
+}
+
+impl Precision for f64 {
+    const NAME: &'static str = "f64";
+
+    fn rig(scene: &Scene) -> &Rig<Self> {
+        scene.rig()
+    }
+}
+
+impl Precision for f32 {
+    const NAME: &'static str = "f32";
+
+    fn rig(scene: &Scene) -> &Rig<Self> {
+        scene.rig_single()
+    }
+}
+
+/// What the solver is told of the noise.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Told {
+    /// Its standard deviation, as on the device.
+    Noise,
+    /// Only that it is below 0.3 mm.
+    Nothing,
+}
+
+/// Largest noise that is still taken for noise when it is not known, mm: five times the paper's.
+const MOST_NOISE_MM: f64 = 0.3;
+
+/// An accepted answer, in double precision.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Answer {
+    /// x, y, z, p1, p2, p3, mm.
+    pub parameters_mm: [f64; 6],
+    /// 1σ of the same, mm.
+    pub sigma_mm: [f64; 6],
+    /// Noise that the error bar was computed with, mm.
+    pub noise_mm: f64,
+    /// What is left of the residuals, mm.
+    pub deviation_mm: f64,
+    /// Poses left out.
+    pub rejected: Vec<Rejected>,
+    /// Distance from turning about one axis, rad.
+    pub sway_rad: f64,
+}
+
+impl Answer {
+    fn of<T: Real>(identified: Identified<T>) -> Self {
+        Self {
+            parameters_mm: identified.parameters.to_array().map(Real::to_f64),
+            sigma_mm: identified.sigma_mm().map(Real::to_f64),
+            noise_mm: identified.noise_mm.to_f64(),
+            deviation_mm: identified.deviation_mm.to_f64(),
+            rejected: identified.rejected.to_vec(),
+            sway_rad: identified.sway_rad.to_f64(),
+        }
+    }
+
+    /// Found minus true centre, mm.
+    pub fn centre_error_mm(&self, scene: &Scene) -> Vector3<f64> {
+        Vector3::from_row_slice(&self.parameters_mm[..3]) - scene.centre_mm
+    }
+
+    /// Largest error of any of the six parameters, mm.
+    pub fn largest_error_mm(&self, scene: &Scene) -> f64 {
+        let truth = scene.truth().to_array();
+        self.parameters_mm.iter().zip(truth).fold(0.0, |most, (found, true_)| most.max((found - true_).abs()))
+    }
+
+    /// Root of the summed variances of the centre's three coordinates, mm.
+    pub fn centre_sigma_mm(&self) -> f64 {
+        libm::sqrt(self.sigma_mm[..3].iter().map(|sigma| sigma * sigma).sum())
+    }
+}
+
+/// Rounds lengths to a precision.
+///
+/// # Errors
+/// The first pose with a length that is none.
+pub fn lengths_in<T: Real>(poses_mm: &[[f64; CABLES]]) -> Result<Vec<CableLengths<T>>, Refusal> {
+    let pose = |(index, lengths): (usize, &[f64; CABLES])| {
+        CableLengths::new(lengths.map(T::of)).map_err(|error| Refusal::BadLength {
+            pose: index as u16,
+            cable: error.cable,
+            fault: error.fault,
+        })
+    };
+    poses_mm.iter().enumerate().map(pose).collect()
+}
+
+/// The start-free solver with the limits that the device uses.
+///
+/// # Errors
+/// The solver's refusal.
+pub fn solve<T: Precision>(scene: &Scene, poses_mm: &[[f64; CABLES]], told: Told) -> Result<Answer, Refusal> {
+    let rig = T::rig(scene);
+    let mut settings = SolverSettings::for_rig(rig);
+    if told == Told::Nothing {
+        settings.noise = Noise::EstimatedUpTo(T::of(MOST_NOISE_MM));
+    }
+    Solver::<T, DEFAULT_CAPACITY>::new(rig, settings).run(&lengths_in(poses_mm)?).map(Answer::of)
+}

@@ -1,0 +1,88 @@
+//! The paths, one after the other.
+
+mod literal_form;
+mod samples;
+mod whole_runs;
+
+use core::mem::size_of;
+
+use glenoid::identification::{PaperIteration, Solver, Survey};
+use glenoid::kinematics::{CableLengths, Octahedron, Pivot, RigPoints};
+use nalgebra::UnitQuaternion;
+
+use super::held::{Part, holds};
+use super::measure::{self, Figures, Number};
+use super::problem::{POSES, Problem};
+use super::report;
+use literal_form::Rows;
+
+/// What the paths keep between their calls. All of it lies in static memory, as on the board: a solver that works in
+/// slices cannot live on the stack.
+pub struct Bench<T: Number> {
+    problem: Problem<T>,
+    paper: Option<PaperIteration<T>>,
+    solver: Option<Solver<T, POSES>>,
+    survey: Option<Survey<T>>,
+    octahedron: Octahedron<T>,
+    points: RigPoints<T>,
+    pivot: Pivot<T>,
+    /// Attitudes that tracking starts from, one a pose.
+    before: [UnitQuaternion<T>; POSES],
+    rows: Rows<T>,
+}
+
+impl<T: Number> Bench<T> {
+    pub fn new(problem: Problem<T>) -> Self {
+        let points = RigPoints::new(&problem.rig);
+        Self {
+            paper: None,
+            solver: None,
+            survey: None,
+            octahedron: Octahedron::new(&problem.rig),
+            pivot: Pivot::from_parameters(&problem.truth, &points),
+            points,
+            before: [UnitQuaternion::identity(); POSES],
+            rows: Rows::new(),
+            problem,
+        }
+    }
+
+    fn poses(&self) -> &[CableLengths<T>] {
+        self.problem.poses.as_slice()
+    }
+}
+
+/// Measures every path that the image holds and prints each as soon as it is through. False when one failed.
+pub fn run<T: Number>(bench: &mut Bench<T>) -> bool {
+    let truth = bench.problem.truth;
+    let mut sound = true;
+    if const { holds::<T>(Part::Comparison) } {
+        sound &= print::<T>("literal", measure::whole(bench, size_of::<Rows<T>>(), &truth, literal_form::run));
+    }
+    if const { holds::<T>(Part::Paper) } {
+        let state = size_of::<PaperIteration<T>>();
+        sound &= print::<T>("paper", measure::whole(bench, state, &truth, whole_runs::paper));
+    }
+    if const { holds::<T>(Part::Full) } {
+        let state = size_of::<Solver<T, POSES>>();
+        sound &= print::<T>("start-free", measure::whole(bench, state, &truth, whole_runs::start_free));
+        sound &=
+            print::<T>("start-free-slice", measure::pieces(bench, state, whole_runs::new_solver, whole_runs::slice));
+        let survey = size_of::<Survey<T>>();
+        sound &= print::<T>("survey", measure::pieces(bench, survey, samples::new_survey, samples::survey));
+        let octahedron = size_of::<Octahedron<T>>();
+        sound &= print::<T>("octahedron", measure::pieces(bench, octahedron, samples::nothing, samples::octahedron));
+        let arm = size_of::<(RigPoints<T>, Pivot<T>, Octahedron<T>)>();
+        sound &= print::<T>("tracking", measure::pieces(bench, arm, samples::arm_before, samples::tracking));
+        sound &= print::<T>("verify", measure::pieces(bench, 0, samples::nothing, samples::verify));
+    }
+    sound
+}
+
+fn print<T: Number>(name: &str, figures: Option<Figures>) -> bool {
+    match &figures {
+        Some(figures) => report::path(name, T::NAME, figures),
+        None => report::failed(name, T::NAME),
+    }
+    figures.is_some()
+}

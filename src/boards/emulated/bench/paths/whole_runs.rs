@@ -1,0 +1,62 @@
+//! Identifications from beginning to end.
+
+use glenoid::identification::{Identified, PaperIteration, PaperSettings, Progress, Refusal, Solver, SolverSettings};
+
+use super::Bench;
+use crate::measure::{Answer, Number};
+
+/// The paper's path: from the start estimate until δE < 1e-3 mm, with the covariance at the end.
+#[inline(never)]
+pub fn paper<T: Number>(bench: &mut Bench<T>) -> Option<Answer<T>> {
+    let Bench { problem, paper, .. } = bench;
+    let paper = paper.insert(PaperIteration::new(&problem.rig, problem.start, PaperSettings::default()));
+    let poses = problem.poses.as_slice();
+    loop {
+        if let Some(answer) = answer(paper.advance(poses)) {
+            return answer.ok();
+        }
+    }
+}
+
+/// The start-free path: from raw lengths to centre, weights and covariance.
+#[inline(never)]
+pub fn start_free<T: Number>(bench: &mut Bench<T>) -> Option<Answer<T>> {
+    new_solver(bench)?;
+    let solver = bench.solver.as_mut()?;
+    let poses = bench.problem.poses.as_slice();
+    loop {
+        if let Some(answer) = answer(solver.advance(poses)) {
+            return answer.ok();
+        }
+    }
+}
+
+/// The start-free solver at its beginning.
+#[inline(never)]
+pub fn new_solver<T: Number>(bench: &mut Bench<T>) -> Option<()> {
+    let rig = &bench.problem.rig;
+    bench.solver = Some(Solver::new(rig, SolverSettings::for_rig(rig)));
+    Some(())
+}
+
+/// One slice of the start-free path: what it keeps a board from doing anything else.
+#[inline(never)]
+pub fn slice<T: Number>(bench: &mut Bench<T>, _: usize) -> Option<bool> {
+    let solver = bench.solver.as_mut()?;
+    match answer(solver.advance(bench.problem.poses.as_slice())) {
+        None => Some(true),
+        Some(Ok(_)) => Some(false),
+        Some(Err(_)) => None,
+    }
+}
+
+/// What a slice ended with, if it ended the run.
+fn answer<T: Number>(progress: Progress<T>) -> Option<Result<Answer<T>, Refusal>> {
+    match progress {
+        Progress::Working => None,
+        Progress::Identified(Identified { parameters, iterations, .. }) => {
+            Some(Ok(Answer { parameters, steps: iterations }))
+        }
+        Progress::Refused(refusal) => Some(Err(refusal)),
+    }
+}
