@@ -3,6 +3,8 @@
 //! Without the emulator, or without a toolchain for the board, each test is reported as ignored by its name. With
 //! `GLENOID_REQUIRE_EMULATOR=1` that is an error instead.
 
+mod runs;
+
 use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};
@@ -29,7 +31,7 @@ const REQUIRED_VARIABLE: &str = "GLENOID_REQUIRE_EMULATOR";
 
 type Test = fn(&Path) -> Result<(), Failed>;
 
-const TESTS: [(&str, Test); 9] = [
+const TESTS: [(&str, Test); 12] = [
     ("python_can_opens_the_channel", python_can_opens_the_channel),
     ("a_closed_channel_is_silent", a_closed_channel_is_silent),
     ("frames_go_both_ways", frames_go_both_ways),
@@ -39,6 +41,9 @@ const TESTS: [(&str, Test); 9] = [
     ("a_stack_overflow_ends_the_board", a_stack_overflow_ends_the_board),
     ("a_calibration_finds_the_centre", a_calibration_finds_the_centre),
     ("a_wild_jump_ends_the_board", a_wild_jump_ends_the_board),
+    ("calibrations_in_a_row", runs::calibrations_in_a_row),
+    ("a_client_that_returns_is_told", runs::a_client_that_returns_is_told),
+    ("a_crowded_bus_changes_nothing_but_a_counter", runs::a_crowded_bus_changes_nothing_but_a_counter),
 ];
 
 fn main() -> ExitCode {
