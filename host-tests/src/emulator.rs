@@ -1,10 +1,12 @@
 //! Runs a firmware image in QEMU as the emulated drive board.
 
+use std::ffi::OsString;
 use std::fmt;
 use std::io::{self, BufRead, BufReader, Read};
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStderr, ChildStdout, Command, ExitStatus, Stdio};
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
@@ -27,12 +29,14 @@ const BOOT_LIMIT: Duration = Duration::from_secs(20);
 const PORT_TRIES: usize = 3;
 
 /// How a board is started.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Options {
     /// TCP port of the CAN line (SLCAN); any free one if None.
     pub can_port: Option<u16>,
     /// TCP port of the rig link; any free one if None.
     pub rig_port: Option<u16>,
+    /// File that stands for the flash that the record lies in; one of this board's own, gone with it, if None.
+    pub record: Option<PathBuf>,
     /// Serve a debugger, which may change registers (see [`crate::debugger`]).
     pub debugger: bool,
     /// Repeat each line of the log on the error output.
@@ -103,6 +107,7 @@ pub struct Emulator {
     debugger: Option<SocketAddr>,
     log: Arc<Log>,
     readers: Vec<JoinHandle<()>>,
+    record: RecordFile,
 }
 
 impl Emulator {
@@ -128,7 +133,11 @@ impl Emulator {
         let can = local_address(options.can_port).map_err(EmulatorError::Start)?;
         let rig = local_address(options.rig_port).map_err(EmulatorError::Start)?;
         let mut command = command();
-        command.args(["-semihosting-config", "enable=on,target=native"]);
+        let record = match &options.record {
+            Some(path) => RecordFile::Given(path.clone()),
+            None => RecordFile::Own(own_record()),
+        };
+        command.arg("-semihosting-config").arg(record.semihosting());
         for line in [can, rig] {
             // the UART sends single bytes; without "nodelay" each answer would wait 40 ms for the client's acknowledgement
             command.arg("-serial").arg(format!("tcp:{line},server=on,wait=off,nodelay=on"));
@@ -150,7 +159,7 @@ impl Emulator {
             child.stderr.take().map(|err: ChildStderr| follow(err, Arc::clone(&log), options.show_log)),
         ];
         let readers = readers.into_iter().flatten().collect();
-        let mut emulator = Self { child, can, rig, debugger, log, readers };
+        let mut emulator = Self { child, can, rig, debugger, log, readers, record };
         emulator.wait_for_log(READY, BOOT_LIMIT)?;
         Ok(emulator)
     }
@@ -163,6 +172,11 @@ impl Emulator {
     /// Where the rig connects.
     pub fn rig_address(&self) -> SocketAddr {
         self.rig
+    }
+
+    /// The file that stands for the flash that the record lies in.
+    pub fn record(&self) -> &Path {
+        self.record.path()
     }
 
     /// Where a debugger connects, if the board serves one.
@@ -244,7 +258,39 @@ impl Drop for Emulator {
         let _ = self.child.kill();
         let _ = self.child.wait();
         self.finish_reading();
+        if let RecordFile::Own(path) = &self.record {
+            let _ = std::fs::remove_file(path);
+        }
     }
+}
+
+/// The file that stands for the flash.
+#[derive(Debug)]
+enum RecordFile {
+    /// Somebody else's, which stays.
+    Given(PathBuf),
+    /// This board's, which goes with it.
+    Own(PathBuf),
+}
+
+impl RecordFile {
+    fn path(&self) -> &Path {
+        let (Self::Given(path) | Self::Own(path)) = self;
+        path
+    }
+
+    /// The emulator's option that tells the firmware the path. A comma would end it, so it is doubled.
+    fn semihosting(&self) -> OsString {
+        let path = self.path().to_string_lossy().replace(',', ",,");
+        format!("enable=on,target=native,arg=firmware,arg=record={path}").into()
+    }
+}
+
+/// A path that no other board of this machine has.
+fn own_record() -> PathBuf {
+    static NEXT: AtomicU32 = AtomicU32::new(0);
+    let number = NEXT.fetch_add(1, Ordering::Relaxed);
+    std::env::temp_dir().join(format!("glenoid-record-{}-{number}", std::process::id()))
 }
 
 /// The lines that the emulator printed.
