@@ -24,8 +24,8 @@ pub struct Findings {
     pub targets: Vec<Target>,
     /// Charts, each with the name of its files.
     pub figures: Vec<(&'static str, Box<dyn Figure>)>,
-    /// Single cases worth a look, one paragraph each.
-    pub cases: Vec<String>,
+    /// Figures and single cases worth a line of their own.
+    pub remarks: Vec<String>,
 }
 
 /// A table of figures.
