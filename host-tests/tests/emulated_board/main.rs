@@ -7,6 +7,7 @@ mod calibration;
 mod can_line;
 mod faults;
 mod load;
+mod runs;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -25,7 +26,7 @@ const REQUIRED_VARIABLE: &str = "GLENOID_REQUIRE_EMULATOR";
 
 type Test = fn(&Path) -> Result<(), Failed>;
 
-const TESTS: [(&str, Test); 11] = [
+const TESTS: [(&str, Test); 14] = [
     ("python_can_opens_the_channel", can_line::python_can_opens_the_channel),
     ("a_closed_channel_is_silent", can_line::a_closed_channel_is_silent),
     ("frames_go_both_ways", can_line::frames_go_both_ways),
@@ -36,6 +37,9 @@ const TESTS: [(&str, Test); 11] = [
     ("an_emulator_that_ends_is_told", faults::an_emulator_that_ends_is_told),
     ("a_stack_overflow_ends_the_board", faults::a_stack_overflow_ends_the_board),
     ("a_calibration_finds_the_centre", calibration::a_calibration_finds_the_centre),
+    ("calibrations_in_a_row", runs::calibrations_in_a_row),
+    ("a_client_that_returns_is_told", runs::a_client_that_returns_is_told),
+    ("a_crowded_bus_changes_nothing_but_a_counter", runs::a_crowded_bus_changes_nothing_but_a_counter),
     ("a_wild_jump_ends_the_board", faults::a_wild_jump_ends_the_board),
 ];
 
