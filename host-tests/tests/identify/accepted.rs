@@ -270,7 +270,7 @@ fn the_table_reads_like_this() {
 
       worst of centre 1 sigma of 0.#### mm along (-0.##, -0.##, 1.##) in {B}
       deviation       0.#### mm root mean square of the cable lengths, # iterations
-      noise           0.#### mm, estimated, 108 degrees of freedom
+      noise           0.#### mm, estimated: 108 degrees of freedom, and what the rig should have
       poses           38 used, 2 left out:
                       pose 5 (line 7): cable 3
                       pose 33 (line 35): cables 1 and 6: one of them, or exchanged
