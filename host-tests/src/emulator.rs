@@ -11,6 +11,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
+use crate::monitor;
 use crate::packages::{self, Consent, PackageError};
 
 /// The emulator's program.
@@ -39,6 +40,8 @@ pub struct Options {
     pub record: Option<PathBuf>,
     /// Serve a debugger, which may change registers (see [`crate::debugger`]).
     pub debugger: bool,
+    /// Serve a monitor, which may reset the board (see [`Emulator::reset`]).
+    pub monitor: bool,
     /// Repeat each line of the log on the error output.
     pub show_log: bool,
 }
@@ -105,6 +108,7 @@ pub struct Emulator {
     can: SocketAddr,
     rig: SocketAddr,
     debugger: Option<SocketAddr>,
+    monitor: Option<SocketAddr>,
     log: Arc<Log>,
     readers: Vec<JoinHandle<()>>,
     record: RecordFile,
@@ -146,6 +150,10 @@ impl Emulator {
         if let Some(address) = debugger {
             command.arg("-gdb").arg(format!("tcp:{address}"));
         }
+        let monitor = options.monitor.then(|| local_address(None)).transpose().map_err(EmulatorError::Start)?;
+        if let Some(address) = monitor {
+            command.arg("-qmp").arg(format!("tcp:{address},server=on,wait=off"));
+        }
         command.arg("-kernel").arg(image);
         let mut child = command
             .stdin(Stdio::null())
@@ -159,7 +167,7 @@ impl Emulator {
             child.stderr.take().map(|err: ChildStderr| follow(err, Arc::clone(&log), options.show_log)),
         ];
         let readers = readers.into_iter().flatten().collect();
-        let mut emulator = Self { child, can, rig, debugger, log, readers, record };
+        let mut emulator = Self { child, can, rig, debugger, monitor, log, readers, record };
         emulator.wait_for_log(READY, BOOT_LIMIT)?;
         Ok(emulator)
     }
@@ -184,6 +192,15 @@ impl Emulator {
         self.debugger
     }
 
+    /// Resets the board as its reset pin would. RAM and the record's flash keep their content.
+    ///
+    /// # Errors
+    /// [`EmulatorError::Connect`] when the emulator serves no monitor.
+    pub fn reset(&self) -> Result<(), EmulatorError> {
+        let address = self.monitor.ok_or_else(|| io::Error::other("the emulator was started without a monitor"));
+        address.and_then(monitor::reset).map_err(EmulatorError::Connect)
+    }
+
     /// The rig link, connected.
     ///
     /// # Errors
@@ -204,6 +221,14 @@ impl Emulator {
     /// # Errors
     /// [`EmulatorError::Silent`] after `limit`, [`EmulatorError::Ended`] if the board ended without such a line.
     pub fn wait_for_log(&mut self, text: &str, limit: Duration) -> Result<String, EmulatorError> {
+        self.wait_for_log_times(text, 1, limit)
+    }
+
+    /// Waits until so many lines of the log contain `text`, and gives the last of these.
+    ///
+    /// # Errors
+    /// As [`Emulator::wait_for_log`].
+    pub fn wait_for_log_times(&mut self, text: &str, times: usize, limit: Duration) -> Result<String, EmulatorError> {
         let deadline = Instant::now() + limit;
         loop {
             // The state first: a line that came between the two looks is then still seen.
@@ -211,7 +236,7 @@ impl Emulator {
             if ended.is_some() {
                 self.finish_reading();
             }
-            if let Some(line) = self.log.find(text, Duration::from_millis(20)) {
+            if let Some(line) = self.log.find(text, times, Duration::from_millis(20)) {
                 return Ok(line);
             }
             if let Some(status) = ended {
@@ -306,9 +331,10 @@ impl Log {
         self.lines.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The first line that contains the text, waiting once for new lines.
-    fn find(&self, text: &str, limit: Duration) -> Option<String> {
-        let find = |lines: &[String]| lines.iter().find(|line| line.contains(text)).cloned();
+    /// The line that contains the text for this time, waiting once for new lines.
+    fn find(&self, text: &str, times: usize, limit: Duration) -> Option<String> {
+        let find =
+            |lines: &[String]| lines.iter().filter(|line| line.contains(text)).nth(times.saturating_sub(1)).cloned();
         let lines = self.lines();
         find(&lines).or_else(|| {
             let (lines, _) = self.grown.wait_timeout(lines, limit).unwrap_or_else(PoisonError::into_inner);

@@ -1,10 +1,12 @@
-//! The centre in use across power-down: from the record at power-up, to the record when a new one is accepted.
+//! The centre in use across power-down: from the record at power-up, to the record when a new one is accepted; and a
+//! seal on it in between, since a centre that changes in memory is a wrong one.
 
 use super::{Action, Device, LogEntry, status};
 use crate::identification::outcome::MOST_REJECTED;
 use crate::identification::{Identified, Rejected, Termination};
 use crate::procedure::{Candidate, Reason, Verification};
-use crate::record::{LoadError, Record, StoreError};
+use crate::record::{LoadError, Record, StoreError, image};
+use crate::restart::ResetCause;
 use heapless::Vec;
 
 /// What is wrong with the record, None when all is well.
@@ -13,6 +15,8 @@ use heapless::Vec;
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Keeping {
     pub wrong: Option<Reason>,
+    /// Checksum of the centre in use, as a record; None while there is none.
+    seal: Option<u32>,
 }
 
 impl Device {
@@ -22,6 +26,7 @@ impl Device {
             Ok(record) if record.rig != self.fingerprint => Reason::RecordOfOtherRig,
             Ok(record) => {
                 self.procedure.resume(candidate(&record));
+                self.keeping.seal = self.live_checksum();
                 Reason::Fine
             }
             Err(error) => reason_of_load(error),
@@ -32,9 +37,23 @@ impl Device {
 
     /// Hands the new centre in use to the board, to be stored.
     pub(super) fn keep(&mut self, out: &mut impl FnMut(Action)) {
+        self.keeping.seal = self.live_checksum();
         if let Some(live) = self.procedure.live() {
             out(Action::Store(record(live, self.fingerprint)));
         }
+    }
+
+    /// Looks whether the centre in use is still the one that was taken into use. If not, memory cannot be trusted: the
+    /// board starts anew, from the record.
+    pub(super) fn check_live(&self, out: &mut impl FnMut(Action)) {
+        if self.keeping.seal != self.live_checksum() {
+            out(Action::Stop(ResetCause::MemoryError));
+        }
+    }
+
+    fn live_checksum(&self) -> Option<u32> {
+        let live = self.procedure.live()?;
+        Some(image::checksum(&image::encode(&record(live, self.fingerprint), 0)))
     }
 
     /// The board has tried to store.
@@ -155,6 +174,41 @@ mod tests {
             },
             verification: Verification { deviation_mm: 17.0, limit_mm: 18.0, poses: 19 },
         }
+    }
+
+    /// One bit of any number of the centre in use, and the board is told to start anew.
+    #[test]
+    fn a_centre_that_changes_in_memory_is_noticed() {
+        let rig = crate::rig::Rig::shoulder(150.0).unwrap();
+        let mut device = Device::new(crate::device::Config::for_rig(rig));
+        let stops = |device: &mut Device| {
+            let mut stops = 0;
+            for now_ms in 0..200 {
+                device.handle(now_ms, crate::device::Event::Tick, &mut |action| {
+                    stops += u32::from(action == Action::Stop(ResetCause::MemoryError));
+                });
+            }
+            stops
+        };
+        assert_eq!(stops(&mut device), 0, "without a centre");
+        device.handle(0, crate::device::Event::PowerUp(Ok(record(&live(), device.fingerprint))), &mut |_| {});
+        assert_eq!(stops(&mut device), 0, "with a sound one");
+        let spoilt: [fn(&mut Candidate); 4] = [
+            |live| {
+                live.identified.parameters.centre_mm.x =
+                    f32::from_bits(live.identified.parameters.centre_mm.x.to_bits() ^ 1)
+            },
+            |live| live.identified.parameters.radii_mm[2] = -live.identified.parameters.radii_mm[2],
+            |live| live.identified.covariance_mm2[20] = 0.0,
+            |live| live.run_id ^= 0x8000,
+        ];
+        for spoil in spoilt {
+            let mut spoilt = device.clone();
+            spoil(spoilt.procedure.live_mut().as_mut().unwrap());
+            assert!(stops(&mut spoilt) > 0);
+        }
+        *device.procedure.live_mut() = None;
+        assert!(stops(&mut device) > 0, "a centre that vanishes");
     }
 
     #[test]

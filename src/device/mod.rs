@@ -31,7 +31,7 @@ use crate::can::status::{Answer, Counters, Versions};
 use crate::can::{BaseId, Frame, Message};
 use crate::procedure::{Limits, PoseNotice, Procedure, Reason, StateName};
 use crate::record::{LoadError, Record, StoreError};
-use crate::restart::{LastWords, Restart};
+use crate::restart::{LastWords, ResetCause, Restart};
 use crate::rig::{CABLES, Rig};
 use button::Button;
 use faults::FaultWatch;
@@ -82,6 +82,8 @@ pub enum Action {
     Lamp(LampPattern),
     /// Replace the record by this one, then say how that went. It is of the rig that the device was made for.
     Store(Record),
+    /// Memory cannot be trusted any more: start anew, and say this cause then.
+    Stop(ResetCause),
     /// Note something in the log.
     Log(LogEntry),
 }
@@ -181,6 +183,8 @@ pub struct Device {
     record_fault: FaultWatch,
     bus_off: FaultWatch,
     restarted: FaultWatch,
+    /// The firmware stopped before this start, and nobody has asked about it yet.
+    restart_is_news: bool,
     /// The last request, its answer and its time: a repeated frame is answered again and not obeyed again.
     answered: Option<(Request, Answer, u32)>,
 }
@@ -191,10 +195,6 @@ impl Device {
     #[inline(always)]
     pub fn new(config: Config) -> Self {
         let fingerprint = fingerprint(&config.rig);
-        let mut restarted = FaultWatch::new();
-        if config.restart.cause.is_fault() {
-            restarted.happened(1);
-        }
         Self {
             base: config.base,
             fingerprint,
@@ -213,7 +213,8 @@ impl Device {
             keeping: Keeping::default(),
             record_fault: FaultWatch::new(),
             bus_off: FaultWatch::new(),
-            restarted,
+            restarted: FaultWatch::new(),
+            restart_is_news: config.restart.cause.is_fault(),
             answered: None,
         }
     }

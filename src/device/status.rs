@@ -73,6 +73,7 @@ pub(super) fn versions(reset_cause: ResetCause, fingerprint: u32) -> Versions {
 
 impl Device {
     pub(super) fn send_heartbeat(&mut self, now_ms: u32, out: &mut impl FnMut(Action)) {
+        self.check_live(out);
         let arm = self.procedure.arm(now_ms);
         let refused_press = self
             .pace
@@ -118,7 +119,7 @@ impl Device {
             3 => self.overrun.tell(now_ms, run_id, Reason::ReceiveOverrun),
             4 => self.unsendable.tell(now_ms, run_id, Reason::ReportOutOfRange),
             5 => self.bus_off.tell(now_ms, run_id, Reason::BusOff),
-            6 => self.restarted.tell(now_ms, run_id, Reason::Restarted),
+            6 => self.restarted.update(now_ms, run_id, self.restart_is_news.then_some((Reason::Restarted, 0))),
             _ => None,
         };
         if let Some(fault) = told {

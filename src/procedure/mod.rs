@@ -203,6 +203,12 @@ impl Procedure {
         self.run.by_command_only
     }
 
+    /// The centre in use, to spoil it as memory can.
+    #[cfg(test)]
+    pub(crate) fn live_mut(&mut self) -> &mut Option<Candidate> {
+        &mut self.live
+    }
+
     /// The centre in use.
     pub const fn live(&self) -> Option<&Candidate> {
         self.live.as_ref()

@@ -144,7 +144,7 @@ pub fn decode(image: &Image) -> Record {
 }
 
 /// CRC-32 (ISO-HDLC, as in zip) of the salt and the image without its last four bytes.
-fn checksum(image: &Image) -> u32 {
+pub fn checksum(image: &Image) -> u32 {
     // Bit by bit: a kilobyte less flash than by table, and 2 ms a page are soon enough.
     const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
     let mut digest = CRC.digest();

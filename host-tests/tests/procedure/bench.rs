@@ -83,6 +83,7 @@ impl Bench {
             }
             Action::Lamp(pattern) => lamps.push(pattern),
             Action::Store(record) => records.push(record),
+            Action::Stop(cause) => panic!("the device asks for a restart: {cause:?}"),
             Action::Log(entry) => logs.push(entry),
         });
         assert!(frames <= MOST_FRAMES, "{frames} frames after {event:?}");

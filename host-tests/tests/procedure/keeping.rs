@@ -186,6 +186,13 @@ fn the_last_words_are_told_after_a_restart() {
         let bytes: Vec<u8> = parts.iter().flat_map(|part| part.text).take(stop.text_len.into()).collect();
         assert_eq!(String::from_utf8(bytes).unwrap(), text[..text.len().min(96)]);
         let told = faults(&messages);
+        assert!(matches!(told[..], [Fault { code: Reason::Restarted, active: true, .. }]), "{told:?}");
+        // told until somebody has asked, then no longer
+        bench.pass(2_000);
+        assert_eq!(faults(&bench.take_messages()).len(), 2);
+        bench.command(Opcode::Query);
+        bench.pass(2_000);
+        let told = faults(&bench.take_messages());
         assert!(matches!(told[..], [Fault { code: Reason::Restarted, active: false, .. }]), "{told:?}");
     }
 }

@@ -70,6 +70,7 @@ impl Outside {
                 self.log.push(now_ms, Entry::Lamp(pattern));
             }
             Action::Store(record) => self.stored = Some(self.record.store(&record)),
+            Action::Stop(cause) => faults::stop(cause, 0, 0, format_args!("the centre in use changed in memory")),
             Action::Log(entry) => {
                 self.measure_stack |= matches!(entry, LogEntry::Identified { .. });
                 self.log.push(now_ms, Entry::Device(entry));
