@@ -80,7 +80,7 @@ fn run(plan: &Plan) -> Result<Findings, Problem> {
 
 const METHOD: &str = "A trial is a set of 3 to 100 poses (half of the sets have at most 10) of a degenerate family, half of them on \
     the 150 mm rig and half on random rigs. One axis: turns by up to ±30° about a random axis from a pose \
-    within 20° of tilt and torsion. Two rotations: of the usual reach, at least 10° apart. Within 2°: turns by up to 2° about random axes. Pure torsion: up to ±60°. Single plane: up to ±60° of tilt. \
+    within 20° of tilt and torsion. Two rotations: of the usual reach, at least 10° apart. Within 2°: turns by up to 2° about random axes. Pure torsion: up to ±60°. Single plane: up to ±45° of tilt. \
     The axis error is that of the axis which a refusal for one axis names.";
 
 fn ending<T: Precision>(scene: &Scene, poses_mm: &[[f64; 6]], axis: Option<Vector3<f64>>) -> Ending {

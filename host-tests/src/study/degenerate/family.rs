@@ -19,7 +19,7 @@ pub(super) enum Family {
     Alike,
     /// The arm turns about its own length alone, by up to 60 degrees.
     Torsion,
-    /// The arm swings in one vertical plane, by up to 60 degrees.
+    /// The arm swings in one vertical plane, by up to 45 degrees.
     Plane,
 }
 
@@ -71,7 +71,7 @@ impl Family {
             }
             Self::Plane => {
                 let azimuth = random.random_range(0.0..TAU);
-                let turn = |_| tilted(azimuth, symmetric(random, 60.0));
+                let turn = |_| tilted(azimuth, symmetric(random, 45.0));
                 ((0..poses).map(turn).collect(), Some(Vector3::new(libm::cos(azimuth), libm::sin(azimuth), 0.0)))
             }
         }

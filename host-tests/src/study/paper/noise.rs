@@ -1,7 +1,7 @@
 //! Fig. 6 and 7: δE against the number of poses with ±0.1 mm of noise, over the poses used to identify and over a
 //! second set of as many.
 
-use super::start::{TOLERANCE_MM, random_poses, random_start, run};
+use super::start::{TOLERANCE_MM, measured, random_rotations, random_start, run};
 use crate::plot::{Axis, Chart, Series};
 use crate::study::findings::{Findings, Plan, Problem, Table, short};
 use crate::study::scene::Scene;
@@ -123,8 +123,9 @@ fn study(plan: &Plan, name: &'static str, d: f64) -> Result<Findings, Problem> {
 }
 
 fn set(scene: &Scene, random: &mut rand_chacha::ChaCha8Rng, poses: usize, d: f64) -> Option<Verified> {
-    let first = random_poses::<f64>(scene, random, poses, NOISE_MM).ok()?;
-    let second = random_poses::<f64>(scene, random, poses, NOISE_MM).ok()?;
+    let (first, second) = (random_rotations(random, poses), random_rotations(random, poses));
+    let first = measured::<f64>(scene, &first, random, NOISE_MM).ok()?;
+    let second = measured::<f64>(scene, &second, random, NOISE_MM).ok()?;
     for failed_starts in 0..MOST_STARTS {
         let start = random_start(scene, random, d);
         let Ok(run) = run(scene, &start, &first, TOLERANCE_MM) else { continue };

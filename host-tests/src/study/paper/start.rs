@@ -6,6 +6,7 @@ use glenoid::identification::{PaperIteration, PaperSettings, Refusal};
 use glenoid::kinematics::CableLengths;
 use glenoid::rig::Parameters;
 use glenoid::scalar::Real;
+use nalgebra::Rotation3;
 use rand::Rng;
 
 /// The paper's ε, mm.
@@ -51,18 +52,23 @@ pub fn random_start(scene: &Scene, random: &mut impl Rng, limit_mm: f64) -> [f64
     scene.truth().to_array().map(|value| value + symmetric(random, limit_mm))
 }
 
-/// `poses` random poses of the usual reach, with noise uniform within `noise_mm`, in a precision.
+/// Random rotations of the usual reach.
+pub fn random_rotations(random: &mut impl Rng, poses: usize) -> Vec<Rotation3<f64>> {
+    (0..poses).map(|_| Reach::USUAL.rotation(random)).collect()
+}
+
+/// Lengths at these rotations with noise uniform within `noise_mm` to either side, in a precision.
 ///
 /// # Errors
 /// None in practice: when a length is not positive.
-pub fn random_poses<T: Precision>(
+pub fn measured<T: Precision>(
     scene: &Scene,
+    rotations: &[Rotation3<f64>],
     random: &mut impl Rng,
-    poses: usize,
     noise_mm: f64,
 ) -> Result<Vec<CableLengths<T>>, Refusal> {
     let lengths: Vec<_> =
-        (0..poses).map(|_| with_noise(scene.lengths(&Reach::USUAL.rotation(random)), random, noise_mm)).collect();
+        rotations.iter().map(|rotation| with_noise(scene.lengths(rotation), random, noise_mm)).collect();
     lengths_in(&lengths)
 }
 
