@@ -21,6 +21,9 @@ const MOVE_MS: u32 = 400;
 /// Set this to a number to run as many calibrations in a row (100 take about eight minutes).
 const RUNS_VARIABLE: &str = "GLENOID_RUNS";
 
+/// Foreign frames that may be on their way to the board at once.
+const MOST_UNDER_WAY: u64 = 200;
+
 /// A board, the person at its arm, and a client on its bus.
 struct Scene {
     board: Emulator,
@@ -62,6 +65,10 @@ impl Scene {
     fn sample(&mut self, [c1, c2, c3, c4, c5, c6]: [i32; 6]) -> Result<(), Failed> {
         self.rig.write_all(format!("e {c1} {c2} {c3} {c4} {c5} {c6}\n").as_bytes())?;
         for _ in 0..self.crowd {
+            // A host that runs the emulator slowly gets a thinner crowd, not an endless queue before each command.
+            if u64::from(self.sent) >= self.can.acknowledged() + MOST_UNDER_WAY {
+                break;
+            }
             self.sent += 1;
             let [low, high, ..] = self.sent.to_le_bytes();
             self.can.send(&Frame::new(0x200 + u16::from(low), &[low, high, 3, 4, 5, 6, 7, 8])?)?;
@@ -230,7 +237,8 @@ pub fn a_crowded_bus_changes_nothing_but_a_counter(image: &Path) -> Result<(), F
     scene.run_to_review(5)?;
     let seconds = began.elapsed().as_secs_f64();
     scene.crowd = 0;
-    assert!(f64::from(scene.sent) > 1_000.0 * seconds, "only {} frames in {seconds} s", scene.sent);
+    eprintln!("{:.0} foreign frames a second", f64::from(scene.sent) / seconds);
+    assert!(scene.sent > 2_000, "only {} frames in {seconds} s", scene.sent);
     scene.ask(Opcode::Query, 0, 0)?;
     let counters = scene.wait("counters", |m| if let Message::Counters(c) = m { Some(*c) } else { None })?;
     assert_eq!((counters.foreign, counters.malformed), (scene.sent, 0));
