@@ -55,7 +55,7 @@ pub fn sound(worn: &Worn, seed: u64, count: usize) -> Vec<Lengths<f64>> {
 /// The same with normal noise of [`NOISE_MM`].
 pub fn noisy(worn: &Worn, seed: u64, count: usize) -> Vec<Lengths<f64>> {
     let mut poses = sound(worn, seed, count);
-    add_noise(&mut poses, &mut rng(seed ^ 0xA01_5E), NOISE_MM);
+    add_noise(&mut poses, &mut rng(seed ^ 0xA015E), NOISE_MM);
     poses
 }
 

@@ -27,33 +27,29 @@ impl<T: Real, const N: usize> Solver<T, N> {
             rotations.add(&placement.rotation());
         }
         let sway = rotations.sway();
-        let without_best = self.sway_without_best(&used, &sway);
-        judgement::refuse_degenerate(
-            &sway,
-            without_best,
-            self.settings.sway_limit_rad,
-            self.settings.spread_limit_rad,
-        )?;
+        let supporting = self.poses_that_sway(&used, &sway);
+        judgement::refuse_degenerate(&sway, supporting, self.settings.sway_limit_rad, self.settings.spread_limit_rad)?;
         Ok(sway.least_rad)
     }
 
-    /// A direction that a single pose determines is not determined: that pose could not be checked.
-    fn sway_without_best(&self, used: impl Fn(&Placement<T>) -> bool, sway: &Sway<T>) -> T {
-        let (mut sum, mut most, mut count) = (T::zero(), T::zero(), 0);
-        for placement in self.placements.iter().filter(|p| used(p)) {
+    /// How many poses move the most common axis, and of how many: a direction that one or two odd poses determine is
+    /// not determined, for the others could not contradict them.
+    fn poses_that_sway(&self, used: impl Fn(&Placement<T>) -> bool, sway: &Sway<T>) -> (usize, usize) {
+        let considerable = sway.least_rad * sway.least_rad * T::of(0.25);
+        self.placements.iter().filter(|p| used(p)).fold((0, 0), |(swaying, all), placement| {
             let moved = (placement.rotation() * sway.axis_in_platform - sway.axis).norm_squared();
-            sum += moved;
-            most = most.max(moved);
-            count += 1;
-        }
-        ((sum - most).max(T::zero()) / T::of_integer(count.max(1))).root()
+            (swaying + usize::from(moved > considerable), all + 1)
+        })
     }
 
     /// Are the residuals no larger than the noise explains?
     pub(super) fn residuals_are_noise(&mut self, squares_mm2: T) -> bool {
         let freedom = 3 * self.sum.poses as i32 - UNKNOWNS as i32;
         match self.settings.noise {
-            Noise::Known(noise) => squares_mm2 <= noise * noise * judgement::chi_square_limit(freedom),
+            Noise::Known(noise) => {
+                let limit = judgement::chi_square_limit(T::of_integer(freedom.max(1)), judgement::FALSE_ALARM);
+                squares_mm2 <= noise * noise * limit
+            }
             Noise::EstimatedUpTo(most) => {
                 let estimate = (squares_mm2 / T::of_integer(freedom.max(1))).root();
                 let worst = self.placements.iter().fold(T::zero(), |worst, p| worst.max(p.misfit));
@@ -132,12 +128,18 @@ impl<T: Real, const N: usize> Solver<T, N> {
         let factors = Factors::of(&equations.matrix).map_err(|_| Refusal::Singular)?;
         let freedom = T::of_integer((3 * self.sum.poses as i32 - UNKNOWNS as i32).max(1));
         let noise_mm = match self.settings.noise {
+            // Residuals that sound sets leave only once in twenty widen the error bar (Birge's ratio).
+            Noise::Known(noise)
+                if squares_mm2 > noise * noise * judgement::chi_square_limit(freedom, judgement::WIDENING) =>
+            {
+                (squares_mm2 / freedom).root()
+            }
             Noise::Known(noise) => noise,
-            // A variance estimated from few residuals is too small too often: the rig's own noise holds it up.
+            // A variance estimated from few residuals is too small too often: the rig's own noise is worth a few more.
             Noise::EstimatedUpTo(_) => {
-                let estimate = (squares_mm2 / freedom).root();
-                let few = freedom < T::of(judgement::FREEDOM_TO_ESTIMATE);
-                if few { estimate.max(self.placer.rig_noise_mm) } else { estimate }
+                let prior = T::of(judgement::PRIOR_FREEDOM);
+                let rig = self.placer.rig_noise_mm;
+                ((squares_mm2 + prior * rig * rig) / (freedom + prior)).root()
             }
         };
         let of_pivot = factors.inverse();
@@ -167,7 +169,11 @@ impl<T: Real, const N: usize> Solver<T, N> {
             zero_sigmas_mm: zeros_variance.map(|variance| variance.max(T::zero()).root() * noise_mm),
         });
         self.next = 0;
-        self.phase = if self.sum.poses <= judgement::FEW_POSES { Phase::Check } else { Phase::Blame(Blame::new()) };
+        self.phase = if self.settings.refuse_hanging && self.sum.poses <= judgement::FEW_POSES {
+            Phase::Check
+        } else {
+            Phase::Blame(Blame::new())
+        };
         Ok(())
     }
 

@@ -23,8 +23,8 @@ pub(super) const FEW_POSES: usize = 12;
 /// four random poses (tilt 45, torsion 30 degrees), none of five.
 pub(super) const WITHOUT_ONE_POSE: f64 = 30.0;
 
-/// Degrees of freedom from which the residuals alone tell the noise.
-pub(super) const FREEDOM_TO_ESTIMATE: f64 = 12.0;
+/// The rig's stated noise counts as this many degrees of freedom where the noise is estimated.
+pub(super) const PRIOR_FREEDOM: f64 = 6.0;
 
 /// Misfit beyond which a pose's rotation itself is in doubt.
 pub(super) const HOPELESS_MISFIT: f64 = 100.0;
@@ -47,25 +47,23 @@ pub(super) const SELECTED_PASSES: u8 = 8;
 /// Median of chi-square with three degrees of freedom.
 pub(super) const MEDIAN_OF_CHI_SQUARE_3: f64 = 2.366;
 
-/// Share of the sway limit that must be left without the pose that sways the axis most: a direction that hangs on a
-/// single pose is not checked by any other.
-const SWAY_WITHOUT_BEST: f64 = 0.4;
-
 /// No encoder is finer: below this an estimated noise is rounding, mm.
 pub(super) const LEAST_NOISE_MM: f64 = 1e-3;
 
 /// Mean over median of the squared distances of the poses' own centres, up to which the centre itself wanders.
 pub(super) const SCATTER_RATIO: f64 = 4.0;
 
-/// Quantile of the normal distribution behind the chi-square limit: one false alarm in 10 000 sound sets.
-const FALSE_ALARM_QUANTILE: f64 = 3.72;
+/// Quantile of the normal distribution behind the refusal: one false alarm in 10 000 sound sets.
+pub(super) const FALSE_ALARM: f64 = 3.72;
 
-/// Chi-square value that sound residuals with `freedom` degrees of freedom exceed once in 10 000 sets (Wilson and
-/// Hilferty 1931; within 4 % at three degrees of freedom, 2 % from six on).
-pub(super) fn chi_square_limit<T: Real>(freedom: i32) -> T {
-    let freedom = T::of_integer(freedom.max(1));
+/// Quantile behind the widening of the error bar: one sound set in twenty.
+pub(super) const WIDENING: f64 = 1.645;
+
+/// Chi-square value with `freedom` degrees of freedom at a quantile of the normal distribution (Wilson and Hilferty
+/// 1931; at the false-alarm quantile within 4 % at three degrees of freedom, 2 % from six on).
+pub(super) fn chi_square_limit<T: Real>(freedom: T, quantile: f64) -> T {
     let ninth = T::of(2.0) / (freedom * T::of(9.0));
-    let root = T::one() - ninth + T::of(FALSE_ALARM_QUANTILE) * ninth.root();
+    let root = T::one() - ninth + T::of(quantile) * ninth.root();
     freedom * root * root * root
 }
 
@@ -88,19 +86,18 @@ pub(super) fn median_misfit<T: Real>(placements: &mut [Placement<T>]) -> T {
     high
 }
 
-/// Refuses poses that turn about one axis, or hang on a single pose for one direction, or are all alike.
+/// Refuses poses that are all alike, that turn about one axis, or of which hardly any (fewer than two and a tenth of them) does not.
 pub(super) fn refuse_degenerate<T: Real>(
     sway: &Sway<T>,
-    without_best: T,
+    (swaying, all): (usize, usize),
     sway_limit_rad: T,
     spread_limit_rad: T,
 ) -> Result<(), Refusal> {
     if sway.second_rad < spread_limit_rad {
         return Err(Refusal::TooAlike { spread_rad: sway.second_rad.to_f32() });
     }
-    let alone = T::of(SWAY_WITHOUT_BEST);
-    if sway.least_rad < sway_limit_rad || without_best < sway_limit_rad * alone {
-        return Err(Refusal::OneAxis { axis: to_f32(&sway.axis), sway_rad: without_best.min(sway.least_rad).to_f32() });
+    if sway.least_rad < sway_limit_rad || swaying < 2 + all / 10 {
+        return Err(Refusal::OneAxis { axis: to_f32(&sway.axis), sway_rad: sway.least_rad.to_f32() });
     }
     Ok(())
 }
