@@ -125,7 +125,7 @@ proptest! {
         let poses = noisy(&worn, seed, 12);
         let [noise, zero_prior_mm, tolerance_mm, sigma_limit_mm, sway] = values;
         let noise = if estimate { Noise::EstimatedUpTo(noise) } else { Noise::Known(noise) };
-        let odd = SolverSettings { noise, zero_prior_mm, tolerance_mm, sigma_limit_mm, sway_limit_rad: sway, spread_limit_rad: sway };
+        let odd = SolverSettings { noise, zero_prior_mm, tolerance_mm, sigma_limit_mm, sway_limit_rad: sway, spread_limit_rad: sway, refuse_hanging: true };
         if let Ok(identified) = run::<f64, 16>(&rig, odd, &poses) {
             assert_whole(&identified);
             let truth = as_parameters::<f64>(&worn.truth()).centre_mm;
