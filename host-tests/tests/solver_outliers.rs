@@ -194,7 +194,7 @@ fn a_fifth_of_the_poses_may_be_bad() {
         let share = |count: usize| count as f64 / bad as f64;
         assert!(share(named) > 0.99 && share(cables) > 0.97, "{name}: {named}, {cables} of {bad}");
         assert!(good < 150 * 32 / 1000, "{name}: {good} good poses left out");
-        let ratio: f64 = (squares / clean_squares as f64).sqrt();
+        let ratio: f64 = (squares / clean_squares).sqrt();
         assert!(ratio < 1.3, "{name}: {ratio} times the clean error");
     }
 }
