@@ -12,6 +12,7 @@ use glenoid::rig::Rig;
 use glenoid::scalar::Real;
 use host_tests::literal::Lengths;
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 
 /// Runs in slices; panics when they do not end.
 fn run<T: Real, const N: usize>(
@@ -61,7 +62,7 @@ fn any_length() -> impl Strategy<Value = f64> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 400, rng_seed: RngSeed::Fixed(2801), failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn random_lengths_are_never_accepted(
@@ -125,7 +126,15 @@ proptest! {
         let poses = noisy(&worn, seed, 12);
         let [noise, zero_prior_mm, tolerance_mm, sigma_limit_mm, sway] = values;
         let noise = if estimate { Noise::EstimatedUpTo(noise) } else { Noise::Known(noise) };
-        let odd = SolverSettings { noise, zero_prior_mm, tolerance_mm, sigma_limit_mm, sway_limit_rad: sway, spread_limit_rad: sway, refuse_hanging: true };
+        let odd = SolverSettings {
+            noise,
+            zero_prior_mm,
+            tolerance_mm,
+            sigma_limit_mm,
+            sway_limit_rad: sway,
+            spread_limit_rad: sway,
+            refuse_hanging: estimate,
+        };
         if let Ok(identified) = run::<f64, 16>(&rig, odd, &poses) {
             assert_whole(&identified);
             let truth = as_parameters::<f64>(&worn.truth()).centre_mm;

@@ -213,6 +213,12 @@ fn three_poses_hang_on_each() {
             );
             assert!(of_three, "{name}: {refusal:?}");
         }
+        // Who trusts every reading may have the centre all the same.
+        let rig = rig::<f64>(&worn);
+        let trusting = SolverSettings { refuse_hanging: false, ..SolverSettings::for_rig(&rig) };
+        let poses = as_poses(&sound(&worn, 2710, 3));
+        let identified = Solver::<f64, 3>::new(&rig, trusting).run(&poses).expect(name);
+        assert!((identified.parameters.centre_mm - worn.centre_mm).norm() < 1e-6, "{name}");
     }
 }
 
