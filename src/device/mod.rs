@@ -39,7 +39,8 @@ use keeping::Keeping;
 use report::Reporter;
 use status::Pace;
 
-/// Most frames that one event causes.
+/// Most frames that one event causes, all at once: two poses (held and asked for by the button), a fault, two heartbeats
+/// (due, and change of state), two frames of a report. Usually none or one.
 pub const MOST_FRAMES: usize = 7;
 
 /// What happens to the board.
