@@ -1,10 +1,17 @@
 //! The identification model Y = D X of one pose (Eq. 10-13, Appendix), in the closed form.
+//!
+//! An end-point reacts to the six unknowns by one number only, q_i = OP_i·δO + p_i δp_i: it turns about its base edge
+//! by a3_i q_i, and the rest of its motion is common to all three end-points. So the row of edge (i, j) with unit
+//! vector e is `(e·a3_i) q_i - (e·a3_j) q_j`, which equals the Appendix's (1/p) C A⁻¹ B, and a pose's D is a 3x3 matrix
+//! of **turns** K with two entries a row, times the 3x6 matrix W whose rows are the q_i. D itself is never formed to
+//! solve (see [`pass_sum`](super::pass_sum)).
 
-use super::normal_equations::NormalEquations;
 use crate::kinematics::hinge::{BaseEdges, HingeCoordinates};
 use crate::kinematics::tetrahedron::{Apex, TetrahedronBase};
+use crate::kinematics::{CableLengths, LengthError};
 use crate::rig::{EDGE_ENDS, POINTS, Parameters};
 use crate::scalar::Real;
+use nalgebra::Vector3;
 
 /// The three tetrahedra at one estimate of the parameters; poses are laid against it one by one.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,8 +25,10 @@ pub struct Model<T> {
 pub struct PoseEquations<T> {
     /// Y: actual minus computed p12, p23, p31, mm.
     pub residuals_mm: [T; POINTS],
-    /// D, 3x6: change of the computed p12, p23, p31 with x, y, z, p1, p2, p3 (dimensionless).
-    pub rows: [[T; 6]; POINTS],
+    /// OP_1..OP_3, mm.
+    pub points_mm: [Vector3<T>; POINTS],
+    /// K: for each edge (i, j) its change with q_i and with q_j, 1/mm.
+    pub turns: [[T; 2]; POINTS],
 }
 
 /// The tetrahedron of an end-point does not close: no point has its two cable lengths and its distance from the
@@ -28,6 +37,15 @@ pub struct PoseEquations<T> {
 pub struct NotClosing {
     /// End-point, 1 to 3.
     pub end_point: u8,
+}
+
+/// Why a pose cannot be laid against the model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Contradiction {
+    /// Whatever the parameters: a cable triangle is broken.
+    Length(LengthError),
+    /// At these parameters.
+    NotClosing(NotClosing),
 }
 
 impl<T: Real> Model<T> {
@@ -39,53 +57,93 @@ impl<T: Real> Model<T> {
         Self { tetrahedra, edges_mm: *edges_mm }
     }
 
-    /// The end-points OP_1..OP_3 of a pose and their differentials (Eq. 1-9).
+    /// Y and D of the pose with these cable lengths.
+    ///
+    /// # Errors
+    /// [`Contradiction`]; a broken triangle goes before a tetrahedron that does not close.
+    #[inline(always)]
+    pub fn pose(&self, base: &BaseEdges<T>, lengths: &CableLengths<T>) -> Result<PoseEquations<T>, Contradiction> {
+        // No tetrahedron closes over a broken triangle: the triangles need no look of their own until one does not.
+        self.equations(&base.unchecked(lengths)).map_err(|error| contradiction(base, lengths, error))
+    }
+
+    /// The end-points OP_1..OP_3 of a pose (Eq. 1-9).
     ///
     /// # Errors
     /// The first end-point whose tetrahedron does not close.
-    pub fn apices(&self, hinges: &[HingeCoordinates<T>; POINTS]) -> Result<[Apex<T>; POINTS], NotClosing> {
+    #[inline(always)]
+    fn apices(&self, hinges: &[HingeCoordinates<T>; POINTS]) -> Result<[Apex<T>; POINTS], NotClosing> {
         let close = |i: usize| self.tetrahedra[i].apex(&hinges[i]).ok_or(NotClosing { end_point: i as u8 + 1 });
         Ok([close(0)?, close(1)?, close(2)?])
     }
 
-    /// Y and D of a pose.
-    ///
-    /// The row of edge (i, j) with unit vector e is
-    /// e · [a3_i (OP_i·δO + p_i δp_i) - a3_j (OP_j·δO + p_j δp_j)], which equals the Appendix's (1/p) C A⁻¹ B.
+    /// Y and D of a pose by its hinge coordinates.
     ///
     /// # Errors
-    /// As for [`Model::apices`].
-    pub fn equations(
-        &self,
-        hinges: &[HingeCoordinates<T>; POINTS],
-        radii_mm: &[T; POINTS],
-    ) -> Result<PoseEquations<T>, NotClosing> {
+    /// The first end-point whose tetrahedron does not close.
+    #[inline(always)]
+    pub fn equations(&self, hinges: &[HingeCoordinates<T>; POINTS]) -> Result<PoseEquations<T>, NotClosing> {
         let apices = self.apices(hinges)?;
-        let mut residuals_mm = [T::zero(); POINTS];
-        let mut rows = [[T::zero(); 6]; POINTS];
-        for (edge, &[i, j]) in EDGE_ENDS.iter().enumerate() {
-            let (from, to) = (&apices[i], &apices[j]);
-            let span = from.point_mm - to.point_mm;
-            let computed = span.norm_squared().root();
-            let direction = span / computed;
-            residuals_mm[edge] = self.edges_mm[edge] - computed;
-            let (turn_i, turn_j) = (direction.dot(&from.gradient), -direction.dot(&to.gradient));
-            let centre = from.point_mm * turn_i + to.point_mm * turn_j;
-            let row = &mut rows[edge];
-            (row[0], row[1], row[2]) = (centre.x, centre.y, centre.z);
-            row[3 + i] = turn_i * radii_mm[i];
-            row[3 + j] = turn_j * radii_mm[j];
-        }
-        Ok(PoseEquations { residuals_mm, rows })
+        let points_mm = [apices[0].point_mm, apices[1].point_mm, apices[2].point_mm];
+        let spans = [points_mm[0] - points_mm[1], points_mm[1] - points_mm[2], points_mm[2] - points_mm[0]];
+        let computed = [spans[0].norm_squared().root(), spans[1].norm_squared().root(), spans[2].norm_squared().root()];
+        let (by_height, by_length) = reciprocals(
+            [apices[0].height_mm, apices[1].height_mm, apices[2].height_mm],
+            computed,
+        );
+        let turning = |i: usize| self.tetrahedra[i].turning(&apices[i], by_height[i]);
+        let turning = [turning(0), turning(1), turning(2)];
+        let turns = |edge: usize| {
+            let [i, j] = EDGE_ENDS[edge];
+            let (at_i, at_j) = (self.tetrahedra[i].inverse_distance(), self.tetrahedra[j].inverse_distance());
+            [
+                spans[edge].dot(&turning[i]) * (by_length[edge] * at_i),
+                -(spans[edge].dot(&turning[j]) * (by_length[edge] * at_j)),
+            ]
+        };
+        let residual = |edge: usize| self.edges_mm[edge] - computed[edge];
+        Ok(PoseEquations {
+            residuals_mm: [residual(0), residual(1), residual(2)],
+            points_mm,
+            turns: [turns(0), turns(1), turns(2)],
+        })
     }
 }
 
 impl<T: Real> PoseEquations<T> {
-    /// Adds the three equations to the normal equations.
-    #[inline]
-    pub fn add_to(&self, equations: &mut NormalEquations<T>) {
-        for (row, residual) in self.rows.iter().zip(&self.residuals_mm) {
-            equations.add(row, *residual);
+    /// D, 3x6: change of the computed p12, p23, p31 with x, y, z, p1, p2, p3 (dimensionless), at the radii of the
+    /// model. For reading; nothing here is solved with it.
+    pub fn rows(&self, radii_mm: &[T; POINTS]) -> [[T; 6]; POINTS] {
+        let mut rows = [[T::zero(); 6]; POINTS];
+        for (edge, ends) in EDGE_ENDS.iter().enumerate() {
+            for (end, turn) in ends.iter().zip(self.turns[edge]) {
+                for axis in 0..3 {
+                    rows[edge][axis] += turn * self.points_mm[*end][axis];
+                }
+                rows[edge][3 + end] = turn * radii_mm[*end];
+            }
         }
+        rows
+    }
+}
+
+/// The reciprocals of three heights and three lengths by one division (14 cycles on a Cortex-M4F) instead of six.
+#[inline(always)]
+fn reciprocals<T: Real>([h1, h2, h3]: [T; 3], [l1, l2, l3]: [T; 3]) -> ([T; 3], [T; 3]) {
+    let (h12, l12) = (h1 * h2, l1 * l2);
+    let (heights, lengths) = (h12 * h3, l12 * l3);
+    let inverse = T::one() / (heights * lengths);
+    let (by_heights, by_lengths) = (inverse * lengths, inverse * heights);
+    let (by_h12, by_l12) = (by_heights * h3, by_lengths * l3);
+    ([by_h12 * h2, by_h12 * h1, by_heights * h12], [by_l12 * l2, by_l12 * l1, by_lengths * l12])
+}
+
+/// The cause behind a tetrahedron that does not close.
+#[cold]
+#[inline(never)]
+fn contradiction<T: Real>(base: &BaseEdges<T>, lengths: &CableLengths<T>, error: NotClosing) -> Contradiction {
+    match base.coordinates(lengths) {
+        Err(length) => Contradiction::Length(length),
+        Ok(_) => Contradiction::NotClosing(error),
     }
 }

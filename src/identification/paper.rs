@@ -1,8 +1,9 @@
 //! The paper's identification: Fig. 4, iterated least squares from a start estimate.
 
-use super::model::Model;
-use super::normal_equations::{Factors, NormalEquations, UNKNOWNS};
+use super::model::{Contradiction, Model};
+use super::normal_equations::{Factors, UNKNOWNS};
 use super::outcome::{Identified, MOST_ITERATIONS, Progress, Refusal, Termination, deviation};
+use super::pass_sum::PassSum;
 use crate::kinematics::{BaseEdges, CableLengths};
 use crate::rig::{CABLES, POINTS, Parameters, Rig};
 use crate::scalar::Real;
@@ -36,7 +37,7 @@ pub struct PaperIteration<T> {
     edges_mm: [T; POINTS],
     parameters: Parameters<T>,
     model: Model<T>,
-    equations: NormalEquations<T>,
+    sum: PassSum<T>,
     next_pose: usize,
     largest_step_mm: Option<T>,
     deviations_mm: Vec<T, { MOST_ITERATIONS + 1 }>,
@@ -53,7 +54,7 @@ impl<T: Real> PaperIteration<T> {
             base,
             edges_mm,
             parameters: start,
-            equations: NormalEquations::new(),
+            sum: PassSum::new(),
             next_pose: 0,
             largest_step_mm: None,
             deviations_mm: Vec::new(),
@@ -97,24 +98,26 @@ impl<T: Real> PaperIteration<T> {
     }
 
     fn add_pose(&mut self, lengths: &CableLengths<T>) -> Result<Option<Identified<T>>, Refusal> {
-        let pose = self.next_pose as u16;
-        let hinges = self.base.coordinates(lengths).map_err(|error| Refusal::BadLength {
-            pose,
-            cable: error.cable,
-            fault: error.fault,
-        })?;
-        let equations = self
-            .model
-            .equations(&hinges, &self.parameters.radii_mm)
-            .map_err(|error| Refusal::NotClosing { pose, end_point: error.end_point, iteration: self.iterations() })?;
-        equations.add_to(&mut self.equations);
+        let equations = self.model.pose(&self.base, lengths).map_err(|error| self.refusal(error))?;
+        self.sum.add(&equations);
         self.next_pose += 1;
         Ok(None)
     }
 
+    #[cold]
+    fn refusal(&self, contradiction: Contradiction) -> Refusal {
+        let pose = self.next_pose as u16;
+        match contradiction {
+            Contradiction::Length(error) => Refusal::BadLength { pose, cable: error.cable, fault: error.fault },
+            Contradiction::NotClosing(error) => {
+                Refusal::NotClosing { pose, end_point: error.end_point, iteration: self.iterations() }
+            }
+        }
+    }
+
     /// δE of this pass; then either the end or the next step (Eq. 15, 16).
     fn finish_pass(&mut self, poses: usize) -> Result<Option<Identified<T>>, Refusal> {
-        let deviation_mm = deviation(self.equations.squares(), poses);
+        let deviation_mm = deviation(self.sum.squares(), poses);
         let iterations = self.iterations();
         let termination = if deviation_mm < self.settings.tolerance_mm {
             Some(Termination::DeviationBelowTolerance)
@@ -130,20 +133,21 @@ impl<T: Real> PaperIteration<T> {
         if let Some(termination) = termination {
             return self.identified(deviation_mm, termination, poses).map(Some);
         }
-        let step = self.equations.solve().map_err(|_| Refusal::Singular)?;
+        let step = self.sum.normal_equations(&self.parameters.radii_mm).solve().map_err(|_| Refusal::Singular)?;
         self.largest_step_mm = Some(step.iter().fold(T::zero(), |largest, x| largest.max(x.abs())));
         self.parameters = self.parameters.moved_by(&step);
         self.model = Model::new(&self.base, &self.edges_mm, &self.parameters);
-        self.equations = NormalEquations::new();
+        self.sum = PassSum::new();
         self.next_pose = 0;
         Ok(None)
     }
 
     /// The result, with the classical covariance of unweighted least squares, s² (DᵀD)⁻¹ with s² = YᵀY / (3m - 6).
     fn identified(&self, deviation_mm: T, termination: Termination, poses: usize) -> Result<Identified<T>, Refusal> {
-        let factors = Factors::of(self.equations.matrix()).map_err(|_| Refusal::Singular)?;
+        let equations = self.sum.normal_equations(&self.parameters.radii_mm);
+        let factors = Factors::of(equations.matrix()).map_err(|_| Refusal::Singular)?;
         let freedom = T::of_integer(3 * poses as i32 - UNKNOWNS as i32);
-        let variance = self.equations.squares() / freedom;
+        let variance = self.sum.squares() / freedom;
         Ok(Identified {
             parameters: self.parameters,
             covariance_mm2: factors.inverse().map(|entry| entry * variance),

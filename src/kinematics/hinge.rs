@@ -73,8 +73,7 @@ impl<T: Real> BaseEdges<T> {
     /// # Errors
     /// The first end-point whose two cables and base edge do not make a triangle.
     pub fn coordinates(&self, lengths: &CableLengths<T>) -> Result<[HingeCoordinates<T>; POINTS], LengthError> {
-        let mm = lengths.as_mm();
-        let coordinates = core::array::from_fn(|i| self.0[i].coordinates(mm[2 * i], mm[2 * i + 1]));
+        let coordinates = self.unchecked(lengths);
         for (i, hinge) in coordinates.iter().enumerate() {
             // Written so that an overflow to infinity or NaN counts as broken too.
             let closes = hinge.distance_squared_mm2 > T::zero() && hinge.distance_squared_mm2.is_a_number();
@@ -84,11 +83,20 @@ impl<T: Real> BaseEdges<T> {
         }
         Ok(coordinates)
     }
+
+    /// (ξ, ρ²) of lengths that may break their triangles. ρ² is not a positive number then, and no tetrahedron closes.
+    #[inline]
+    pub fn unchecked(&self, lengths: &CableLengths<T>) -> [HingeCoordinates<T>; POINTS] {
+        let [l1, l2, l3, l4, l5, l6] = *lengths.as_mm();
+        let [e1, e2, e3] = &self.0;
+        [e1.coordinates(l1, l2), e2.coordinates(l3, l4), e3.coordinates(l5, l6)]
+    }
 }
 
 impl<T: Real> BaseEdge<T> {
     /// (ξ, ρ²) from the two cable lengths, mm: ξ = (L_a² - L_b² + b²) / 2b, ρ² = L_a² - ξ².
     /// ρ² is not positive when the lengths break the triangle.
+    #[inline]
     pub fn coordinates(&self, first_mm: T, second_mm: T) -> HingeCoordinates<T> {
         // Differences as products: L_a² - L_b² in single precision would lose the digits that matter.
         let difference = (first_mm - second_mm) * (first_mm + second_mm);

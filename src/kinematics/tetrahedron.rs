@@ -32,13 +32,15 @@ pub struct TetrahedronBase<T> {
     power_mm2: T,
 }
 
-/// A closed tetrahedron: the end-point and what its differential needs.
+/// A closed tetrahedron: the end-point, and how it stands over the plane O-B_a-B_b.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Apex<T> {
     /// OP_i, from the joint centre, in the axes of {B}, mm.
     pub point_mm: Vector3<T>,
-    /// a3, 1/mm: how OP_i moves when OP·δO + p δp grows (the direction in which the hinge turns).
-    pub gradient: Vector3<T>,
+    /// d: distance from the base edge towards O, measured in the plane, mm.
+    pub depth_mm: T,
+    /// h: height over the plane, mm. Positive.
+    pub height_mm: T,
 }
 
 impl<T: Real> TetrahedronBase<T> {
@@ -77,9 +79,21 @@ impl<T: Real> TetrahedronBase<T> {
         if !(height_squared > T::zero()) {
             return None;
         }
-        let height = height_squared.root();
-        let point_mm = self.along * x + self.inner * (self.distance_mm - d) + self.normal * height;
-        let gradient = (self.inner + self.normal * (d / height)) * self.inverse_distance;
-        Some(Apex { point_mm, gradient })
+        let height_mm = height_squared.root();
+        let point_mm = self.along * x + self.inner * (self.distance_mm - d) + self.normal * height_mm;
+        Some(Apex { point_mm, depth_mm: d, height_mm })
+    }
+
+    /// The direction in which the hinge turns, Y a3 = inner + (d/h) normal. OP_i moves along it by 1/Y
+    /// ([`inverse_distance`](Self::inverse_distance)) times OP·δO + p δp.
+    #[inline]
+    pub fn turning(&self, apex: &Apex<T>, inverse_height: T) -> Vector3<T> {
+        self.inner + self.normal * (apex.depth_mm * inverse_height)
+    }
+
+    /// 1/Y, 1/mm.
+    #[inline]
+    pub fn inverse_distance(&self) -> T {
+        self.inverse_distance
     }
 }

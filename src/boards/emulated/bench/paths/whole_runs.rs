@@ -5,6 +5,12 @@ use glenoid::identification::{Identified, PaperIteration, PaperSettings, Progres
 use super::Bench;
 use crate::measure::{Answer, Number};
 
+/// Nothing at all.
+#[inline(never)]
+pub fn empty<T: Number>(bench: &mut Bench<T>) -> Option<Answer<T>> {
+    Some(Answer { parameters: bench.problem.truth, steps: 0 })
+}
+
 /// The paper's path: from the start estimate until δE < 1e-3 mm, with the covariance at the end.
 #[inline(never)]
 pub fn paper<T: Number>(bench: &mut Bench<T>) -> Option<Answer<T>> {
