@@ -13,6 +13,9 @@ use heapless::Vec;
 /// free along the axis of their relative rotation.
 pub const FEWEST_POSES: usize = 3;
 
+/// Poses of a slice: about 5000 instructions on a Cortex-M4F.
+pub const POSES_A_SLICE: usize = 8;
+
 /// When the iteration ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PaperSettings<T> {
@@ -75,15 +78,15 @@ impl<T: Real> PaperIteration<T> {
         }
     }
 
-    /// One slice: lays the next pose against the model, and after the last pose takes a step. `poses` must be the
-    /// same in every call.
+    /// One slice: lays the next poses against the model ([`POSES_A_SLICE`] at most), and after the last pose takes a
+    /// step. `poses` must be the same in every call.
     pub fn advance(&mut self, poses: &[CableLengths<T>]) -> Progress<T> {
         if poses.len() < FEWEST_POSES {
             return Progress::Refused(Refusal::TooFewPoses { poses: poses.len() as u16 });
         }
-        let outcome = match poses.get(self.next_pose) {
-            Some(lengths) => self.add_pose(lengths),
-            None => self.finish_pass(poses.len()),
+        let outcome = match poses.get(self.next_pose..) {
+            Some(left) if !left.is_empty() => self.add_poses(left).map(|()| None),
+            _ => self.finish_pass(poses.len()),
         };
         match outcome {
             Ok(None) => Progress::Working,
@@ -97,11 +100,17 @@ impl<T: Real> PaperIteration<T> {
         self.deviations_mm.len() as u8
     }
 
-    fn add_pose(&mut self, lengths: &CableLengths<T>) -> Result<Option<Identified<T>>, Refusal> {
-        let equations = self.model.pose(&self.base, lengths).map_err(|error| self.refusal(error))?;
-        self.sum.add(&equations);
-        self.next_pose += 1;
-        Ok(None)
+    #[inline(never)]
+    fn add_poses(&mut self, left: &[CableLengths<T>]) -> Result<(), Refusal> {
+        // The sums by value: in place, each of them would be stored twice a pose.
+        let mut sum = self.sum;
+        for lengths in left.iter().take(POSES_A_SLICE) {
+            let equations = self.model.pose(&self.base, lengths).map_err(|error| self.refusal(error))?;
+            sum.add(&equations);
+            self.next_pose += 1;
+        }
+        self.sum = sum;
+        Ok(())
     }
 
     #[cold]
@@ -148,9 +157,13 @@ impl<T: Real> PaperIteration<T> {
         let factors = Factors::of(equations.matrix()).map_err(|_| Refusal::Singular)?;
         let freedom = T::of_integer(3 * poses as i32 - UNKNOWNS as i32);
         let variance = self.sum.squares() / freedom;
+        let mut covariance_mm2 = factors.inverse();
+        for entry in &mut covariance_mm2 {
+            *entry *= variance;
+        }
         Ok(Identified {
             parameters: self.parameters,
-            covariance_mm2: factors.inverse().map(|entry| entry * variance),
+            covariance_mm2,
             noise_mm: variance.root(),
             deviation_mm,
             deviations_mm: self.deviations_mm.clone(),

@@ -28,6 +28,8 @@ pub struct TetrahedronBase<T> {
     /// Y: distance of O from the edge's line, mm.
     distance_mm: T,
     inverse_distance: T,
+    /// 1/2Y, 1/mm.
+    half_inverse_distance: T,
     /// Y² - p², mm².
     power_mm2: T,
 }
@@ -63,6 +65,7 @@ impl<T: Real> TetrahedronBase<T> {
             centre_along_mm,
             distance_mm,
             inverse_distance,
+            half_inverse_distance: inverse_distance * T::of(0.5),
             power_mm2: (distance_mm - radius_mm) * (distance_mm + radius_mm),
         }
     }
@@ -72,8 +75,7 @@ impl<T: Real> TetrahedronBase<T> {
     #[inline]
     pub fn apex(&self, hinge: &HingeCoordinates<T>) -> Option<Apex<T>> {
         let x = hinge.along_mm - self.centre_along_mm;
-        let squares = self.power_mm2 + hinge.distance_squared_mm2 + x * x;
-        let d = squares * T::of(0.5) * self.inverse_distance;
+        let d = (self.power_mm2 + hinge.distance_squared_mm2 + x * x) * self.half_inverse_distance;
         let height_squared = hinge.distance_squared_mm2 - d * d;
         // Also false for NaN. At exactly zero the differential is infinite: the two apices meet.
         if !(height_squared > T::zero()) {
