@@ -25,7 +25,7 @@ pub struct Model<T> {
 pub struct PoseEquations<T> {
     /// Y: actual minus computed p12, p23, p31, mm.
     pub residuals_mm: [T; POINTS],
-    /// OP_1..OP_3, mm.
+    /// OP_1..OP_3 in the axes of the base plane, mm.
     pub points_mm: [Vector3<T>; POINTS],
     /// K: for each edge (i, j) its change with q_i and with q_j, 1/mm.
     pub turns: [[T; 2]; POINTS],
@@ -91,15 +91,12 @@ impl<T: Real> Model<T> {
             [apices[0].height_mm, apices[1].height_mm, apices[2].height_mm],
             computed,
         );
-        let turning = |i: usize| self.tetrahedra[i].turning(&apices[i], by_height[i]);
-        let turning = [turning(0), turning(1), turning(2)];
+        let gradient = |i: usize| self.tetrahedra[i].gradient(&apices[i], by_height[i]);
+        let gradients = [gradient(0), gradient(1), gradient(2)];
         let turns = |edge: usize| {
             let [i, j] = EDGE_ENDS[edge];
-            let (at_i, at_j) = (self.tetrahedra[i].inverse_distance(), self.tetrahedra[j].inverse_distance());
-            [
-                spans[edge].dot(&turning[i]) * (by_length[edge] * at_i),
-                -(spans[edge].dot(&turning[j]) * (by_length[edge] * at_j)),
-            ]
+            let along = |end: usize| spans[edge].dot(&gradients[end]) * by_length[edge];
+            [along(i), -along(j)]
         };
         let residual = |edge: usize| self.edges_mm[edge] - computed[edge];
         Ok(PoseEquations {
@@ -113,12 +110,13 @@ impl<T: Real> Model<T> {
 impl<T: Real> PoseEquations<T> {
     /// D, 3x6: change of the computed p12, p23, p31 with x, y, z, p1, p2, p3 (dimensionless), at the radii of the
     /// model. For reading; nothing here is solved with it.
-    pub fn rows(&self, radii_mm: &[T; POINTS]) -> [[T; 6]; POINTS] {
+    pub fn rows(&self, base: &BaseEdges<T>, radii_mm: &[T; POINTS]) -> [[T; 6]; POINTS] {
         let mut rows = [[T::zero(); 6]; POINTS];
         for (edge, ends) in EDGE_ENDS.iter().enumerate() {
             for (end, turn) in ends.iter().zip(self.turns[edge]) {
+                let centre = base.plane().tr_mul(&self.points_mm[*end]) * turn;
                 for axis in 0..3 {
-                    rows[edge][axis] += turn * self.points_mm[*end][axis];
+                    rows[edge][axis] += centre[axis];
                 }
                 rows[edge][3 + end] = turn * radii_mm[*end];
             }

@@ -142,7 +142,7 @@ impl<T: Real> PaperIteration<T> {
         if let Some(termination) = termination {
             return self.identified(deviation_mm, termination, poses).map(Some);
         }
-        let step = self.sum.normal_equations(&self.parameters.radii_mm).solve().map_err(|_| Refusal::Singular)?;
+        let step = self.sum.normal_equations(&self.base, &self.parameters.radii_mm).solve().map_err(|_| Refusal::Singular)?;
         self.largest_step_mm = Some(step.iter().fold(T::zero(), |largest, x| largest.max(x.abs())));
         self.parameters = self.parameters.moved_by(&step);
         self.model = Model::new(&self.base, &self.edges_mm, &self.parameters);
@@ -153,7 +153,7 @@ impl<T: Real> PaperIteration<T> {
 
     /// The result, with the classical covariance of unweighted least squares, s² (DᵀD)⁻¹ with s² = YᵀY / (3m - 6).
     fn identified(&self, deviation_mm: T, termination: Termination, poses: usize) -> Result<Identified<T>, Refusal> {
-        let equations = self.sum.normal_equations(&self.parameters.radii_mm);
+        let equations = self.sum.normal_equations(&self.base, &self.parameters.radii_mm);
         let factors = Factors::of(equations.matrix()).map_err(|_| Refusal::Singular)?;
         let freedom = T::of_integer(3 * poses as i32 - UNKNOWNS as i32);
         let variance = self.sum.squares() / freedom;

@@ -6,9 +6,10 @@
 
 use super::model::PoseEquations;
 use super::normal_equations::{NormalEquations, PACKED, UNKNOWNS, at};
+use crate::kinematics::BaseEdges;
 use crate::rig::POINTS;
 use crate::scalar::Real;
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 /// The sums of a pass.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -76,19 +77,24 @@ impl<T: Real> PassSum<T> {
         self.squares
     }
 
-    /// The normal equations of x, y, z, p1, p2, p3 at the radii of the pass, mm.
-    pub fn normal_equations(&self, radii_mm: &[T; POINTS]) -> NormalEquations<T> {
+    /// The normal equations of x, y, z (in {B}), p1, p2, p3 at the radii of the pass, mm.
+    pub fn normal_equations(&self, base: &BaseEdges<T>, radii_mm: &[T; POINTS]) -> NormalEquations<T> {
+        let plane = base.plane();
+        let [c11, c21, c22, c31, c32, c33] = self.centre;
+        let centre = plane.tr_mul(&(Matrix3::new(c11, c21, c31, c21, c22, c32, c31, c32, c33) * plane));
+        let centre_gradient = plane.tr_mul(&self.centre_gradient);
         let mut matrix = [T::zero(); PACKED];
         let mut gradient = [T::zero(); UNKNOWNS];
         for i in 0..3 {
+            let mixed = plane.tr_mul(&self.mixed[i]);
             for j in 0..=i {
-                matrix[at(i, j)] = self.centre[at(i, j)];
+                matrix[at(i, j)] = centre[(i, j)];
                 matrix[at(3 + i, 3 + j)] = self.turns[at(i, j)] * radii_mm[i] * radii_mm[j];
             }
             for j in 0..3 {
-                matrix[at(3 + i, j)] = self.mixed[i][j] * radii_mm[i];
+                matrix[at(3 + i, j)] = mixed[j] * radii_mm[i];
             }
-            gradient[i] = self.centre_gradient[i];
+            gradient[i] = centre_gradient[i];
             gradient[3 + i] = self.turn_gradient[i] * radii_mm[i];
         }
         NormalEquations { matrix, gradient, squares: self.squares }

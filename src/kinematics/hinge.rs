@@ -7,7 +7,7 @@
 use super::cable_length::{CableLengths, LengthError, LengthFault, cable_number};
 use crate::rig::{ATTACHMENTS, POINTS, Rig};
 use crate::scalar::Real;
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 /// One base edge with a right-angled triad: `along` the edge, `outward` in the base plane away from the third
 /// attachment point, `upward` normal to the base plane on the platform's side.
@@ -21,14 +21,19 @@ pub struct BaseEdge<T> {
     pub outward: Vector3<T>,
     /// Unit normal of the base plane towards the platform.
     pub upward: Vector3<T>,
+    /// Cosine and sine of the edge's direction in the plane's axes; `outward` is (sine, -cosine).
+    pub direction: [T; 2],
     /// Length of the edge, mm.
     pub length_mm: T,
     inverse_twice_length: T,
 }
 
-/// The three base edges, in the order of the end-points P1, P2, P3.
+/// The three base edges, in the order of the end-points P1, P2, P3, and the axes of their plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BaseEdges<T>([BaseEdge<T>; POINTS]);
+pub struct BaseEdges<T> {
+    edges: [BaseEdge<T>; POINTS],
+    plane: Matrix3<T>,
+}
 
 /// Where an end-point stands on its hinge: coordinate along the base edge and squared distance from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,7 +49,7 @@ impl<T: Real> BaseEdges<T> {
     pub fn new(rig: &Rig<T>) -> Self {
         let upward = rig.base_normal();
         let base = rig.base_mm();
-        Self(core::array::from_fn(|i| {
+        let triad = |i: usize| {
             let [first, second] = ATTACHMENTS[i];
             let third = POINTS - first - second;
             let edge = base[second] - base[first];
@@ -52,20 +57,37 @@ impl<T: Real> BaseEdges<T> {
             let along = edge / length_mm;
             let across = along.cross(&upward);
             let inwards = across.dot(&(base[third] - base[first])) > T::zero();
-            let outward = if inwards { -across } else { across };
+            (length_mm, along, if inwards { -across } else { across })
+        };
+        // All edges turn the same way, so what holds for the first of them holds for all: `outward` is `along` turned
+        // from the second axis to the first. The axes are a left-handed triad when the points are numbered clockwise.
+        let (_, x, outward) = triad(0);
+        let plane = Matrix3::from_rows(&[x.transpose(), -outward.transpose(), upward.transpose()]);
+        let edges = core::array::from_fn(|i| {
+            let (length_mm, along, outward) = triad(i);
             let inverse_twice_length = T::one() / (length_mm + length_mm);
-            BaseEdge { origin_mm: base[first], along, outward, upward, length_mm, inverse_twice_length }
-        }))
+            let in_plane = plane * along;
+            let direction = [in_plane.x, in_plane.y];
+            let origin_mm = base[ATTACHMENTS[i][0]];
+            BaseEdge { origin_mm, along, outward, upward, direction, length_mm, inverse_twice_length }
+        });
+        Self { edges, plane }
     }
 
     /// The edges in the order of the end-points.
     pub fn iter(&self) -> impl Iterator<Item = &BaseEdge<T>> {
-        self.0.iter()
+        self.edges.iter()
     }
 
     /// The three edges as an array.
     pub fn as_array(&self) -> &[BaseEdge<T>; POINTS] {
-        &self.0
+        &self.edges
+    }
+
+    /// The axes of the base plane as rows, in {B}: along the first edge, towards the third attachment point, upward.
+    /// In them `along` and `outward` of every edge lack the third component and `upward` is nothing else.
+    pub fn plane(&self) -> &Matrix3<T> {
+        &self.plane
     }
 
     /// (ξ, ρ²) of the three end-points of a pose.
@@ -88,7 +110,7 @@ impl<T: Real> BaseEdges<T> {
     #[inline]
     pub fn unchecked(&self, lengths: &CableLengths<T>) -> [HingeCoordinates<T>; POINTS] {
         let [l1, l2, l3, l4, l5, l6] = *lengths.as_mm();
-        let [e1, e2, e3] = &self.0;
+        let [e1, e2, e3] = &self.edges;
         [e1.coordinates(l1, l2), e2.coordinates(l3, l4), e3.coordinates(l5, l6)]
     }
 }

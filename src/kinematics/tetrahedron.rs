@@ -12,6 +12,9 @@
 //! where Y is the distance of O from the line. Its differential needs no 3x3 inverse: for the paper's A_i⁻¹ B_i only
 //! the last column `a3 = (inner + (d/h) normal) / Y` is wanted, because
 //! δOP = -δO + a3 (OP·δO + p δp), and -δO cancels in the difference of two end-points.
+//!
+//! Points stand in the axes of the base plane ([`BaseEdges::plane`](super::BaseEdges::plane)): `along` and the edge's
+//! outward normal lie in it, so two numbers turn an edge and a third of the products are spared.
 
 use super::hinge::{BaseEdge, HingeCoordinates};
 use crate::scalar::Real;
@@ -20,14 +23,18 @@ use nalgebra::Vector3;
 /// The part of a tetrahedron that depends on the joint centre and the radius, but not on the pose: O-B_a-B_b.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TetrahedronBase<T> {
-    along: Vector3<T>,
-    inner: Vector3<T>,
-    normal: Vector3<T>,
+    /// Cosine and sine of `along` in the base plane.
+    direction: [T; 2],
+    /// `inner` = `out` outward + `up` upward, a unit vector; `normal` = `out` upward - `up` outward.
+    out: T,
+    up: T,
+    /// The same over Y, 1/mm.
+    out_per_mm: T,
+    up_per_mm: T,
     /// o_x: coordinate of O along the edge, mm.
     centre_along_mm: T,
     /// Y: distance of O from the edge's line, mm.
     distance_mm: T,
-    inverse_distance: T,
     /// 1/2Y, 1/mm.
     half_inverse_distance: T,
     /// Y² - p², mm².
@@ -37,7 +44,7 @@ pub struct TetrahedronBase<T> {
 /// A closed tetrahedron: the end-point, and how it stands over the plane O-B_a-B_b.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Apex<T> {
-    /// OP_i, from the joint centre, in the axes of {B}, mm.
+    /// OP_i, from the joint centre, in the axes of the base plane, mm.
     pub point_mm: Vector3<T>,
     /// d: distance from the base edge towards O, measured in the plane, mm.
     pub depth_mm: T,
@@ -55,16 +62,17 @@ impl<T: Real> TetrahedronBase<T> {
         let up = -from_origin.dot(&edge.upward);
         let distance_mm = (out * out + up * up).root();
         let inverse_distance = T::one() / distance_mm;
+        // `normal` is `inner` turned by 90 degrees about the edge, from outward to upward: the side of the plane
+        // O-B_a-B_b on which the end-point lies at home. At large tilts (2 % of poses at 60 degrees) it changes sides.
         let (out, up) = (out * inverse_distance, up * inverse_distance);
         Self {
-            along: edge.along,
-            inner: edge.outward * out + edge.upward * up,
-            // `inner` turned by 90 degrees about the edge, from outward to upward: the side of the plane O-B_a-B_b on
-            // which the end-point lies at home. At large tilts (2 % of poses at 60 degrees) it changes sides.
-            normal: edge.upward * out - edge.outward * up,
+            direction: edge.direction,
+            out,
+            up,
+            out_per_mm: out * inverse_distance,
+            up_per_mm: up * inverse_distance,
             centre_along_mm,
             distance_mm,
-            inverse_distance,
             half_inverse_distance: inverse_distance * T::of(0.5),
             power_mm2: (distance_mm - radius_mm) * (distance_mm + radius_mm),
         }
@@ -75,27 +83,28 @@ impl<T: Real> TetrahedronBase<T> {
     #[inline]
     pub fn apex(&self, hinge: &HingeCoordinates<T>) -> Option<Apex<T>> {
         let x = hinge.along_mm - self.centre_along_mm;
-        let d = (self.power_mm2 + hinge.distance_squared_mm2 + x * x) * self.half_inverse_distance;
-        let height_squared = hinge.distance_squared_mm2 - d * d;
+        let depth_mm = (self.power_mm2 + hinge.distance_squared_mm2 + x * x) * self.half_inverse_distance;
+        let height_squared = hinge.distance_squared_mm2 - depth_mm * depth_mm;
         // Also false for NaN. At exactly zero the differential is infinite: the two apices meet.
         if !(height_squared > T::zero()) {
             return None;
         }
         let height_mm = height_squared.root();
-        let point_mm = self.along * x + self.inner * (self.distance_mm - d) + self.normal * height_mm;
-        Some(Apex { point_mm, depth_mm: d, height_mm })
+        let inwards = self.distance_mm - depth_mm;
+        let outward = inwards * self.out - height_mm * self.up;
+        let upward = inwards * self.up + height_mm * self.out;
+        let [cos, sin] = self.direction;
+        let point_mm = Vector3::new(x * cos + outward * sin, x * sin - outward * cos, upward);
+        Some(Apex { point_mm, depth_mm, height_mm })
     }
 
-    /// The direction in which the hinge turns, Y a3 = inner + (d/h) normal. OP_i moves along it by 1/Y
-    /// ([`inverse_distance`](Self::inverse_distance)) times OP·δO + p δp.
+    /// a3, 1/mm, in the axes of the base plane, from 1/h: OP_i moves along it when OP·δO + p δp grows.
     #[inline]
-    pub fn turning(&self, apex: &Apex<T>, inverse_height: T) -> Vector3<T> {
-        self.inner + self.normal * (apex.depth_mm * inverse_height)
-    }
-
-    /// 1/Y, 1/mm.
-    #[inline]
-    pub fn inverse_distance(&self) -> T {
-        self.inverse_distance
+    pub fn gradient(&self, apex: &Apex<T>, inverse_height: T) -> Vector3<T> {
+        let slope = apex.depth_mm * inverse_height;
+        let outward = self.out_per_mm - slope * self.up_per_mm;
+        let upward = self.up_per_mm + slope * self.out_per_mm;
+        let [cos, sin] = self.direction;
+        Vector3::new(outward * sin, -(outward * cos), upward)
     }
 }
