@@ -7,7 +7,7 @@
 //! solve (see [`pass_sum`](super::pass_sum)).
 
 use crate::kinematics::hinge::{BaseEdges, HingeCoordinates};
-use crate::kinematics::tetrahedron::{Apex, TetrahedronBase};
+use crate::kinematics::tetrahedron::{Foot, TetrahedronBase};
 use crate::kinematics::{CableLengths, LengthError};
 use crate::rig::{EDGE_ENDS, POINTS, Parameters};
 use crate::scalar::Real;
@@ -20,16 +20,21 @@ pub struct Model<T> {
     edges_mm: [T; POINTS],
 }
 
-/// One pose laid against the model.
+/// One pose laid against the model: Y, and what D is made from.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PoseEquations<T> {
+pub struct LaidPose<T> {
     /// Y: actual minus computed p12, p23, p31, mm.
     pub residuals_mm: [T; POINTS],
     /// OP_1..OP_3 in the axes of the base plane, mm.
     pub points_mm: [Vector3<T>; POINTS],
-    /// K: for each edge (i, j) its change with q_i and with q_j, 1/mm.
-    pub turns: [[T; 2]; POINTS],
+    feet: [Foot<T>; POINTS],
+    heights_mm: [T; POINTS],
+    spans_mm: [Vector3<T>; POINTS],
+    computed_mm: [T; POINTS],
 }
+
+/// K of a pose: for each edge (i, j) its change with q_i and with q_j, 1/mm.
+pub type Turns<T> = [[T; 2]; POINTS];
 
 /// The tetrahedron of an end-point does not close: no point has its two cable lengths and its distance from the
 /// estimated centre.
@@ -57,71 +62,69 @@ impl<T: Real> Model<T> {
         Self { tetrahedra, edges_mm: *edges_mm }
     }
 
-    /// Y and D of the pose with these cable lengths.
+    /// Lays the pose with these cable lengths (Eq. 1-12).
     ///
     /// # Errors
     /// [`Contradiction`]; a broken triangle goes before a tetrahedron that does not close.
     #[inline(always)]
-    pub fn pose(&self, base: &BaseEdges<T>, lengths: &CableLengths<T>) -> Result<PoseEquations<T>, Contradiction> {
+    pub fn lay(&self, base: &BaseEdges<T>, lengths: &CableLengths<T>) -> Result<LaidPose<T>, Contradiction> {
         // No tetrahedron closes over a broken triangle: the triangles need no look of their own until one does not.
-        self.equations(&base.unchecked(lengths)).map_err(|error| contradiction(base, lengths, error))
+        self.lay_hinges(&base.unchecked(lengths)).map_err(|error| contradiction(base, lengths, error))
     }
 
-    /// The end-points OP_1..OP_3 of a pose (Eq. 1-9).
-    ///
-    /// # Errors
-    /// The first end-point whose tetrahedron does not close.
     #[inline(always)]
-    fn apices(&self, hinges: &[HingeCoordinates<T>; POINTS]) -> Result<[Apex<T>; POINTS], NotClosing> {
-        let close = |i: usize| self.tetrahedra[i].apex(&hinges[i]).ok_or(NotClosing { end_point: i as u8 + 1 });
-        Ok([close(0)?, close(1)?, close(2)?])
+    fn lay_hinges(&self, hinges: &[HingeCoordinates<T>; POINTS]) -> Result<LaidPose<T>, NotClosing> {
+        let foot = |i: usize| self.tetrahedra[i].foot(&hinges[i]).ok_or(NotClosing { end_point: i as u8 + 1 });
+        let feet = [foot(0)?, foot(1)?, foot(2)?];
+        let height = |i: usize| feet[i].height_squared_mm2.root();
+        let heights_mm = [height(0), height(1), height(2)];
+        let point = |i: usize| self.tetrahedra[i].apex(&feet[i], heights_mm[i]);
+        let points_mm = [point(0), point(1), point(2)];
+        let spans_mm = [points_mm[0] - points_mm[1], points_mm[1] - points_mm[2], points_mm[2] - points_mm[0]];
+        let length = |edge: usize| spans_mm[edge].norm_squared().root();
+        let computed_mm = [length(0), length(1), length(2)];
+        let residual = |edge: usize| self.edges_mm[edge] - computed_mm[edge];
+        let residuals_mm = [residual(0), residual(1), residual(2)];
+        Ok(LaidPose { residuals_mm, points_mm, feet, heights_mm, spans_mm, computed_mm })
     }
 
-    /// Y and D of a pose by its hinge coordinates.
-    ///
-    /// # Errors
-    /// The first end-point whose tetrahedron does not close.
+    /// K of a pose laid against this model.
     #[inline(always)]
-    pub fn equations(&self, hinges: &[HingeCoordinates<T>; POINTS]) -> Result<PoseEquations<T>, NotClosing> {
-        let apices = self.apices(hinges)?;
-        let points_mm = [apices[0].point_mm, apices[1].point_mm, apices[2].point_mm];
-        let spans = [points_mm[0] - points_mm[1], points_mm[1] - points_mm[2], points_mm[2] - points_mm[0]];
-        let computed = [spans[0].norm_squared().root(), spans[1].norm_squared().root(), spans[2].norm_squared().root()];
-        let (by_height, by_length) = reciprocals(
-            [apices[0].height_mm, apices[1].height_mm, apices[2].height_mm],
-            computed,
-        );
-        let gradient = |i: usize| self.tetrahedra[i].gradient(&apices[i], by_height[i]);
+    pub fn turns(&self, pose: &LaidPose<T>) -> Turns<T> {
+        let (by_height, by_length) = reciprocals(pose.heights_mm, pose.computed_mm);
+        let gradient = |i: usize| self.tetrahedra[i].gradient(&pose.feet[i], by_height[i]);
         let gradients = [gradient(0), gradient(1), gradient(2)];
         let turns = |edge: usize| {
             let [i, j] = EDGE_ENDS[edge];
-            let along = |end: usize| spans[edge].dot(&gradients[end]) * by_length[edge];
+            let along = |end: usize| pose.spans_mm[edge].dot(&gradients[end]) * by_length[edge];
             [along(i), -along(j)]
         };
-        let residual = |edge: usize| self.edges_mm[edge] - computed[edge];
-        Ok(PoseEquations {
-            residuals_mm: [residual(0), residual(1), residual(2)],
-            points_mm,
-            turns: [turns(0), turns(1), turns(2)],
-        })
+        [turns(0), turns(1), turns(2)]
     }
-}
 
-impl<T: Real> PoseEquations<T> {
-    /// D, 3x6: change of the computed p12, p23, p31 with x, y, z, p1, p2, p3 (dimensionless), at the radii of the
-    /// model. For reading; nothing here is solved with it.
-    pub fn rows(&self, base: &BaseEdges<T>, radii_mm: &[T; POINTS]) -> [[T; 6]; POINTS] {
+    /// D of a pose, 3x6: change of the computed p12, p23, p31 with x, y, z, p1, p2, p3 (dimensionless), at the radii of
+    /// the model. For reading; nothing here is solved with it.
+    pub fn rows(&self, base: &BaseEdges<T>, radii_mm: &[T; POINTS], pose: &LaidPose<T>) -> [[T; 6]; POINTS] {
         let mut rows = [[T::zero(); 6]; POINTS];
-        for (edge, ends) in EDGE_ENDS.iter().enumerate() {
-            for (end, turn) in ends.iter().zip(self.turns[edge]) {
-                let centre = base.plane().tr_mul(&self.points_mm[*end]) * turn;
+        for ((row, ends), turns) in rows.iter_mut().zip(EDGE_ENDS).zip(self.turns(pose)) {
+            for (end, turn) in ends.into_iter().zip(turns) {
+                let centre = base.in_base(&pose.points_mm[end]) * turn;
                 for axis in 0..3 {
-                    rows[edge][axis] += centre[axis];
+                    row[axis] += centre[axis];
                 }
-                rows[edge][3 + end] = turn * radii_mm[*end];
+                row[3 + end] = turn * radii_mm[end];
             }
         }
         rows
+    }
+}
+
+impl<T: Real> LaidPose<T> {
+    /// Sum of the three squared residuals, mm².
+    #[inline(always)]
+    pub fn squares_mm2(&self) -> T {
+        let [y1, y2, y3] = self.residuals_mm;
+        y1 * y1 + y2 * y2 + y3 * y3
     }
 }
 
@@ -140,8 +143,8 @@ fn reciprocals<T: Real>([h1, h2, h3]: [T; 3], [l1, l2, l3]: [T; 3]) -> ([T; 3], 
 #[cold]
 #[inline(never)]
 fn contradiction<T: Real>(base: &BaseEdges<T>, lengths: &CableLengths<T>, error: NotClosing) -> Contradiction {
-    match base.coordinates(lengths) {
-        Err(length) => Contradiction::Length(length),
-        Ok(_) => Contradiction::NotClosing(error),
+    match BaseEdges::first_broken(&base.unchecked(lengths)) {
+        Some(length) => Contradiction::Length(length),
+        None => Contradiction::NotClosing(error),
     }
 }

@@ -4,12 +4,12 @@
 //! three and three. In W = [OP_i, p_i] the radii are the same for all poses of a pass, so they are multiplied in once,
 //! at its end: 144 operations a pose instead of 189 with the rows of D, and fewer sums to load and store.
 
-use super::model::PoseEquations;
+use super::model::{LaidPose, Turns};
 use super::normal_equations::{NormalEquations, PACKED, UNKNOWNS, at};
 use crate::kinematics::BaseEdges;
 use crate::rig::POINTS;
 use crate::scalar::Real;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 /// The sums of a pass.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,9 +43,9 @@ impl<T: Real> PassSum<T> {
 
     /// Adds a pose.
     #[inline(always)]
-    pub fn add(&mut self, pose: &PoseEquations<T>) {
+    pub fn add(&mut self, pose: &LaidPose<T>, turns: &Turns<T>) {
         let [p1, p2, p3] = &pose.points_mm;
-        let [[k11, k12], [k22, k23], [k33, k31]] = pose.turns;
+        let [[k11, k12], [k22, k23], [k33, k31]] = *turns;
         let [y1, y2, y3] = pose.residuals_mm;
         // M = KᵀK; each two end-points share one edge, each end-point has two.
         let (m11, m22, m33) = (k11 * k11 + k31 * k31, k12 * k12 + k22 * k22, k23 * k23 + k33 * k33);
@@ -69,7 +69,7 @@ impl<T: Real> PassSum<T> {
         for (sum, s) in self.turn_gradient.iter_mut().zip([s1, s2, s3]) {
             *sum += s;
         }
-        self.squares += y1 * y1 + y2 * y2 + y3 * y3;
+        self.squares += pose.squares_mm2();
     }
 
     /// YᵀY, mm².
@@ -79,16 +79,17 @@ impl<T: Real> PassSum<T> {
 
     /// The normal equations of x, y, z (in {B}), p1, p2, p3 at the radii of the pass, mm.
     pub fn normal_equations(&self, base: &BaseEdges<T>, radii_mm: &[T; POINTS]) -> NormalEquations<T> {
-        let plane = base.plane();
         let [c11, c21, c22, c31, c32, c33] = self.centre;
-        let centre = plane.tr_mul(&(Matrix3::new(c11, c21, c31, c21, c22, c32, c31, c32, c33) * plane));
-        let centre_gradient = plane.tr_mul(&self.centre_gradient);
+        let columns = [Vector3::new(c11, c21, c31), Vector3::new(c21, c22, c32), Vector3::new(c31, c32, c33)];
+        let half = columns.map(|column| base.in_base(&column));
+        let centre = [0, 1, 2].map(|i| base.in_base(&Vector3::new(half[0][i], half[1][i], half[2][i])));
+        let centre_gradient = base.in_base(&self.centre_gradient);
         let mut matrix = [T::zero(); PACKED];
         let mut gradient = [T::zero(); UNKNOWNS];
         for i in 0..3 {
-            let mixed = plane.tr_mul(&self.mixed[i]);
+            let mixed = base.in_base(&self.mixed[i]);
             for j in 0..=i {
-                matrix[at(i, j)] = centre[(i, j)];
+                matrix[at(i, j)] = centre[i][j];
                 matrix[at(3 + i, 3 + j)] = self.turns[at(i, j)] * radii_mm[i] * radii_mm[j];
             }
             for j in 0..3 {

@@ -20,13 +20,13 @@ pub fn verify<T: Real>(rig: &Rig<T>, parameters: &Parameters<T>, poses: &[CableL
     let mut squares_mm2 = T::zero();
     for (index, lengths) in poses.iter().enumerate() {
         let pose = index as u16;
-        let equations = model.pose(&base, lengths).map_err(|contradiction| match contradiction {
+        let laid = model.lay(&base, lengths).map_err(|contradiction| match contradiction {
             Contradiction::Length(error) => Refusal::BadLength { pose, cable: error.cable, fault: error.fault },
             Contradiction::NotClosing(error) => {
                 Refusal::NotClosing { pose, end_point: error.end_point, iteration: 0 }
             }
         })?;
-        squares_mm2 += equations.residuals_mm.iter().fold(T::zero(), |sum, r| sum + *r * *r);
+        squares_mm2 += laid.squares_mm2();
     }
     Ok(deviation(squares_mm2, poses.len()))
 }

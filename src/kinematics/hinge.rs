@@ -49,29 +49,11 @@ impl<T: Real> BaseEdges<T> {
     pub fn new(rig: &Rig<T>) -> Self {
         let upward = rig.base_normal();
         let base = rig.base_mm();
-        let triad = |i: usize| {
-            let [first, second] = ATTACHMENTS[i];
-            let third = POINTS - first - second;
-            let edge = base[second] - base[first];
-            let length_mm = edge.norm_squared().root();
-            let along = edge / length_mm;
-            let across = along.cross(&upward);
-            let inwards = across.dot(&(base[third] - base[first])) > T::zero();
-            (length_mm, along, if inwards { -across } else { across })
-        };
         // All edges turn the same way, so what holds for the first of them holds for all: `outward` is `along` turned
         // from the second axis to the first. The axes are a left-handed triad when the points are numbered clockwise.
-        let (_, x, outward) = triad(0);
-        let plane = Matrix3::from_rows(&[x.transpose(), -outward.transpose(), upward.transpose()]);
-        let edges = core::array::from_fn(|i| {
-            let (length_mm, along, outward) = triad(i);
-            let inverse_twice_length = T::one() / (length_mm + length_mm);
-            let in_plane = plane * along;
-            let direction = [in_plane.x, in_plane.y];
-            let origin_mm = base[ATTACHMENTS[i][0]];
-            BaseEdge { origin_mm, along, outward, upward, direction, length_mm, inverse_twice_length }
-        });
-        Self { edges, plane }
+        let axes = BaseEdge::new(base, &upward, 0, &Matrix3::identity());
+        let plane = Matrix3::from_rows(&[axes.along.transpose(), -axes.outward.transpose(), upward.transpose()]);
+        Self { edges: core::array::from_fn(|i| BaseEdge::new(base, &upward, i, &plane)), plane }
     }
 
     /// The edges in the order of the end-points.
@@ -84,10 +66,12 @@ impl<T: Real> BaseEdges<T> {
         &self.edges
     }
 
-    /// The axes of the base plane as rows, in {B}: along the first edge, towards the third attachment point, upward.
-    /// In them `along` and `outward` of every edge lack the third component and `upward` is nothing else.
-    pub fn plane(&self) -> &Matrix3<T> {
-        &self.plane
+    /// A vector in the axes of the base plane, turned into {B}. Those axes are along the first edge, towards the third
+    /// attachment point, and upward: in them `along` and `outward` of every edge lack the third component and `upward`
+    /// has no other.
+    #[inline(never)]
+    pub fn in_base(&self, in_plane: &Vector3<T>) -> Vector3<T> {
+        self.plane.tr_mul(in_plane)
     }
 
     /// (ξ, ρ²) of the three end-points of a pose.
@@ -96,14 +80,18 @@ impl<T: Real> BaseEdges<T> {
     /// The first end-point whose two cables and base edge do not make a triangle.
     pub fn coordinates(&self, lengths: &CableLengths<T>) -> Result<[HingeCoordinates<T>; POINTS], LengthError> {
         let coordinates = self.unchecked(lengths);
-        for (i, hinge) in coordinates.iter().enumerate() {
-            // Written so that an overflow to infinity or NaN counts as broken too.
-            let closes = hinge.distance_squared_mm2 > T::zero() && hinge.distance_squared_mm2.is_a_number();
-            if !closes {
-                return Err(LengthError { cable: cable_number(2 * i), fault: LengthFault::BreaksTriangle });
-            }
-        }
-        Ok(coordinates)
+        Self::first_broken(&coordinates).map_or(Ok(coordinates), Err)
+    }
+
+    /// The first end-point whose two cables and base edge do not make a triangle.
+    #[inline(never)]
+    pub fn first_broken(coordinates: &[HingeCoordinates<T>; POINTS]) -> Option<LengthError> {
+        // Written so that an overflow to infinity or NaN counts as broken too.
+        let closes = |hinge: &HingeCoordinates<T>| {
+            hinge.distance_squared_mm2 > T::zero() && hinge.distance_squared_mm2.is_a_number()
+        };
+        let broken = coordinates.iter().position(|hinge| !closes(hinge))?;
+        Some(LengthError { cable: cable_number(2 * broken), fault: LengthFault::BreaksTriangle })
     }
 
     /// (ξ, ρ²) of lengths that may break their triangles. ρ² is not a positive number then, and no tetrahedron closes.
@@ -116,6 +104,28 @@ impl<T: Real> BaseEdges<T> {
 }
 
 impl<T: Real> BaseEdge<T> {
+    /// The edge of end-point `i`, with its direction in `plane`.
+    #[inline(never)]
+    fn new(base_mm: &[Vector3<T>; POINTS], upward: &Vector3<T>, i: usize, plane: &Matrix3<T>) -> Self {
+        let [first, second] = ATTACHMENTS[i];
+        let third = POINTS - first - second;
+        let edge = base_mm[second] - base_mm[first];
+        let length_mm = edge.norm_squared().root();
+        let along = edge / length_mm;
+        let across = along.cross(upward);
+        let inwards = across.dot(&(base_mm[third] - base_mm[first])) > T::zero();
+        let in_plane = plane * along;
+        Self {
+            origin_mm: base_mm[first],
+            along,
+            outward: if inwards { -across } else { across },
+            upward: *upward,
+            direction: [in_plane.x, in_plane.y],
+            length_mm,
+            inverse_twice_length: T::one() / (length_mm + length_mm),
+        }
+    }
+
     /// (ξ, ρ²) from the two cable lengths, mm: ξ = (L_a² - L_b² + b²) / 2b, ρ² = L_a² - ξ².
     /// ρ² is not positive when the lengths break the triangle.
     #[inline]

@@ -41,15 +41,15 @@ pub struct TetrahedronBase<T> {
     power_mm2: T,
 }
 
-/// A closed tetrahedron: the end-point, and how it stands over the plane O-B_a-B_b.
+/// How a closed tetrahedron's end-point stands over the plane O-B_a-B_b.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Apex<T> {
-    /// OP_i, from the joint centre, in the axes of the base plane, mm.
-    pub point_mm: Vector3<T>,
+pub struct Foot<T> {
+    /// X: coordinate along the base edge from O, mm.
+    pub along_mm: T,
     /// d: distance from the base edge towards O, measured in the plane, mm.
     pub depth_mm: T,
-    /// h: height over the plane, mm. Positive.
-    pub height_mm: T,
+    /// h²: squared height over the plane, mm². Positive.
+    pub height_squared_mm2: T,
 }
 
 impl<T: Real> TetrahedronBase<T> {
@@ -78,30 +78,36 @@ impl<T: Real> TetrahedronBase<T> {
         }
     }
 
-    /// The end-point on the outer side of the plane O-B_a-B_b, or `None` when the tetrahedron does not close: no
-    /// point has these two cable lengths and this distance from the centre.
-    #[inline]
-    pub fn apex(&self, hinge: &HingeCoordinates<T>) -> Option<Apex<T>> {
-        let x = hinge.along_mm - self.centre_along_mm;
-        let depth_mm = (self.power_mm2 + hinge.distance_squared_mm2 + x * x) * self.half_inverse_distance;
-        let height_squared = hinge.distance_squared_mm2 - depth_mm * depth_mm;
+    /// Where the end-point stands in the plane O-B_a-B_b, or `None` when the tetrahedron does not close: no point has
+    /// these two cable lengths and this distance from the centre.
+    #[inline(always)]
+    pub fn foot(&self, hinge: &HingeCoordinates<T>) -> Option<Foot<T>> {
+        let along_mm = hinge.along_mm - self.centre_along_mm;
+        let depth_mm =
+            (self.power_mm2 + hinge.distance_squared_mm2 + along_mm * along_mm) * self.half_inverse_distance;
+        let height_squared_mm2 = hinge.distance_squared_mm2 - depth_mm * depth_mm;
         // Also false for NaN. At exactly zero the differential is infinite: the two apices meet.
-        if !(height_squared > T::zero()) {
+        if !(height_squared_mm2 > T::zero()) {
             return None;
         }
-        let height_mm = height_squared.root();
-        let inwards = self.distance_mm - depth_mm;
+        Some(Foot { along_mm, depth_mm, height_squared_mm2 })
+    }
+
+    /// OP_i, from the joint centre, in the axes of the base plane, mm: the apex at height h over its foot, on the
+    /// outer side of the plane O-B_a-B_b.
+    #[inline(always)]
+    pub fn apex(&self, foot: &Foot<T>, height_mm: T) -> Vector3<T> {
+        let inwards = self.distance_mm - foot.depth_mm;
         let outward = inwards * self.out - height_mm * self.up;
         let upward = inwards * self.up + height_mm * self.out;
         let [cos, sin] = self.direction;
-        let point_mm = Vector3::new(x * cos + outward * sin, x * sin - outward * cos, upward);
-        Some(Apex { point_mm, depth_mm, height_mm })
+        Vector3::new(foot.along_mm * cos + outward * sin, foot.along_mm * sin - outward * cos, upward)
     }
 
     /// a3, 1/mm, in the axes of the base plane, from 1/h: OP_i moves along it when OP·δO + p δp grows.
-    #[inline]
-    pub fn gradient(&self, apex: &Apex<T>, inverse_height: T) -> Vector3<T> {
-        let slope = apex.depth_mm * inverse_height;
+    #[inline(always)]
+    pub fn gradient(&self, foot: &Foot<T>, inverse_height: T) -> Vector3<T> {
+        let slope = foot.depth_mm * inverse_height;
         let outward = self.out_per_mm - slope * self.up_per_mm;
         let upward = self.up_per_mm + slope * self.out_per_mm;
         let [cos, sin] = self.direction;

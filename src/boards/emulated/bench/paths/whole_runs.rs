@@ -11,17 +11,14 @@ pub fn empty<T: Number>(bench: &mut Bench<T>) -> Option<Answer<T>> {
     Some(Answer { parameters: bench.problem.truth, steps: 0 })
 }
 
-/// The paper's path: from the start estimate until δE < 1e-3 mm, with the covariance at the end.
+/// The paper's path: from the start estimate until δE < 1e-3 mm, with the covariance at the end. Its state is on the
+/// stack: nothing keeps it after the run.
 #[inline(never)]
 pub fn paper<T: Number>(bench: &mut Bench<T>) -> Option<Answer<T>> {
-    let Bench { problem, paper, .. } = bench;
-    let paper = paper.insert(PaperIteration::new(&problem.rig, problem.start, PaperSettings::default()));
-    let poses = problem.poses.as_slice();
-    loop {
-        if let Some(answer) = answer(paper.advance(poses)) {
-            return answer.ok();
-        }
-    }
+    let problem = &bench.problem;
+    let paper = PaperIteration::new(&problem.rig, problem.start, PaperSettings::default());
+    let Identified { parameters, iterations, .. } = paper.run(problem.poses.as_slice()).ok()?;
+    Some(Answer { parameters, steps: iterations })
 }
 
 /// The start-free path: from raw lengths to centre, weights and covariance.
