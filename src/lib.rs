@@ -19,6 +19,7 @@ pub mod identification;
 pub mod kinematics;
 pub mod line;
 pub mod procedure;
+pub mod record;
 pub mod rig;
 pub mod rig_link;
 pub mod scalar;

@@ -34,7 +34,7 @@ impl fmt::Display for PackageError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::NotAllowed => "installation was not allowed (--yes allows it)",
-            Self::NoPackageManager => "this system has no apt-get",
+            Self::NoPackageManager => "this system has no apt-get, so that must be done by hand",
             Self::NoPrivilege => "apt-get needs root, and there is no sudo",
             Self::InstallFailed => "apt-get failed, see its message above",
         })

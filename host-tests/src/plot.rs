@@ -39,8 +39,8 @@ pub use palette::Colour;
 pub use sheet::{Anchor, Lettering, Sheet, Stroke};
 pub use sphere::{Directions, Sphere};
 
-/// Something that can be painted on a sheet of its own size.
-pub trait Figure {
+/// Something that can be painted on a sheet of its own size, by whichever thread.
+pub trait Figure: Send {
     /// Width and height of the sheet, CSS pixels.
     fn size(&self) -> (f32, f32);
 

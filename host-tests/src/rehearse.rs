@@ -6,6 +6,7 @@
 mod bench;
 mod board;
 mod charts;
+mod client;
 mod display;
 mod expected;
 mod inbox;
@@ -14,6 +15,7 @@ mod options;
 mod replay;
 mod report;
 mod session;
+mod transcript;
 mod verdict;
 
 pub use bench::{Bench, BenchError, InProcess};
@@ -23,7 +25,8 @@ pub use expected::{length_sigma_mm, sigma_mm};
 pub use inbox::Inbox;
 pub use options::Options;
 pub use report::{Found, Report, Settings, Status};
-pub use session::{Captured, Session, SessionError, Transcript};
+pub use session::Session;
+pub use transcript::{Captured, SessionError, Transcript};
 pub use verdict::{NAMES, Verdict};
 
 use crate::emulator::{self, Emulator};
@@ -44,7 +47,7 @@ pub fn run(options: &Options, display: &Display, plots: &Path, stop: &'static At
     match boot(options, display, stop) {
         Err(reason) => Report::failed(options, &wearer.truth(), reason),
         Ok(mut board) => {
-            let mut report = rehearse(&mut board, &mut wearer, &rig, options, display, plots);
+            let mut report = rehearse(&mut board, &mut wearer, &rig, options, display, Some(plots));
             if report.status == Status::Failed && !stop.load(Ordering::Relaxed) {
                 report.reasons.extend(board.last_words().into_iter().map(|line| format!("board's log: {line}")));
             }
@@ -69,14 +72,15 @@ fn boot(options: &Options, display: &Display, stop: &'static AtomicBool) -> Resu
     Ok(board.until(stop))
 }
 
-/// Rehearses a calibration on a bench and holds the result against the truth. Writes the plots into `plots`.
+/// Rehearses a calibration on a bench and holds the result against the truth. Writes the plots into the folder
+/// `plots`, if there is one.
 pub fn rehearse(
     bench: &mut dyn Bench,
     wearer: &mut Wearer,
     rig: &Rig<f64>,
     options: &Options,
     display: &Display,
-    plots: &Path,
+    plots: Option<&Path>,
 ) -> Report {
     let truth = wearer.truth();
     let session = Session::new(bench, wearer, rig.drum().fastest_mm_per_s, display);

@@ -135,6 +135,11 @@ impl SlcanClient {
         }
     }
 
+    /// The line itself, for a writer that does not wait.
+    pub fn stream(&self) -> &TcpStream {
+        &self.stream
+    }
+
     /// Commands and frames that the adapter acknowledged, as far as its answers were read.
     pub fn acknowledged(&self) -> u64 {
         self.acknowledged

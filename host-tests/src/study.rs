@@ -4,15 +4,22 @@
 //! and prints nothing; [`output`] does. Every trial draws from a random stream of its own, and results are summed in
 //! the order of the trials, so that the bytes are the same on one core and on many.
 
+mod bound;
+mod cramer_rao;
+mod degenerate;
 mod findings;
 pub mod output;
-mod scene;
+pub mod scene;
 mod solve;
 mod statistics;
 mod trials;
 
 pub mod adversarial;
 mod million;
+mod outliers;
+mod paper;
+mod precision;
+mod wander;
 
 pub use findings::{Findings, Plan, Problem, Table, Target};
 
@@ -30,4 +37,18 @@ pub struct Study {
 }
 
 /// All studies, the paper's first.
-pub const ALL: &[Study] = &[million::MILLION, million::EXTREMES, adversarial::STUDY];
+pub const ALL: &[Study] = &[
+    paper::TABLE_2,
+    paper::FIG_5,
+    paper::FIG_6,
+    paper::FIG_7,
+    paper::SUCCESS,
+    million::MILLION,
+    million::EXTREMES,
+    bound::STUDY,
+    outliers::STUDY,
+    degenerate::STUDY,
+    wander::STUDY,
+    adversarial::STUDY,
+    precision::STUDY,
+];

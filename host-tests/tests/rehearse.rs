@@ -66,13 +66,19 @@ fn noise_and_rounding_add_up_in_squares() {
 }
 
 /// A device in this process, and the wearer of `options`.
-fn rehearse_in_process(options: &Options, tamper: impl Fn(usize, [i32; 6]) -> [i32; 6]) -> Report {
+fn rehearse_with_plots(
+    options: &Options,
+    plots: Option<&Path>,
+    tamper: impl Fn(usize, [i32; 6]) -> [i32; 6],
+) -> Report {
     let config = Config::for_rig(Rig::<f32>::shoulder(150.0).unwrap());
     let mut bench = Tampering { inner: InProcess::new(Device::new(config)), tamper, samples: 0 };
     let mut wearer = Wearer::new(rig(), options.wearer());
-    let name = format!("rehearse/{}-{}-{}", options.seed, options.poses, options.zero_error);
-    let plots = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
-    rehearse(&mut bench, &mut wearer, &rig(), options, &Display::Silent, &plots)
+    rehearse(&mut bench, &mut wearer, &rig(), options, &Display::Silent, plots)
+}
+
+fn rehearse_in_process(options: &Options, tamper: impl Fn(usize, [i32; 6]) -> [i32; 6]) -> Report {
+    rehearse_with_plots(options, None, tamper)
 }
 
 /// A bench that may change the encoder counts on their way.
@@ -113,7 +119,8 @@ fn every_wearer_is_found() {
 
 #[test]
 fn the_report_is_complete_and_the_same_every_time() {
-    let run = || rehearse_in_process(&options(&["--seed", "3"]), honest);
+    let plots = Path::new(env!("CARGO_TARGET_TMPDIR")).join("rehearse/complete");
+    let run = || rehearse_with_plots(&options(&["--seed", "3"]), Some(&plots), honest);
     let report = run();
     assert_eq!(report.status, Status::Right, "{report}");
     let found = report.found.as_ref().unwrap();
@@ -170,7 +177,7 @@ fn an_encoder_that_falls_silent_is_named() {
     let options = options(&[]);
     let mut wearer = Wearer::new(rig(), options.wearer());
     let plots = Path::new(env!("CARGO_TARGET_TMPDIR")).join("rehearse/silent");
-    let report = rehearse(&mut bench, &mut wearer, &rig(), &options, &Display::Silent, &plots);
+    let report = rehearse(&mut bench, &mut wearer, &rig(), &options, &Display::Silent, Some(&plots));
     assert_eq!(report.status, Status::Failed);
     assert!(report.reasons[0].contains("no encoder counts arrive"), "{report}");
     assert!(report.plots.is_empty() && !plots.exists());
@@ -192,6 +199,20 @@ fn a_board_that_says_nothing_is_reported() {
     }
     let options = options(&[]);
     let mut wearer = Wearer::new(rig(), options.wearer());
-    let report = rehearse(&mut Dead, &mut wearer, &rig(), &options, &Display::Silent, Path::new("unused"));
+    let report = rehearse(&mut Dead, &mut wearer, &rig(), &options, &Display::Silent, None);
     assert_eq!(report.reasons, ["the board sent no heartbeat in time"]);
+}
+
+#[test]
+fn poses_that_do_not_suffice_are_told_with_the_remedy() {
+    // Three random poses leave the centre uncertain, or turn about nearly one axis, more often than not.
+    let reports: Vec<_> = (0..20)
+        .map(|seed| rehearse_in_process(&options(&["--seed", &seed.to_string(), "--poses", "3"]), honest))
+        .collect();
+    let wants_more = |report: &&Report| report.reasons.iter().any(|r| r.starts_with("the board wants more poses: "));
+    assert!(reports.iter().any(|report| wants_more(&report)));
+    for report in &reports {
+        let refused = report.status == Status::Failed && report.reasons[0].contains("What to do: ");
+        assert!(refused || report.status == Status::Right, "{report}");
+    }
 }

@@ -58,7 +58,8 @@ pub fn to_raw(value: f32, scale: Scale) -> Option<u32> {
     Some(raw & mask(scale.bits))
 }
 
-/// The physical value that the low `scale.bits` bits of `raw` stand for.
+/// The physical value that the low `scale.bits` bits of `raw` stand for, rounded to a single: beyond 24 bits the field
+/// has more digits than that.
 pub fn from_raw(raw: u32, scale: Scale) -> f32 {
     let raw = raw & mask(scale.bits);
     let steps = if scale.signed {

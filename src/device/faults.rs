@@ -58,3 +58,44 @@ impl FaultWatch {
         now_ms.wrapping_sub(self.told_at_ms) >= REPEAT_MS
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SILENT: Option<(Reason, u8)> = Some((Reason::EncoderSilent, 0));
+
+    #[test]
+    fn a_lasting_fault_is_told_when_it_begins_every_second_and_when_it_ends() {
+        let mut watch = FaultWatch::new();
+        let told: Vec<(u32, bool, u16)> = (0..5_000)
+            .filter_map(|now_ms| {
+                let wrong = if (500..3_200).contains(&now_ms) { SILENT } else { None };
+                watch.update(now_ms, 1, wrong).map(|fault| (now_ms, fault.active, fault.count))
+            })
+            .collect();
+        assert_eq!(told, [(500, true, 1), (1_500, true, 1), (2_500, true, 1), (3_200, false, 1)]);
+    }
+
+    #[test]
+    fn another_fault_is_told_at_once() {
+        let mut watch = FaultWatch::new();
+        watch.update(0, 1, SILENT);
+        let fault = watch.update(1, 1, Some((Reason::EncoderJumped, 3))).unwrap();
+        assert_eq!((fault.code, fault.cable, fault.count), (Reason::EncoderJumped, 3, 2));
+    }
+
+    #[test]
+    fn momentary_faults_are_gathered() {
+        let mut watch = FaultWatch::new();
+        let mut told = Vec::new();
+        for now_ms in 0..2_500 {
+            watch.happened(1);
+            told.extend(watch.tell(now_ms, 1, Reason::ReceiveOverrun).map(|fault| (now_ms, fault.count)));
+        }
+        assert_eq!(told, [(0, 1), (1_000, 1_001), (2_000, 2_001)]);
+    }
+
+    extern crate std;
+    use std::vec::Vec;
+}

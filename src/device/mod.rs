@@ -148,6 +148,8 @@ pub struct Device {
 
 impl Device {
     /// A device at power-up.
+    // Inlined so that it is built where it stays: 13 KB of temporary copies on the stack otherwise.
+    #[inline(always)]
     pub fn new(config: Config) -> Self {
         Self {
             base: config.base,

@@ -80,3 +80,36 @@ impl<const N: usize> Default for Captured<N> {
 fn quaternion(rotation: &Matrix3<f32>) -> UnitQuaternion<f32> {
     UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*rotation))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Vector3;
+
+    fn turned(degrees: f32) -> Matrix3<f32> {
+        Rotation3::from_axis_angle(&Vector3::x_axis(), degrees.to_radians()).into_inner()
+    }
+
+    #[test]
+    fn the_nearest_pose_counts_in_both_directions_and_round_the_circle() {
+        let mut poses = Captured::<4>::new();
+        assert_eq!(poses.nearest_rad(&turned(0.0)), None);
+        for degrees in [0.0, 40.0, 170.0] {
+            poses.push(CableLengths::new([280.0; 6]).unwrap(), &turned(degrees)).unwrap();
+        }
+        for (degrees, expected) in [(0.0, 0.0), (1.0, 1.0), (25.0, 15.0), (-3.0, 3.0), (-160.0, 30.0), (105.0, 65.0)] {
+            let nearest = poses.nearest_rad(&turned(degrees)).unwrap().to_degrees();
+            assert!((nearest - expected).abs() < 0.02, "{degrees}: {nearest}");
+        }
+    }
+
+    #[test]
+    fn a_full_set_stays_as_it_is() {
+        let mut poses = Captured::<1>::new();
+        let lengths = CableLengths::new([280.0; 6]).unwrap();
+        poses.push(lengths, &turned(0.0)).unwrap();
+        let before = poses.clone();
+        assert_eq!(poses.push(lengths, &turned(9.0)), Err(Full));
+        assert_eq!(poses, before);
+    }
+}

@@ -135,8 +135,8 @@ impl Procedure {
 
     /// Hands the first set to the solver.
     pub(super) fn identify(&mut self, now_ms: u32) {
-        let work = Work::new(&self.rig);
-        if self.go(now_ms, Trigger::Identify, State::Identifying(work)) {
+        if self.go(now_ms, Trigger::Identify, State::Identifying) {
+            self.work = Work::new(&self.rig);
             self.run.attempts = self.run.attempts.saturating_add(1);
             self.run.attempted_poses = self.poses.count();
             self.run.detail = None;

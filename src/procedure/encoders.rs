@@ -164,3 +164,88 @@ impl Encoders {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rig::Rig;
+
+    const LIMITS: EncoderLimits =
+        EncoderLimits { silence_ms: 500, jitter_ms: 0, frozen_counts: 100, lost_after_samples: 3 };
+
+    /// 1500 mm/s and 0.023 mm a count: 652 counts in 10 ms.
+    const JUMP: i32 = 700;
+
+    fn drum() -> Drum<f32> {
+        *Rig::shoulder(150.0).unwrap().drum()
+    }
+
+    /// A watch that has seen a resting arm until `until_ms`, one sample every 10 ms.
+    fn rested(until_ms: u32) -> Encoders {
+        let mut encoders = Encoders::new(LIMITS);
+        for now_ms in (0..=until_ms).step_by(10) {
+            assert!(encoders.sample(now_ms, &[0; 6], &drum()));
+        }
+        encoders
+    }
+
+    fn reason(encoders: &Encoders, now_ms: u32) -> Option<(Reason, u8)> {
+        encoders.fault(now_ms).map(|fault| (fault.reason, fault.cable))
+    }
+
+    #[test]
+    fn silence_is_told_after_its_time_and_not_before_the_first_tick() {
+        let mut encoders = Encoders::new(LIMITS);
+        assert_eq!(reason(&encoders, 1_000_000), None);
+        encoders.tick(u32::MAX - 100);
+        assert_eq!(reason(&encoders, 399), None);
+        assert_eq!(reason(&encoders, 400), Some((Reason::EncoderSilent, 0)));
+        encoders.sample(401, &[0; 6], &drum());
+        assert_eq!(reason(&encoders, 402), None);
+    }
+
+    #[test]
+    fn a_jump_that_comes_back_is_a_glitch() {
+        let mut encoders = rested(100);
+        assert!(!encoders.sample(110, &[0, 0, 0, 0, JUMP, 0], &drum()));
+        assert_eq!(reason(&encoders, 110), Some((Reason::EncoderJumped, 5)));
+        assert!(encoders.sample(120, &[0; 6], &drum()));
+        assert_eq!((reason(&encoders, 120), encoders.lost()), (None, None));
+    }
+
+    #[test]
+    fn a_jump_that_stays_is_a_lost_count() {
+        let mut encoders = rested(100);
+        for now_ms in [110, 120, 130] {
+            assert_eq!(encoders.lost(), None);
+            assert!(!encoders.sample(now_ms, &[0, -9 * JUMP, 0, 0, 0, 0], &drum()));
+        }
+        assert_eq!(encoders.lost(), Some(2));
+        // from there it counts on, but the loss is not forgotten before a new run
+        assert!(encoders.sample(140, &[0, -9 * JUMP, 0, 0, 0, 0], &drum()));
+        assert_eq!(reason(&encoders, 140), Some((Reason::EncoderJumped, 2)));
+        encoders.forgive();
+        assert_eq!(reason(&encoders, 140), None);
+    }
+
+    #[test]
+    fn a_pause_does_not_make_a_jump_believable() {
+        let mut encoders = rested(100);
+        // 60 s would be enough for 90 m of cable; half a second for 33 000 counts
+        assert!(!encoders.sample(60_000, &[40_000, 0, 0, 0, 0, 0], &drum()));
+    }
+
+    #[test]
+    fn the_encoder_that_rests_while_others_move_is_frozen() {
+        let mut encoders = rested(0);
+        for step in 1..=30 {
+            let moved = step * 5;
+            // the dither of one count at an edge is no movement
+            encoders.sample(step as u32 * 10, &[moved, -moved, moved, step % 2, moved, moved], &drum());
+            let frozen = (moved >= 100).then_some((Reason::EncoderFrozen, 4));
+            assert_eq!(reason(&encoders, step as u32 * 10), frozen, "{step}");
+        }
+        encoders.sample(310, &[150, -150, 150, 20, 150, 150], &drum());
+        assert_eq!(reason(&encoders, 310), None);
+    }
+}

@@ -168,3 +168,50 @@ impl Limits {
         libm::ceilf(distance_mm / self.mm_per_count) as u32
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rig() -> Rig<f32> {
+        Rig::shoulder(150.0).unwrap()
+    }
+
+    fn with(change: impl Fn(&mut Settings)) -> Result<Limits, LimitsError> {
+        let mut settings = Settings::default();
+        change(&mut settings);
+        Limits::new(&rig(), settings)
+    }
+
+    #[test]
+    fn the_defaults_pass_the_check() {
+        assert_eq!(with(|_| ()), Ok(Limits::for_rig(&rig())));
+    }
+
+    #[test]
+    fn what_cannot_be_is_refused() {
+        assert_eq!(with(|s| s.still_band_mm = 0.0), Err(LimitsError::NotPositive));
+        assert_eq!(with(|s| s.target_sigma_mm = f32::NAN), Err(LimitsError::NotPositive));
+        assert_eq!(with(|s| s.nearest_pose_rad = f32::INFINITY), Err(LimitsError::NotPositive));
+        assert_eq!(with(|s| s.enough_poses = 2), Err(LimitsError::TooFewPoses));
+        assert_eq!(with(|s| s.verification_poses = 0), Err(LimitsError::NoVerification));
+        assert_eq!(with(|s| s.most_attempts = 0), Err(LimitsError::ZeroCount));
+        assert_eq!(with(|s| s.fewest_samples = 0), Err(LimitsError::ZeroCount));
+        assert_eq!(with(|s| s.review_timeout_ms = 0), Err(LimitsError::BadTime));
+        assert_eq!(with(|s| s.hold_ms = 1 << 31), Err(LimitsError::BadTime));
+    }
+
+    #[test]
+    fn distances_become_counts_rounded_up() {
+        // 2 pi 15 mm / 4096 = 0.0230 mm a count: 1 mm is 43.5 counts, 20 mm are 869.2
+        let limits = Limits::for_rig(&rig());
+        assert_eq!((limits.stillness().band_counts, limits.encoders().frozen_counts), (44, 870));
+    }
+
+    #[test]
+    fn codes_never_change() {
+        use LimitsError::*;
+        let codes = [NotPositive, TooFewPoses, NoVerification, ZeroCount, BadTime].map(|error| error as u8);
+        assert_eq!(codes, [1, 2, 3, 4, 5]);
+    }
+}

@@ -2,7 +2,7 @@
 //!
 //! An arm that turns moves at least two cables noticeably. Over poses to 60 degrees of tilt and base radii of
 //! 120-350 mm, the cable that moves second most moves by at least a tenth of what the first one moves (smallest ratio
-//! over 7.5 million random turns about the centre: 0.097). So a cable that moves by [`ALONE`] times the band while the
+//! over 7.5 million random turns about the centre: 0.097). So a cable that moves by eleven times the band while the
 //! five others stay within it does not follow the arm.
 
 use crate::rig::CABLES;

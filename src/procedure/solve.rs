@@ -17,6 +17,8 @@ const USUAL_PASSES: u32 = 4;
 
 impl Work {
     /// A solver at its beginning.
+    // Inlined so that it is built where it stays: 13 KB of temporary copies on the stack otherwise.
+    #[inline(always)]
     pub fn new(rig: &Rig<f32>) -> Self {
         Self { solver: Solver::new(rig, SolverSettings::for_rig(rig)), slices: 0 }
     }

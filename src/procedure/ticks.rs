@@ -92,8 +92,7 @@ impl Procedure {
     }
 
     fn tick_identifying(&mut self, now_ms: u32) {
-        let State::Identifying(work) = &mut self.state else { return };
-        match work.advance(self.poses.lengths()) {
+        match self.work.advance(self.poses.lengths()) {
             Progress::Working => {}
             Progress::Identified(identified) => self.found(now_ms, identified),
             Progress::Refused(refusal) => self.refused(now_ms, Detail::from(refusal)),

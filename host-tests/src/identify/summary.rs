@@ -76,7 +76,8 @@ fn figures(text: &mut String, report: &Report, log: &LengthsFile) -> std::fmt::R
     if let Some(noise) = report.noise_mm {
         let source = match report.setting.given_noise_mm {
             Some(_) => "as given".to_owned(),
-            None => format!("estimated, {} degrees of freedom", 3 * used as i64 - 6),
+            // The library lets what is expected of the rig weigh in, which matters for few poses.
+            None => format!("estimated: {} degrees of freedom, and what the rig should have", 3 * used as i64 - 6),
         };
         line(text, "noise", &format!("{} mm, {source}", small(noise)))?;
         let expected = report.setting.expected_noise_mm;

@@ -1,4 +1,4 @@
-//! One end-point from three distances (Eq. 1-9), by the tetrahedron proposition of Song and Kwon (the paper's [11]).
+//! One end-point from three distances (Eq. 1-9), by the tetrahedron proposition of Song and Kwon (the paper's reference 11).
 
 use nalgebra::{RealField, Vector3, convert};
 

@@ -2,7 +2,7 @@
 
 use super::options::Options;
 use super::replay::PaperRun;
-use super::session::{Captured, Transcript};
+use super::transcript::{Captured, Transcript};
 use crate::plot::{self, Axis, Chart, Directions, PlotError, Series, Sphere};
 use glenoid::identification::{Identified, PaperSettings};
 use glenoid::scalar::Real;

@@ -13,6 +13,9 @@ use std::collections::BTreeMap;
 pub struct Inbox {
     /// The latest heartbeat.
     pub heartbeat: Option<Heartbeat>,
+    /// The first heartbeat of every state that the run went through. A state may last a few milliseconds only; the
+    /// board sends a heartbeat at every change.
+    pub states: Vec<Heartbeat>,
     /// Versions of firmware and vocabulary.
     pub versions: Option<Versions>,
     /// Answers by nonce.
@@ -57,7 +60,12 @@ impl Inbox {
         };
         match message {
             Message::Answer(answer) => drop(self.answers.insert(answer.nonce, answer)),
-            Message::Heartbeat(heartbeat) => self.heartbeat = Some(heartbeat),
+            Message::Heartbeat(heartbeat) => {
+                if self.heartbeat.is_none_or(|before| before.state != heartbeat.state) {
+                    self.states.push(heartbeat);
+                }
+                self.heartbeat = Some(heartbeat);
+            }
             Message::Versions(versions) => self.versions = Some(versions),
             Message::Pose(report) => self.poses.push(report),
             Message::CandidateCentre(value) => put(&mut self.centre, value),

@@ -5,7 +5,7 @@ use super::expected;
 use super::options::Options;
 use super::replay;
 use super::report::{Found, HostsView, Report, Status};
-use super::session::Transcript;
+use super::transcript::Transcript;
 use super::verdict::Verdict;
 use crate::wearer::Wearer;
 use glenoid::identification::Refusal;
@@ -15,7 +15,7 @@ use std::path::Path;
 /// A pose is the mean of the counts over a short time, in which the arm may still have crept by a few counts.
 const MOST_COUNTS_OFF: f64 = 3.0;
 
-/// Judges a calibration, and writes the plots into the folder `plots`.
+/// Judges a calibration, and writes the plots into the folder `plots`, if there is one.
 ///
 /// # Errors
 /// Why it cannot be judged: the poses determine no centre, the host refuses what the board accepted, a plot cannot be
@@ -25,7 +25,7 @@ pub fn judge(
     wearer: &Wearer,
     rig: &Rig<f64>,
     options: &Options,
-    plots: &Path,
+    plots: Option<&Path>,
 ) -> Result<Report, String> {
     let rotations: Vec<_> = transcript.identification.iter().map(|captured| captured.pose.rotation).collect();
     let length_sigma_mm = expected::length_sigma_mm(options.noise, wearer.encoder().mm_per_count());
@@ -51,9 +51,18 @@ pub fn judge(
         reasons.push(format!("the board used a length that is {off} off what the encoders showed"));
     }
 
+    let (live, found) =
+        (transcript.live_centre_mm.map(f32::to_bits), transcript.parameters.map(|p| p.value_mm.to_bits()));
+    if live != found[..3] {
+        reasons.push("the centre in use after the acceptance is not the one that was accepted".to_string());
+    }
+
     let paper = replay::identify_as_the_paper(rig, &double.parameters, &lengths_mm).ok();
     let convergence = Convergence { single: Descent::of(&single), double: Descent::of(&double), paper };
-    let files = charts::write(transcript, &convergence, options, plots).map_err(|error| error.to_string())?;
+    let files = match plots {
+        Some(folder) => charts::write(transcript, &convergence, options, folder).map_err(|error| error.to_string())?,
+        None => Vec::new(),
+    };
     let deviation_mm = replay::deviation_mm(rig, &transcript.parameters, &lengths_mm).map_err(refuses)?;
     let hosts = HostsView {
         deviation_mm,

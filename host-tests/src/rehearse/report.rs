@@ -1,7 +1,7 @@
 //! What a rehearsal found, for people (text) and for programs (JSON).
 
 use super::options::Options;
-use super::session::Transcript;
+use super::transcript::Transcript;
 use super::verdict::{NAMES, Verdict};
 use glenoid::rig::Parameters;
 use serde::Serialize;

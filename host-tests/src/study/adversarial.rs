@@ -2,9 +2,9 @@
 //!
 //! A false accept is an accepted centre further from the truth than five times its stated error bar plus 0.05 mm.
 
-use super::findings::{Findings, Plan, Problem, Table, Target, percent, short};
+use super::findings::{Findings, Plan, Problem, Table, Target, percent};
 use super::scene::Scene;
-use super::solve::{Answer, Precision, Told, solve};
+use super::solve::{Answer, Told, solve};
 use super::{Study, trials};
 use glenoid::identification::Refusal;
 use glenoid::rig::CABLES;
@@ -59,11 +59,11 @@ fn run(plan: &Plan) -> Result<Findings, Problem> {
         Ok(Trial { kind: case.kind, endings })
     });
     let trials = outcomes.into_iter().collect::<Result<Vec<_>, Problem>>()?;
-    let mut cases = Vec::new();
+    let mut remarks = Vec::new();
     for (index, trial) in trials.iter().enumerate() {
         for (way, ending) in WAYS.iter().zip(trial.endings) {
             if ending == Ending::FalselyAccepted {
-                cases.push(description(plan.seed, index as u64, way)?);
+                remarks.push(description(plan.seed, index as u64, way)?);
             }
         }
     }
@@ -75,7 +75,7 @@ fn run(plan: &Plan) -> Result<Findings, Problem> {
         method: METHOD.to_string(),
         tables: (0..WAYS.len()).map(|way| table(&trials, way)).collect(),
         targets: targets.collect(),
-        cases,
+        remarks,
         ..Findings::default()
     })
 }

@@ -24,8 +24,8 @@ pub struct Findings {
     pub targets: Vec<Target>,
     /// Charts, each with the name of its files.
     pub figures: Vec<(&'static str, Box<dyn Figure>)>,
-    /// Single cases worth a look, one paragraph each.
-    pub cases: Vec<String>,
+    /// Figures and single cases worth a line of their own.
+    pub remarks: Vec<String>,
 }
 
 /// A table of figures.
@@ -97,8 +97,11 @@ impl Target {
     }
 }
 
-/// A number with four significant digits, as a person writes it.
+/// A number with four significant digits, as a person writes it; a dash where there is none.
 pub fn short(value: f64) -> String {
+    if value.is_nan() {
+        return "-".to_string();
+    }
     if value == 0.0 || !value.is_finite() {
         return format!("{value}");
     }
@@ -111,7 +114,11 @@ pub fn short(value: f64) -> String {
         }
         return text.trim_end_matches('0').trim_end_matches('.').to_string();
     }
-    format!("{value:.2e}")
+    let text = format!("{value:.2e}");
+    match text.split_once('e') {
+        Some((mantissa, power)) => format!("{}e{power}", mantissa.trim_end_matches('0').trim_end_matches('.')),
+        None => text,
+    }
 }
 
 /// A share as a percentage with enough digits to tell it from 0 and 100.
@@ -171,7 +178,9 @@ mod tests {
         assert_eq!(short(99.987_654), "99.99");
         assert_eq!(short(1_000_000.0), "1000000");
         assert_eq!(short(1.25e-9), "1.25e-9");
+        assert_eq!(short(1e-6), "1e-6");
         assert_eq!(short(-3.0), "-3");
+        assert_eq!(short(f64::NAN), "-");
     }
 
     #[test]

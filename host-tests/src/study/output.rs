@@ -35,8 +35,8 @@ pub fn text(findings: &Findings) -> String {
     for table in findings.tables.iter().filter(|table| table.printed) {
         let _ = writeln!(text, "\n{}\n{}", table.title, aligned(table));
     }
-    for case in &findings.cases {
-        let _ = writeln!(text, "{case}");
+    for remark in &findings.remarks {
+        let _ = writeln!(text, "{remark}");
     }
     for Target { what, limit, measured, holds } in &findings.targets {
         let verdict = if *holds { "holds" } else { "MISSES" };
@@ -88,6 +88,12 @@ fn markdown(study: &Study, plan: &Plan, findings: &Findings) -> String {
         for row in &table.rows {
             let _ = writeln!(text, "| {} |", row.join(" | "));
         }
+    }
+    if !findings.remarks.is_empty() {
+        text.push('\n');
+    }
+    for remark in &findings.remarks {
+        let _ = writeln!(text, "- {remark}");
     }
     for (name, _) in &findings.figures {
         let _ = writeln!(text, "\n![{name}]({name}.svg)");

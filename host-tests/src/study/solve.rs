@@ -39,6 +39,8 @@ pub enum Told {
     Noise,
     /// Only that it is below 0.3 mm.
     Nothing,
+    /// Its standard deviation, and that every pose is sound: a set may then hang on one pose, as three always do.
+    NoiseAndSoundPoses,
 }
 
 /// Largest noise that is still taken for noise when it is not known, mm: five times the paper's.
@@ -115,5 +117,6 @@ pub fn solve<T: Precision>(scene: &Scene, poses_mm: &[[f64; CABLES]], told: Told
     if told == Told::Nothing {
         settings.noise = Noise::EstimatedUpTo(T::of(MOST_NOISE_MM));
     }
+    settings.refuse_hanging = told != Told::NoiseAndSoundPoses;
     Solver::<T, DEFAULT_CAPACITY>::new(rig, settings).run(&lengths_in(poses_mm)?).map(Answer::of)
 }

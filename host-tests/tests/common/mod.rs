@@ -3,9 +3,11 @@
 //! The truth is made here from rotations and subtractions alone, so that it shares nothing with the code under test.
 #![allow(dead_code)] // each test file uses its own part
 
+pub mod dense;
 pub mod differences;
 pub mod library;
 pub mod oracle;
+pub mod sets;
 
 use host_tests::literal::{Estimate, Lengths, Machine};
 use nalgebra::{Rotation3, Vector3};

@@ -56,6 +56,16 @@ fn fewer_than_three_poses() {
 }
 
 #[test]
+fn three_poses_that_nothing_checks() {
+    let desk = Desk::new("three_poses");
+    desk.put("log.csv", csv(&shoulder(13, 3, 0.1)));
+    let (told, found) = refused(&desk, "");
+    assert_eq!(found["refusal"]["kind"], json!("hangs_on_one_pose"));
+    assert!(found["refusal"]["pose"].as_u64() < Some(3), "{found}");
+    assert!(told.words().contains("Add poses"), "{told:?}");
+}
+
+#[test]
 fn zeros_that_a_handful_of_poses_does_not_determine() {
     let desk = Desk::new("zeros_unknown");
     desk.put("log.csv", csv(&shoulder(12, 6, 0.1)));

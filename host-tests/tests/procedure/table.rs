@@ -39,9 +39,12 @@ fn every_state_can_be_left_and_aborted_to_idle() {
     }
 }
 
+/// Each command with the answer to it and the state after it.
+type Answers = [(Opcode, Reason, StateName); 8];
+
 /// For each state: what each command is answered, and the state after it. Written from the description of the
 /// procedure, not from its code.
-const COMMANDS: [(StateName, [(Opcode, Reason, StateName); 8]); 6] = {
+const COMMANDS: [(StateName, Answers); 6] = {
     use Opcode::*;
     use Reason::*;
     use StateName::*;

@@ -9,6 +9,7 @@
 compile_error!("this image is for the Cortex-M4F: use `cargo emulate`, or --target thumbv7em-none-eabihf");
 
 mod clock;
+mod cmsdk;
 mod entry;
 mod faults;
 mod log;
@@ -25,10 +26,11 @@ use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, Rig};
 use glenoid::rig_link::{RigLink, Signal};
 use glenoid::slcan::Adapter;
 
+use clock::Clock;
 use entry::Entry;
 use log::Log;
 use losses::{Losses, Teller};
-use uart::{Line, Queues, Uart};
+use uart::{CAN_LINE, Queues, RIG_LINE, Uart};
 
 /// Bytes of either line that are handled before the clock is looked at again.
 const BYTES_A_TURN: usize = 64;
@@ -71,6 +73,7 @@ struct Board {
     outside: Outside,
     losses: Losses,
     teller: Teller,
+    clock: Clock,
     last_tick_ms: u32,
 }
 
@@ -85,13 +88,13 @@ impl Board {
         stack::protect(core.MPU);
         let can_queues = singleton!(: Queues = Queues::new())?;
         let rig_queues = singleton!(: Queues = Queues::new())?;
-        clock::start(core.SYST);
+        let mut clock = Clock::start(core.SYST);
         let mut board = Self {
             device: singleton!(: Device = Device::new(config))?,
-            rig: Uart::start(Line::Rig, rig_queues),
+            rig: Uart::start(&RIG_LINE, rig_queues),
             rig_link: RigLink::new(),
             outside: Outside {
-                can: Uart::start(Line::Can, can_queues),
+                can: Uart::start(&CAN_LINE, can_queues),
                 adapter: Adapter::new(),
                 lamp: None,
                 log: Log::new(),
@@ -99,7 +102,8 @@ impl Board {
             },
             losses: Losses::default(),
             teller: Teller::default(),
-            last_tick_ms: clock::now_ms(),
+            last_tick_ms: clock.now_ms(),
+            clock,
         };
         let memory = Entry::Memory {
             device: size_of::<Device>(),
@@ -121,7 +125,7 @@ impl Board {
     fn turn(&mut self) -> bool {
         let heard = self.hear_can() | self.hear_rig();
         let busy = self.device.is_busy();
-        let now_ms = clock::now_ms();
+        let now_ms = self.clock.now_ms();
         let ticked = now_ms != self.last_tick_ms;
         if ticked || busy {
             self.last_tick_ms = now_ms;
@@ -133,7 +137,8 @@ impl Board {
     fn hear_can(&mut self) -> bool {
         if self.outside.can.take_overrun() {
             self.outside.adapter.note_overrun();
-            self.handle(clock::now_ms(), Event::ReceiveOverrun { lost: 1 });
+            let now_ms = self.clock.now_ms();
+            self.handle(now_ms, Event::ReceiveOverrun { lost: 1 });
         }
         for turn in 0..BYTES_A_TURN {
             let Some(byte) = self.outside.can.read() else { return turn != 0 };
@@ -143,7 +148,8 @@ impl Board {
                 self.losses.slcan.1 = Some(error);
             }
             if let Some(frame) = answer.frame {
-                self.handle(clock::now_ms(), Event::Can(frame));
+                let now_ms = self.clock.now_ms();
+                self.handle(now_ms, Event::Can(frame));
             }
         }
         true
@@ -153,7 +159,7 @@ impl Board {
         for turn in 0..BYTES_A_TURN {
             let Some(byte) = self.rig.read() else { return turn != 0 };
             let Some(signal) = self.rig_link.push(byte) else { continue };
-            let now_ms = clock::now_ms();
+            let now_ms = self.clock.now_ms();
             match signal {
                 Ok(Signal::Counts(counts)) => self.handle(now_ms, Event::Counts(counts)),
                 Ok(Signal::Button { down }) => self.handle(now_ms, Event::Button { down }),
@@ -180,10 +186,11 @@ impl Board {
 
     /// Sleeps until the next interrupt. Interrupts are masked while the queues are looked at: one that comes in
     /// between still ends the sleep.
-    fn sleep(&self) {
+    fn sleep(&mut self) {
         free(|_| {
-            let idle =
-                !self.outside.can.has_received() && !self.rig.has_received() && clock::now_ms() == self.last_tick_ms;
+            let idle = !self.outside.can.has_received()
+                && !self.rig.has_received()
+                && self.clock.now_ms() == self.last_tick_ms;
             if idle {
                 asm::wfi();
             }

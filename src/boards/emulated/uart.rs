@@ -1,26 +1,30 @@
-//! The two serial lines of the board: CMSDK APB UARTs, interrupt-driven both ways.
+//! The two serial lines of the board, interrupt-driven both ways.
 //!
-//! Source: ARM DDI 0479, "Cortex-M System Design Kit", section 4.3 (register map). The interrupt handler owns the
-//! inner ends of both queues, the main loop the outer ends, so that neither ever waits for the other.
+//! The interrupt handler owns the inner ends of both queues, the main loop the outer ends, so that neither ever waits
+//! for the other.
 //!
 //! A full receive queue leaves the byte in the UART; the emulator then holds the sender back, and nothing is lost. A
 //! full transmit queue means that nobody reads: the whole message is dropped and counted, since half a line would
 //! spoil the next one and waiting would stop the board.
 
 use core::cell::RefCell;
-use core::ptr;
+use core::sync::atomic::{AtomicBool, Ordering};
 
 use cortex_m::interrupt::{Mutex, free};
 use cortex_m::peripheral::NVIC;
 use heapless::spsc::{Consumer, Producer, Queue};
 
+use super::cmsdk::UartRegisters;
 use super::vectors::Interrupt;
 
-/// Bytes that wait for the main loop: 25 ms of the fastest sender that the emulator serves (20 kB/s).
-pub const RECEIVE_CAPACITY: usize = 512;
+/// Bytes that wait for the main loop: 10 ms of the fastest sender that the emulator serves (45 kB/s).
+const RECEIVE_CAPACITY: usize = 512;
 
 /// Bytes that wait for the client: forty frames.
-pub const TRANSMIT_CAPACITY: usize = 1024;
+const TRANSMIT_CAPACITY: usize = 1024;
+
+/// Bytes that one interrupt sends. Each costs the emulator a system call, and other interrupts wait.
+const BYTES_AN_INTERRUPT: usize = 16;
 
 /// Storage of one line's queues; lives as long as the board.
 pub struct Queues {
@@ -35,43 +39,9 @@ impl Queues {
     }
 }
 
-/// Which of the lines.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Line {
-    /// UART0: the CAN bus as SLCAN.
-    Can,
-    /// UART1: the rig link.
-    Rig,
-}
-
-impl Line {
-    const fn registers(self) -> Registers {
-        Registers {
-            base: match self {
-                Line::Can => 0x4000_4000,
-                Line::Rig => 0x4000_5000,
-            },
-        }
-    }
-
-    const fn interrupts(self) -> [Interrupt; 2] {
-        match self {
-            Line::Can => [Interrupt::Uart0Receive, Interrupt::Uart0Transmit],
-            Line::Rig => [Interrupt::Uart1Receive, Interrupt::Uart1Transmit],
-        }
-    }
-
-    const fn handler(self) -> &'static Handler {
-        match self {
-            Line::Can => &UART0,
-            Line::Rig => &UART1,
-        }
-    }
-}
-
 /// The main loop's end of a line.
 pub struct Uart {
-    line: Line,
+    line: &'static Line,
     received: Consumer<'static, u8>,
     to_send: Producer<'static, u8>,
     dropped: u32,
@@ -79,14 +49,12 @@ pub struct Uart {
 
 impl Uart {
     /// Switches the line on and its interrupts with it.
-    pub fn start(line: Line, queues: &'static mut Queues) -> Self {
+    pub fn start(line: &'static Line, queues: &'static mut Queues) -> Self {
         let (received_in, received) = queues.receive.split();
         let (to_send, to_send_out) = queues.transmit.split();
-        let registers = line.registers();
-        let inner = Inner { registers, received: received_in, to_send: to_send_out, overrun: false };
-        free(|cs| *line.handler().borrow(cs).borrow_mut() = Some(inner));
-        registers.enable();
-        for interrupt in line.interrupts() {
+        free(|cs| *line.inner.borrow(cs).borrow_mut() = Some(Inner { received: received_in, to_send: to_send_out }));
+        line.registers.enable();
+        for interrupt in [line.receive_interrupt, line.transmit_interrupt] {
             // SAFETY: the handler's state was put in place above; no critical section relies on a mask.
             unsafe { NVIC::unmask(interrupt) };
         }
@@ -95,12 +63,11 @@ impl Uart {
 
     /// The oldest byte received.
     pub fn read(&mut self) -> Option<u8> {
-        let was_full = self.received.len() == self.received.capacity();
         let byte = self.received.dequeue();
-        if was_full {
-            // a byte may have been left in the UART, and it will not announce itself again
-            let [receive, _] = self.line.interrupts();
-            NVIC::pend(receive);
+        // Asked after the byte was taken, not before: a byte that arrives from here on finds room by itself.
+        if self.line.held_back.load(Ordering::Relaxed) {
+            self.line.held_back.store(false, Ordering::Relaxed);
+            NVIC::pend(self.line.receive_interrupt);
         }
         byte
     }
@@ -120,8 +87,7 @@ impl Uart {
             // the room was there, and only this end fills the queue
             let _ = self.to_send.enqueue(byte);
         }
-        let [_, transmit] = self.line.interrupts();
-        NVIC::pend(transmit);
+        NVIC::pend(self.line.transmit_interrupt);
     }
 
     /// Messages dropped because nobody read. Wraps.
@@ -131,123 +97,89 @@ impl Uart {
 
     /// Bytes were lost on the way in since the last call.
     pub fn take_overrun(&mut self) -> bool {
-        free(|cs| {
-            let mut inner = self.line.handler().borrow(cs).borrow_mut();
-            inner.as_mut().is_some_and(|inner| core::mem::take(&mut inner.overrun))
-        })
+        self.line.overrun.swap(false, Ordering::Relaxed)
     }
 }
 
-/// The interrupt handler's end of a line.
+/// A serial line of the board, as its interrupts see it.
+pub struct Line {
+    registers: UartRegisters,
+    receive_interrupt: Interrupt,
+    transmit_interrupt: Interrupt,
+    inner: Mutex<RefCell<Option<Inner>>>,
+    /// A byte was left in the UART for want of room. It will not announce itself again.
+    held_back: AtomicBool,
+    overrun: AtomicBool,
+}
+
+/// The interrupt handler's ends of a line's queues.
 struct Inner {
-    registers: Registers,
     received: Producer<'static, u8>,
     to_send: Consumer<'static, u8>,
-    overrun: bool,
 }
 
-impl Inner {
-    fn serve(&mut self) {
-        // Cleared first: what happens from here on raises the interrupt again.
-        self.registers.clear_interrupts();
-        while self.received.ready() && self.registers.has_byte() {
-            // room was checked, and only this end fills the queue
-            let _ = self.received.enqueue(self.registers.take_byte());
+impl Line {
+    const fn new(registers: UartRegisters, receive_interrupt: Interrupt, transmit_interrupt: Interrupt) -> Self {
+        Self {
+            registers,
+            receive_interrupt,
+            transmit_interrupt,
+            inner: Mutex::new(RefCell::new(None)),
+            held_back: AtomicBool::new(false),
+            overrun: AtomicBool::new(false),
         }
-        while self.registers.has_room() {
-            let Some(byte) = self.to_send.dequeue() else { break };
+    }
+
+    fn on_interrupt(&self) {
+        free(|cs| {
+            if let Some(inner) = self.inner.borrow(cs).borrow_mut().as_mut() {
+                // Cleared first: what happens from here on raises the interrupt again.
+                self.registers.clear_interrupts();
+                self.receive(&mut inner.received);
+                self.transmit(&mut inner.to_send);
+            }
+        });
+        if self.registers.take_overrun() {
+            self.overrun.store(true, Ordering::Relaxed);
+        }
+    }
+
+    fn receive(&self, received: &mut Producer<u8>) {
+        while self.registers.has_byte() {
+            if !received.ready() {
+                self.held_back.store(true, Ordering::Relaxed);
+                return;
+            }
+            // room was checked, and only this end fills the queue
+            let _ = received.enqueue(self.registers.take_byte());
+        }
+    }
+
+    fn transmit(&self, to_send: &mut Consumer<u8>) {
+        for _ in 0..BYTES_AN_INTERRUPT {
+            // a full UART raises the interrupt when it has sent its byte
+            if !self.registers.has_room() {
+                return;
+            }
+            let Some(byte) = to_send.dequeue() else { return };
             self.registers.put_byte(byte);
         }
-        self.overrun |= self.registers.take_overrun();
+        NVIC::pend(self.transmit_interrupt);
     }
 }
 
-type Handler = Mutex<RefCell<Option<Inner>>>;
+/// UART0: the CAN bus as SLCAN.
+pub static CAN_LINE: Line = Line::new(UartRegisters::UART0, Interrupt::Uart0Receive, Interrupt::Uart0Transmit);
 
-static UART0: Handler = Mutex::new(RefCell::new(None));
-static UART1: Handler = Mutex::new(RefCell::new(None));
-
-fn serve(handler: &Handler) {
-    free(|cs| {
-        if let Some(inner) = handler.borrow(cs).borrow_mut().as_mut() {
-            inner.serve();
-        }
-    });
-}
+/// UART1: the rig link.
+pub static RIG_LINE: Line = Line::new(UartRegisters::UART1, Interrupt::Uart1Receive, Interrupt::Uart1Transmit);
 
 /// Interrupts 0 and 1.
 pub extern "C" fn on_uart0() {
-    serve(&UART0);
+    CAN_LINE.on_interrupt();
 }
 
 /// Interrupts 2 and 3.
 pub extern "C" fn on_uart1() {
-    serve(&UART1);
-}
-
-/// The registers of one CMSDK APB UART (DDI 0479, table 4-5).
-#[derive(Debug, Clone, Copy)]
-struct Registers {
-    base: usize,
-}
-
-impl Registers {
-    const DATA: usize = 0x0;
-    const STATE: usize = 0x4;
-    const CTRL: usize = 0x8;
-    const INTCLEAR: usize = 0xC;
-    const BAUDDIV: usize = 0x10;
-
-    const STATE_TRANSMIT_FULL: u32 = 1 << 0;
-    const STATE_RECEIVE_FULL: u32 = 1 << 1;
-    const STATE_RECEIVE_OVERRUN: u32 = 1 << 3;
-    /// Transmit and receive enable, transmit and receive interrupt enable.
-    const CTRL_ALL: u32 = 0b1111;
-    const INT_BOTH: u32 = 0b11;
-    /// The least that the UART accepts. The emulated line has no bit time.
-    const FASTEST: u32 = 16;
-
-    fn enable(self) {
-        self.write(Self::BAUDDIV, Self::FASTEST);
-        self.write(Self::CTRL, Self::CTRL_ALL);
-    }
-
-    fn has_byte(self) -> bool {
-        self.read(Self::STATE) & Self::STATE_RECEIVE_FULL != 0
-    }
-
-    fn take_byte(self) -> u8 {
-        // the upper bits of the data register read as zero
-        self.read(Self::DATA) as u8
-    }
-
-    fn has_room(self) -> bool {
-        self.read(Self::STATE) & Self::STATE_TRANSMIT_FULL == 0
-    }
-
-    fn put_byte(self, byte: u8) {
-        self.write(Self::DATA, u32::from(byte));
-    }
-
-    fn take_overrun(self) -> bool {
-        let overrun = self.read(Self::STATE) & Self::STATE_RECEIVE_OVERRUN != 0;
-        if overrun {
-            self.write(Self::STATE, Self::STATE_RECEIVE_OVERRUN);
-        }
-        overrun
-    }
-
-    fn clear_interrupts(self) {
-        self.write(Self::INTCLEAR, Self::INT_BOTH);
-    }
-
-    fn read(self, offset: usize) -> u32 {
-        // SAFETY: `Line::registers` gives the base of a UART of this device, the constants above its word registers.
-        unsafe { ptr::read_volatile(ptr::with_exposed_provenance(self.base + offset)) }
-    }
-
-    fn write(self, offset: usize, value: u32) {
-        // SAFETY: as in `read`.
-        unsafe { ptr::write_volatile(ptr::with_exposed_provenance_mut(self.base + offset), value) }
-    }
+    RIG_LINE.on_interrupt();
 }

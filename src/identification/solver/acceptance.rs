@@ -169,7 +169,11 @@ impl<T: Real, const N: usize> Solver<T, N> {
             zero_sigmas_mm: zeros_variance.map(|variance| variance.max(T::zero()).root() * noise_mm),
         });
         self.next = 0;
-        self.phase = if self.sum.poses <= judgement::FEW_POSES { Phase::Check } else { Phase::Blame(Blame::new()) };
+        self.phase = if self.settings.refuse_hanging && self.sum.poses <= judgement::FEW_POSES {
+            Phase::Check
+        } else {
+            Phase::Blame(Blame::new())
+        };
         Ok(())
     }
 

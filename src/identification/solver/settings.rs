@@ -27,6 +27,9 @@ pub struct SolverSettings<T> {
     pub sigma_limit_mm: T,
     /// Smallest sway about the most common axis, rad (see [`Sway`](crate::identification::observability::Sway)).
     pub sway_limit_rad: T,
+    /// Refuse a set that hangs on one pose, though noise-free lengths would give the centre: nothing could contradict
+    /// that pose if it were wrong. Every set of three poses is one.
+    pub refuse_hanging: bool,
     /// Smallest sway about the second most common axis, rad: poses that stay below it are all alike.
     pub spread_limit_rad: T,
 }
@@ -37,6 +40,7 @@ impl<T: Real> SolverSettings<T> {
         Self {
             noise: Noise::Known(rig.length_noise_mm()),
             zero_prior_mm: T::zero(),
+            refuse_hanging: true,
             // Single precision: 3e-3 mm, double: 1e-7 mm. The error after a step is about its square over the rig's size.
             tolerance_mm: T::default_epsilon().root() * T::of(8.0),
             // A tenth of what the humeral head itself moves in elevation (2-6 mm).

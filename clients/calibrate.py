@@ -1,0 +1,67 @@
+#!/usr/bin/env python3
+"""Runs one calibration over CAN: shows the new centre beside the one in use, then accepts it.
+
+    pip install python-can cantools pyserial
+    clients/calibrate.py -i slcan -c socket://127.0.0.1:5601    # the emulated board (cargo emulate)
+    clients/calibrate.py -i socketcan -c can0                   # a real bus
+
+Somebody moves the arm from pose to pose and holds it still in each; the device captures by itself and says what next.
+"""
+import argparse, pathlib, sys, time
+import can, cantools
+
+DBC = cantools.database.load_file(pathlib.Path(__file__).resolve().parent.parent / "glenoid.dbc")
+COMMAND = DBC.get_message_by_name("Command")
+SENT = {message.frame_id: message for message in DBC.messages if message is not COMMAND}
+
+class Client:
+    def __init__(self, bus):
+        self.bus, self.nonce = bus, int(time.time()) & 0xFFFF
+
+    def listen(self, seconds):
+        """Yields the device's messages as (name, fields) until so many seconds have passed."""
+        end = time.monotonic() + seconds
+        while (left := end - time.monotonic()) > 0:
+            if (frame := self.bus.recv(left)) and (message := SENT.get(frame.arbitration_id)):
+                yield message.name, message.decode(frame.data)
+
+    def ask(self, opcode, run=0, argument=0):
+        """Sends a command, returns its answer. Asks again when that is lost: the nonce keeps it from acting twice."""
+        self.nonce = self.nonce % 0xFFFF + 1
+        data = COMMAND.encode(dict(opcode=opcode, reserved=0, nonce=self.nonce, for_run=run, argument=argument))
+        for _ in range(3):
+            self.bus.send(can.Message(arbitration_id=COMMAND.frame_id, is_extended_id=False, data=data))
+            for name, answer in self.listen(0.3):
+                if name == "Answer" and answer["nonce"] == self.nonce:
+                    return answer
+        sys.exit(f"no answer to {opcode}: is the device on this bus?")
+
+def calibrate(client):
+    while (answer := client.ask("Start"))["code"] != "Fine":
+        print(f"cannot start yet: {answer['code']}")
+        time.sleep(0.2)
+    run, centre, verification = answer["run_id"], {}, None
+    for name, m in client.listen(600):
+        if name == "Pose":
+            sigma = f", expected sigma {m['sigma']:.3f} mm" if m["sigma_known"] else ""
+            print(f"pose {m['index'] + 1} of set {m['held_out'] + 1}: {m['reason']}{sigma}; now: {m['guidance']}")
+        elif name in ("CandidateCentre", "LiveCentre"):
+            centre[name, str(m["axis"])] = f"{m['value']:9.3f} +- {m['sigma']:.3f} mm"
+        elif name == "Verification":
+            verification = m
+        elif name == "Outcome" and m["run_id"] == run and m["reason"] == "Fine":  # complete, and not decided yet
+            for axis in "xyz":
+                print(f"{axis}: {centre['CandidateCentre', axis]}   in use: {centre.get(('LiveCentre', axis), 'none')}")
+            print(f"deviation of the second set: {verification['deviation']:.3f} mm (limit {verification['limit']:.3f})")
+            client.ask("Accept", run)
+        elif name == "Outcome" and m["run_id"] == run:
+            client.ask("Acknowledge", run)
+            sys.exit(0 if m["reason"] == "Accepted" else f"run {run}: {m['reason']}, see docs/reasons.md")
+
+options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+options.add_argument("-i", "--interface", default="slcan")
+options.add_argument("-c", "--channel", default="socket://127.0.0.1:5601")
+chosen = options.parse_args()
+extra = {"sleep_after_open": 0} if chosen.interface == "slcan" else {}
+with can.Bus(interface=chosen.interface, channel=chosen.channel, bitrate=500_000, **extra) as bus:
+    calibrate(Client(bus))

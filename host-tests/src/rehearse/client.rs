@@ -1,0 +1,127 @@
+//! A client on the bus that keeps the encoders alive: commands, answers and waiting.
+
+use super::bench::Bench;
+use super::inbox::Inbox;
+use super::transcript::SessionError;
+use glenoid::can::status::Answer;
+use glenoid::can::{BaseId, Opcode, Request};
+use glenoid::procedure::{Reason, StateName};
+use glenoid::rig::CABLES;
+
+/// A sample of the encoders every so many milliseconds, as long as the session lasts: 100 Hz.
+pub(super) const PERIOD_MS: u32 = 10;
+/// Longest wait for something that the board says at once, ms.
+pub(super) const ANSWER_LIMIT_MS: u32 = 2_000;
+/// Without an answer for this long a command is sent again, ms. The board knows it by its nonce and obeys it once.
+const REPEAT_MS: u32 = 500;
+/// Longest wait for the arm to count as still, ms, and pause between two attempts.
+const STILL_LIMIT_MS: u32 = 5_000;
+const RETRY_MS: u32 = 50;
+
+/// The bench with the arm in it as it stands, and what has been heard so far.
+pub(super) struct Client<'a> {
+    bench: &'a mut dyn Bench,
+    counts: [i32; CABLES],
+    nonce: u16,
+    pub(super) inbox: Inbox,
+}
+
+impl<'a> Client<'a> {
+    /// A client that begins with these encoder counts.
+    pub(super) fn new(bench: &'a mut dyn Bench, counts: [i32; CABLES]) -> Self {
+        Self { bench, counts, nonce: 0, inbox: Inbox::default() }
+    }
+
+    /// The next sample of the encoders.
+    pub(super) fn sample(&mut self, counts: [i32; CABLES]) -> Result<(), SessionError> {
+        self.counts = counts;
+        self.step()
+    }
+
+    /// Holds the arm where it is.
+    pub(super) fn hold(&mut self, ms: u32) -> Result<(), SessionError> {
+        for _ in 0..ms / PERIOD_MS {
+            self.step()?;
+        }
+        Ok(())
+    }
+
+    /// One sample of the encoders; takes in what the board sends meanwhile.
+    fn step(&mut self) -> Result<(), SessionError> {
+        self.bench.set_counts(&self.counts)?;
+        for frame in self.bench.pass(PERIOD_MS)? {
+            self.inbox.take(&frame, BaseId::DEFAULT);
+        }
+        Ok(())
+    }
+
+    /// Holds still until `found` finds something in the inbox. `what` names it, should it not come.
+    pub(super) fn wait_for<T>(
+        &mut self,
+        what: &'static str,
+        limit_ms: u32,
+        mut found: impl FnMut(&Inbox) -> Option<T>,
+    ) -> Result<T, SessionError> {
+        for _ in 0..=limit_ms / PERIOD_MS {
+            if let Some(found) = found(&self.inbox) {
+                return Ok(found);
+            }
+            self.step()?;
+        }
+        Err(SessionError::Silence(what))
+    }
+
+    /// Holds still until the run has left `from` for `to`.
+    ///
+    /// # Errors
+    /// [`SessionError::Failed`] or [`SessionError::WantsMore`] when it went elsewhere.
+    pub(super) fn wait_for_state(&mut self, from: StateName, to: StateName, limit_ms: u32) -> Result<(), SessionError> {
+        let now = self.wait_for("change of state", limit_ms, |inbox| {
+            let left_at = inbox.states.iter().rposition(|heartbeat| heartbeat.state == from)?;
+            inbox.states.get(left_at + 1).copied()
+        })?;
+        match now.state {
+            state if state == to => Ok(()),
+            StateName::Collecting => Err(SessionError::WantsMore(now.reason)),
+            _ => Err(SessionError::Failed(self.wait_for("outcome", ANSWER_LIMIT_MS, |inbox| inbox.outcome)?)),
+        }
+    }
+
+    /// Sends a command and waits for its answer.
+    ///
+    /// # Errors
+    /// [`SessionError::Refused`] when the board does not obey.
+    pub(super) fn command(&mut self, opcode: Opcode, run_id: u16, argument: u16) -> Result<Answer, SessionError> {
+        // 0 means that there is no nonce.
+        self.nonce = self.nonce.checked_add(1).unwrap_or(1);
+        let nonce = self.nonce;
+        let frame = Request { opcode: opcode as u8, nonce, run_id, argument }.pack(BaseId::DEFAULT.command());
+        for _ in 0..ANSWER_LIMIT_MS / REPEAT_MS {
+            self.bench.send(&frame)?;
+            match self.wait_for("answer", REPEAT_MS, |inbox| inbox.answers.get(&nonce).copied()) {
+                Ok(answer) if answer.code == Reason::Fine => return Ok(answer),
+                Ok(answer) => return Err(SessionError::Refused(opcode, answer)),
+                Err(SessionError::Silence(_)) => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Err(SessionError::Silence("answer"))
+    }
+
+    /// Sends a command that needs a still arm, again and again until the board agrees that it is still.
+    ///
+    /// # Errors
+    /// As [`command`](Self::command), and [`SessionError::Silence`] when it never agrees.
+    pub(super) fn command_when_still(&mut self, opcode: Opcode, argument: u16) -> Result<Answer, SessionError> {
+        for _ in 0..STILL_LIMIT_MS / RETRY_MS {
+            match self.command(opcode, 0, argument) {
+                // An arm that is coming to rest may for a moment move one cable only.
+                Err(SessionError::Refused(_, Answer { code: Reason::ArmMoving | Reason::CableLoose, .. })) => {
+                    self.hold(RETRY_MS)?;
+                }
+                result => return result,
+            }
+        }
+        Err(SessionError::Silence("sign that the arm is still"))
+    }
+}

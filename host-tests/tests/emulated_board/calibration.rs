@@ -1,0 +1,30 @@
+//! A whole calibration on the board.
+
+use std::path::Path;
+
+use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, Rig};
+use host_tests::rehearse::{Display, EmulatedBoard, Session};
+use host_tests::wearer::{Wearer, WearerSettings};
+use libtest_mimic::Failed;
+
+use crate::{PATIENCE, boot};
+
+/// A whole calibration over both lines, then the stack that it took, which the board measures by itself.
+pub fn a_calibration_finds_the_centre(image: &Path) -> Result<(), Failed> {
+    let rig = Rig::shoulder(ASSUMED_BASE_RADIUS_MM).map_err(|error| error.text())?;
+    // without noise and with the cables' counts alone, seven poses fix the centre to a few hundredths of a millimetre
+    let mut wearer = Wearer::new(rig, WearerSettings { seed: 3, ..WearerSettings::default() });
+    let truth = wearer.truth();
+    let mut board = EmulatedBoard::connect(boot(image)?)?;
+    let session = Session::new(&mut board, &mut wearer, rig.drum().fastest_mm_per_s, &Display::Silent);
+    let found = session.calibrate(7, 3)?;
+    for (axis, live_mm) in found.live_centre_mm.into_iter().enumerate() {
+        assert!((f64::from(live_mm) - truth.centre_mm[axis]).abs() < 0.1, "{:?}, {truth:?}", found.live_centre_mm);
+    }
+    let line = board.wait_for_log("stack: ", PATIENCE)?;
+    let numbers: Vec<u32> = line.split(' ').filter_map(|word| word.parse().ok()).collect();
+    let [.., used, size] = numbers[..] else { return Err(line.into()) };
+    // the solver alone needs more than the one, and an overflow would have ended the board at the other
+    assert!(1_000 < used && used < size, "{line}");
+    Ok(())
+}

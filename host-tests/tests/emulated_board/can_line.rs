@@ -1,0 +1,122 @@
+//! The CAN line as its clients see it, and the rig link beside it.
+
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use glenoid::can::{BaseId, Frame, Message, Opcode, Request};
+use host_tests::slcan_client::{PYTHON_CAN_OPENING, SlcanClient};
+use libtest_mimic::Failed;
+
+use crate::{PATIENCE, boot};
+
+/// Reads until `len` bytes are there or time is up.
+fn read_some(stream: &mut TcpStream, len: usize, limit: Duration) -> Result<Vec<u8>, Failed> {
+    let deadline = Instant::now() + limit;
+    let mut bytes = Vec::new();
+    stream.set_read_timeout(Some(Duration::from_millis(20)))?;
+    while bytes.len() < len && Instant::now() < deadline {
+        let mut chunk = [0; 256];
+        if let Ok(count) = stream.read(&mut chunk) {
+            bytes.extend_from_slice(&chunk[..count]);
+        }
+    }
+    Ok(bytes)
+}
+
+/// The bytes that python-can 4.6.1 sends for `Bus(interface="slcan", bitrate=500000)`, then `V` and `N`, as its
+/// `get_version` and `get_serial_number` do. Answers by the Lawicel manual.
+pub fn python_can_opens_the_channel(image: &Path) -> Result<(), Failed> {
+    let board = boot(image)?;
+    let mut line = TcpStream::connect(board.can_address())?;
+    line.write_all(b"C\rS6\r\r")?;
+    assert_eq!(read_some(&mut line, 3, PATIENCE)?, b"\r\r\r");
+    line.write_all(b"V\rN\r")?;
+    let answer = read_some(&mut line, 12, PATIENCE)?;
+    assert_eq!((answer[0], answer[5], answer[6], answer[11]), (b'V', b'\r', b'N', b'\r'));
+    assert!(answer[1..5].iter().all(u8::is_ascii_digit), "python-can reads the version as two decimal numbers");
+    line.write_all(b"O\rO\r")?;
+    assert_eq!(read_some(&mut line, 2, PATIENCE)?[..2], *b"\r\r");
+    Ok(())
+}
+
+pub fn a_closed_channel_is_silent(image: &Path) -> Result<(), Failed> {
+    let board = boot(image)?;
+    let mut line = TcpStream::connect(board.can_address())?;
+    let quiet = Duration::from_millis(500);
+    assert_eq!(read_some(&mut line, 1, quiet)?, b"", "a frame before the channel was open");
+    line.write_all(b"t1230\r")?;
+    assert_eq!(read_some(&mut line, 1, PATIENCE)?, b"\x07", "a frame was taken before the channel was open");
+    line.write_all(b"O\r")?;
+    let heard = read_some(&mut line, 30, PATIENCE)?;
+    assert!(heard.len() >= 30, "no heartbeat on the open channel");
+    line.write_all(b"C\r")?;
+    // what was under way may still come; after that nothing
+    read_some(&mut line, usize::MAX, quiet)?;
+    assert_eq!(read_some(&mut line, 1, quiet)?, b"", "a frame after the channel was closed");
+    Ok(())
+}
+
+/// 500 commands, each with its own nonce, are answered one by one and in order; heartbeats come in between. Foreign
+/// frames are acknowledged by the adapter and answered by nobody.
+pub fn frames_go_both_ways(image: &Path) -> Result<(), Failed> {
+    let board = boot(image)?;
+    let mut client = SlcanClient::open(board.can_address())?;
+    let opened = client.acknowledged();
+    let mut heartbeats = 0;
+    for nonce in 1..=500 {
+        client.send(&Frame::new(0x7FF, &[0xFF; 8])?)?;
+        let query = Request { opcode: Opcode::Query as u8, nonce, run_id: 0, argument: 0 };
+        client.send(&query.pack(BaseId::DEFAULT.command()))?;
+        loop {
+            let frame = client.receive(PATIENCE)?.ok_or("no answer")?;
+            match Message::unpack(&frame, BaseId::DEFAULT)? {
+                Message::Answer(answer) => {
+                    assert_eq!((answer.opcode, answer.nonce), (Opcode::Query as u8, nonce));
+                    break;
+                }
+                Message::Heartbeat(_) => heartbeats += 1,
+                _ => {}
+            }
+        }
+    }
+    while heartbeats < 3 {
+        let frame = client.receive(PATIENCE)?.ok_or("no heartbeat")?;
+        heartbeats += u32::from(matches!(Message::unpack(&frame, BaseId::DEFAULT)?, Message::Heartbeat(_)));
+    }
+    assert_eq!((client.acknowledged() - opened, client.refused()), (1_000, 0));
+    Ok(())
+}
+
+pub fn garbage_is_survived_and_counted(image: &Path) -> Result<(), Failed> {
+    let mut board = boot(image)?;
+    let mut client = SlcanClient::open(board.can_address())?;
+    client.write(b"quatsch\rt12\r")?;
+    client.write(&[0xFF; 1000])?;
+    client.write(b"\rt8000\r")?;
+    board.wait_for_log("slcan: 4 lines refused so far, last: identifier too large (5)", PATIENCE)?;
+    let mut rig = board.connect_rig()?;
+    rig.write_all(b"e 1 2 3\nb 7\n")?;
+    rig.write_all(&[b'9'; 1000])?;
+    rig.write_all(b"\ne 1 2 3 4 5 6\nhallo\n")?;
+    board.wait_for_log("rig link: 4 lines ignored so far, last: neither counts nor button (2)", PATIENCE)?;
+    let heartbeat = client.receive(PATIENCE)?;
+    assert!(heartbeat.is_some(), "no heartbeat after garbage");
+    assert_eq!(client.refused(), 4);
+    Ok(())
+}
+
+pub fn a_client_may_vanish_and_return(image: &Path) -> Result<(), Failed> {
+    let board = boot(image)?;
+    for _ in 0..5 {
+        let mut line = TcpStream::connect(board.can_address())?;
+        line.write_all(PYTHON_CAN_OPENING)?;
+        assert!(!read_some(&mut line, 40, PATIENCE)?.is_empty());
+        // in the middle of a frame
+        line.write_all(b"t12381122")?;
+    }
+    let mut client = SlcanClient::open(board.can_address())?;
+    assert!(client.receive(PATIENCE)?.is_some(), "no heartbeat for the client that returned");
+    Ok(())
+}

@@ -1,0 +1,127 @@
+//! Is the error bar true? Monte Carlo with limits that follow from the number of trials: a sum of squares of n normal
+//! numbers has a standard deviation of sqrt(2 n), and a sound test passes 4.5 of them but once in 150 000 times.
+
+mod common;
+
+use common::library::{as_poses, rig};
+use common::sets::{NOISE_MM, add_noise, lengths_at, machines, sweep};
+use common::{Worn, parameters, rng};
+use glenoid::identification::normal_equations::at;
+use glenoid::identification::{Identified, Noise, Refusal, Solver, SolverSettings};
+use glenoid::scalar::Real;
+use nalgebra::{Matrix6, Vector6};
+
+/// How far beside the expectation a mean of `squares` squared normal numbers may lie.
+fn tolerance(squares: usize) -> f64 {
+    4.5 * (2.0 / squares as f64).sqrt()
+}
+
+fn trial<T: Real>(
+    worn: &Worn,
+    seed: u64,
+    count: usize,
+    noise_mm: f64,
+    noise: Noise<T>,
+) -> Result<Identified<T>, Refusal> {
+    let rig = rig::<T>(worn);
+    let mut poses = lengths_at(worn, &sweep(&mut rng(seed), count, 45.0, 30.0));
+    add_noise(&mut poses, &mut rng(seed ^ 0x5EED), noise_mm);
+    Solver::<T, 32>::new(&rig, SolverSettings { noise, ..SolverSettings::for_rig(&rig) }).run(&as_poses(&poses))
+}
+
+/// Error of the six parameters, mm.
+fn error<T: Real>(worn: &Worn, identified: &Identified<T>) -> Vector6<f64> {
+    Vector6::from(identified.parameters.to_array().map(Real::to_f64)) - Vector6::from(parameters(&worn.truth()))
+}
+
+/// Squared error over variance: summed per parameter, and of all six together with their correlations.
+fn calibration<T: Real>(worn: &Worn, seeds: core::ops::Range<u64>, count: usize) -> (Vector6<f64>, f64) {
+    let (mut single, mut together) = (Vector6::zeros(), 0.0);
+    for seed in seeds {
+        let identified = trial::<T>(worn, seed, count, NOISE_MM, Noise::Known(T::of(NOISE_MM))).expect("a sound set");
+        let covariance =
+            Matrix6::from_fn(|i, j| identified.covariance_mm2[if i >= j { at(i, j) } else { at(j, i) }].to_f64());
+        let error = error(worn, &identified);
+        single += error.component_mul(&error).component_div(&covariance.diagonal());
+        together += error.dot(&(covariance.cholesky().expect("a covariance").solve(&error)));
+    }
+    (single, together)
+}
+
+#[test]
+fn sigma_is_the_spread_of_the_error() {
+    const TRIALS: usize = 8000;
+    for (name, worn) in machines() {
+        let (single, together) = calibration::<f64>(&worn, 10_000..10_000 + TRIALS as u64, 10);
+        for (unknown, squares) in single.iter().enumerate() {
+            let ratio = squares / TRIALS as f64;
+            assert!((ratio - 1.0).abs() < tolerance(TRIALS), "{name}, unknown {unknown}: variance off by {ratio}");
+        }
+        let ratio = together / (6 * TRIALS) as f64;
+        assert!((ratio - 1.0).abs() < tolerance(6 * TRIALS), "{name}, all six: variance off by {ratio}");
+    }
+}
+
+#[test]
+fn sigma_is_the_spread_of_the_error_in_single_precision_and_with_few_poses() {
+    const TRIALS: usize = 3000;
+    for (name, worn) in machines() {
+        for count in [6, 30] {
+            let (_, together) = calibration::<f32>(&worn, 20_000..20_000 + TRIALS as u64, count);
+            let ratio = together / (6 * TRIALS) as f64;
+            assert!((ratio - 1.0).abs() < tolerance(6 * TRIALS), "{name}, {count} poses: variance off by {ratio}");
+        }
+    }
+}
+
+#[test]
+fn estimated_noise_counts_three_lengths_a_pose_less_six() {
+    // The noise is twice what the rig declares: nothing but the residuals can tell.
+    const TRIALS: usize = 3000;
+    let noise_mm = 2.0 * NOISE_MM;
+    for (name, worn) in machines() {
+        for count in [6, 12] {
+            let freedom = 3 * count - 6;
+            let mut sum = 0.0;
+            let mut chi_square = 0.0;
+            for seed in 30_000..30_000 + TRIALS as u64 {
+                let found = trial(&worn, seed, count, noise_mm, Noise::EstimatedUpTo(1.0)).expect("a sound set");
+                assert!(found.rejected.is_empty(), "{name}: left out {:?}", found.rejected);
+                sum += found.noise_mm * found.noise_mm;
+                // δE counts the same squares without taking the six off.
+                let squares = found.deviation_mm * found.deviation_mm * (3 * count) as f64;
+                assert!((squares / freedom as f64 / (found.noise_mm * found.noise_mm) - 1.0).abs() < 1e-9, "{name}");
+                let unit = found.covariance_mm2[at(0, 0)] / (found.noise_mm * found.noise_mm);
+                chi_square += error(&worn, &found)[0].powi(2) / (unit * noise_mm * noise_mm);
+            }
+            let ratio = sum / TRIALS as f64 / (noise_mm * noise_mm);
+            assert!((ratio - 1.0).abs() < tolerance(freedom * TRIALS), "{name}, {count} poses: s² off by {ratio}");
+            let ratio = chi_square / TRIALS as f64;
+            assert!((ratio - 1.0).abs() < tolerance(TRIALS), "{name}, {count} poses: variance off by {ratio}");
+        }
+    }
+}
+
+#[test]
+fn noise_estimated_from_few_poses_is_never_less_than_the_rigs() {
+    for (name, worn) in machines() {
+        for seed in 40_000..40_200 {
+            // Five poses leave nine degrees of freedom. A set that hangs on one pose is refused.
+            let Ok(found) = trial::<f64>(&worn, seed, 5, 0.2 * NOISE_MM, Noise::EstimatedUpTo(0.5)) else { continue };
+            assert!(found.noise_mm >= NOISE_MM, "{name}: {} mm", found.noise_mm);
+        }
+    }
+}
+
+#[test]
+fn sound_sets_are_accepted_whole() {
+    // The stated rate of false alarms is one set in 10 000, and one pose in 65 000.
+    let mut alarms = 0;
+    for (name, worn) in machines() {
+        for seed in 50_000..51_000 {
+            let found = trial::<f64>(&worn, seed, 12, NOISE_MM, Noise::Known(NOISE_MM)).expect(name);
+            alarms += found.rejected.len();
+        }
+    }
+    assert!(alarms <= 3, "{alarms} of 24 000 good poses left out");
+}

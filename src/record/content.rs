@@ -1,0 +1,83 @@
+//! What is kept of a calibration.
+
+use crate::identification::normal_equations::PACKED;
+use crate::rig::{CABLES, Parameters};
+
+/// An accepted calibration, with everything that the device tells about it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Record {
+    /// The run that found the centre; not 0.
+    pub run_id: u16,
+    /// Fingerprint of the rig that it was found on (see [`crate::device::fingerprint`]).
+    pub rig: u32,
+    /// Firmware that found it: major, minor, patch.
+    pub firmware: [u8; 3],
+    /// Joint centre in {B} and radii, mm.
+    pub parameters: Parameters<f32>,
+    /// Covariance of x, y, z, p1, p2, p3, mm²: lower triangle, row by row.
+    pub covariance_mm2: [f32; PACKED],
+    /// Zero error of each encoder, mm; 0 when the zeros were known.
+    pub zeros_mm: [f32; CABLES],
+    /// 1σ of the zero errors, mm; 0 when the zeros were known.
+    pub zero_sigmas_mm: [f32; CABLES],
+    /// Standard deviation of the noise of a cable length, mm.
+    pub noise_mm: f32,
+    /// δE over the poses that identified the centre (Eq. 17), mm.
+    pub deviation_mm: f32,
+    /// How far the poses were from turning about one common axis, rad.
+    pub sway_rad: f32,
+    /// Poses given to the solver.
+    pub poses: u16,
+    /// Poses of these that it left out.
+    pub left_out: u16,
+    /// Least-squares steps.
+    pub iterations: u8,
+    /// Why the iteration ended: code of [`Termination`](crate::identification::Termination).
+    pub termination: u8,
+    /// Poses of the second set.
+    pub verification_poses: u8,
+    /// δE over the second set (Eq. 17), mm.
+    pub verification_deviation_mm: f32,
+    /// The limit that it was held against, mm.
+    pub verification_limit_mm: f32,
+}
+
+/// A record whose numbers cannot be those of a calibration.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Unfit;
+
+impl Record {
+    /// Looks whether the numbers can be those of a calibration: finite, radii positive, variances not negative. The
+    /// CRC says that a record is what was written; this says that it was worth writing.
+    ///
+    /// # Errors
+    /// [`Unfit`].
+    pub fn check(&self) -> Result<(), Unfit> {
+        let singles = [
+            self.noise_mm,
+            self.deviation_mm,
+            self.sway_rad,
+            self.verification_deviation_mm,
+            self.verification_limit_mm,
+        ];
+        let not_negative = |number: &f32| number.is_finite() && *number >= 0.0;
+        let [_, _, _, radii @ ..] = self.parameters.to_array();
+        let fit = self.run_id != 0
+            && self
+                .parameters
+                .to_array()
+                .iter()
+                .chain(&self.covariance_mm2)
+                .chain(&self.zeros_mm)
+                .all(|n| n.is_finite())
+            && singles.iter().chain(&self.zero_sigmas_mm).chain(&self.variances()).all(not_negative)
+            && radii.iter().all(|radius| *radius > 0.0);
+        if fit { Ok(()) } else { Err(Unfit) }
+    }
+
+    /// The diagonal of the covariance, mm².
+    fn variances(&self) -> [f32; 6] {
+        use crate::identification::normal_equations::at;
+        core::array::from_fn(|i| self.covariance_mm2.get(at(i, i)).copied().unwrap_or(f32::NAN))
+    }
+}

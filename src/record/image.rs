@@ -1,0 +1,184 @@
+//! The bytes of a record: little-endian, of one length in every version, with a CRC-32 at the end.
+//!
+//! | from | bytes | content |
+//! |---|---|---|
+//! | 0 | 4 | `GLNR` |
+//! | 4 | 2 | version of this table |
+//! | 6 | 2 | run id |
+//! | 8 | 4 | sequence number: the larger one is the newer record, modulo 2³² |
+//! | 12 | 4 | fingerprint of the rig |
+//! | 16 | 2 + 2 | poses given, poses left out |
+//! | 20 | 3 | firmware major, minor, patch |
+//! | 23 | 1 + 1 + 1 | iterations, termination, poses of the second set |
+//! | 26 | 2 | zero |
+//! | 28 | 24 | x, y, z, p1, p2, p3, mm |
+//! | 52 | 84 | their covariance, mm², lower triangle row by row |
+//! | 136 | 24 + 24 | encoder zeros and their 1σ, mm |
+//! | 184 | 4 · 5 | noise, δE, sway (rad), δE of the second set, its limit, mm |
+//! | 204 | 48 | zero; for later versions |
+//! | 252 | 4 | CRC-32 of a constant and all bytes before |
+//!
+//! Magic, version, sequence and CRC keep their places in every version, so that a record of another version can be
+//! named as such.
+
+use super::content::Record;
+use crate::rig::Parameters;
+use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
+
+/// Length of the image, bytes: 32 flash words of the drive board.
+pub const IMAGE_LEN: usize = 256;
+
+/// Version of the table above.
+pub const VERSION: u16 = 1;
+
+const MAGIC: [u8; 4] = *b"GLNR";
+const CRC_LEN: usize = 4;
+const RESERVED_LEN: usize = 48;
+
+/// Goes into the CRC before the image, so that no run of equal bytes is ever a record, and no other program's CRC-32.
+const SALT: [u8; 4] = *b"\xA5gle";
+
+/// The image of a record.
+pub type Image = [u8; IMAGE_LEN];
+
+/// What every version has, found in an image whose CRC is right.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Header {
+    /// Version of the table that the image was written by.
+    pub version: u16,
+    /// The larger one is the newer record, modulo 2³².
+    pub sequence: u32,
+}
+
+/// No record: the magic or the CRC is wrong.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Broken;
+
+/// Packs a record.
+pub fn encode(record: &Record, sequence: u32) -> Image {
+    let mut writer = Writer { image: [0; IMAGE_LEN], at: 0 };
+    writer.put(MAGIC);
+    writer.put(VERSION.to_le_bytes());
+    writer.put(record.run_id.to_le_bytes());
+    writer.put(sequence.to_le_bytes());
+    writer.put(record.rig.to_le_bytes());
+    writer.put(record.poses.to_le_bytes());
+    writer.put(record.left_out.to_le_bytes());
+    writer.put(record.firmware);
+    writer.put([record.iterations, record.termination, record.verification_poses]);
+    writer.put([0; 2]);
+    writer.put_numbers(&record.parameters.to_array());
+    writer.put_numbers(&record.covariance_mm2);
+    writer.put_numbers(&record.zeros_mm);
+    writer.put_numbers(&record.zero_sigmas_mm);
+    writer.put_numbers(&[record.noise_mm, record.deviation_mm, record.sway_rad]);
+    writer.put_numbers(&[record.verification_deviation_mm, record.verification_limit_mm]);
+    writer.put([0; RESERVED_LEN]);
+    let sum = checksum(&writer.image);
+    writer.put(sum.to_le_bytes());
+    writer.image
+}
+
+/// Looks whether the image is whole, and what it says of itself.
+///
+/// # Errors
+/// [`Broken`].
+pub fn header(image: &Image) -> Result<Header, Broken> {
+    let mut reader = Reader { rest: image };
+    let magic = reader.take::<4>();
+    let version = u16::from_le_bytes(reader.take());
+    reader.take::<2>();
+    let sequence = u32::from_le_bytes(reader.take());
+    let mut end = Reader { rest: image.get(IMAGE_LEN - CRC_LEN..).unwrap_or_default() };
+    let sum = u32::from_le_bytes(end.take());
+    if magic == MAGIC && sum == checksum(image) { Ok(Header { version, sequence }) } else { Err(Broken) }
+}
+
+/// Unpacks an image of this version. Call [`header`] first: nothing is checked here.
+pub fn decode(image: &Image) -> Record {
+    let mut reader = Reader { rest: image };
+    reader.take::<6>();
+    let run_id = u16::from_le_bytes(reader.take());
+    reader.take::<4>();
+    let rig = u32::from_le_bytes(reader.take());
+    let poses = u16::from_le_bytes(reader.take());
+    let left_out = u16::from_le_bytes(reader.take());
+    let firmware = reader.take();
+    let [iterations, termination, verification_poses] = reader.take();
+    reader.take::<2>();
+    let parameters = Parameters::from_array(reader.take_numbers());
+    let covariance_mm2 = reader.take_numbers();
+    let zeros_mm = reader.take_numbers();
+    let zero_sigmas_mm = reader.take_numbers();
+    let [noise_mm, deviation_mm, sway_rad, verification_deviation_mm, verification_limit_mm] = reader.take_numbers();
+    Record {
+        run_id,
+        rig,
+        firmware,
+        parameters,
+        covariance_mm2,
+        zeros_mm,
+        zero_sigmas_mm,
+        noise_mm,
+        deviation_mm,
+        sway_rad,
+        poses,
+        left_out,
+        iterations,
+        termination,
+        verification_poses,
+        verification_deviation_mm,
+        verification_limit_mm,
+    }
+}
+
+/// CRC-32 (ISO-HDLC, as in zip) of the salt and the image without its last four bytes.
+fn checksum(image: &Image) -> u32 {
+    // Bit by bit: a kilobyte less flash than by table, and 2 ms a page are soon enough.
+    const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
+    let mut digest = CRC.digest();
+    digest.update(&SALT);
+    digest.update(image.get(..IMAGE_LEN - CRC_LEN).unwrap_or_default());
+    digest.finalize()
+}
+
+struct Writer {
+    image: Image,
+    at: usize,
+}
+
+impl Writer {
+    /// Appends bytes. A test counts that they all fit.
+    fn put<const N: usize>(&mut self, bytes: [u8; N]) {
+        if let Some(place) = self.image.get_mut(self.at..self.at + N) {
+            place.copy_from_slice(&bytes);
+        }
+        self.at += N;
+    }
+
+    fn put_numbers(&mut self, numbers: &[f32]) {
+        for number in numbers {
+            self.put(number.to_le_bytes());
+        }
+    }
+}
+
+struct Reader<'a> {
+    rest: &'a [u8],
+}
+
+impl Reader<'_> {
+    /// Takes the next bytes; zeros past the end, where no field of this version lies.
+    fn take<const N: usize>(&mut self) -> [u8; N] {
+        let Some((bytes, rest)) = self.rest.split_first_chunk() else { return [0; N] };
+        self.rest = rest;
+        *bytes
+    }
+
+    fn take_numbers<const N: usize>(&mut self) -> [f32; N] {
+        core::array::from_fn(|_| f32::from_le_bytes(self.take()))
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,98 @@
+//! The bytes, held against an image that Python's `struct` and `zlib.crc32` made by the table.
+
+extern crate std;
+use super::*;
+use std::vec::Vec;
+
+/// `b'GLNR' + pack('<HHIIHH', 1, 0x102, 0x3040506, 0x708090A, 0xB0C, 0xD0E) + bytes([1, 2, 3, 0x11, 2, 0x13, 0, 0])`,
+/// then the 44 numbers of [`record`] as `<f`, 48 zeros, and `zlib.crc32(b'\xa5gle' + all that)` as `<I`.
+const BY_PYTHON: &str = "\
+    474c4e5201000201060504030a0908070c0b0e0d01020311021300000000c9420000cb420000cd420000cf420000d142\
+    0000d3420000803e0000a03f0000104000005040000088400000a8400000c8400000e840000004410000144100002441\
+    00003441000044410000544100006441000074410000824100008a410000924100009a410000a241000080bf000000c0\
+    000040c0000080c00000a0c00000c0c00000004000000840000010400000184000002040000028400000803d0000003e\
+    0000403f0000c03e0000003f000000000000000000000000000000000000000000000000000000000000000000000000\
+    000000000000000000000000a9340fdd";
+
+fn record() -> Record {
+    Record {
+        run_id: 0x0102,
+        rig: 0x0708_090A,
+        firmware: [1, 2, 3],
+        parameters: Parameters::from_array([100.5, 101.5, 102.5, 103.5, 104.5, 105.5]),
+        covariance_mm2: core::array::from_fn(|k| 0.25 + k as f32),
+        zeros_mm: [-1.0, -2.0, -3.0, -4.0, -5.0, -6.0],
+        zero_sigmas_mm: [2.0, 2.125, 2.25, 2.375, 2.5, 2.625],
+        noise_mm: 0.0625,
+        deviation_mm: 0.125,
+        sway_rad: 0.75,
+        poses: 0x0B0C,
+        left_out: 0x0D0E,
+        iterations: 0x11,
+        termination: 2,
+        verification_poses: 0x13,
+        verification_deviation_mm: 0.375,
+        verification_limit_mm: 0.5,
+    }
+}
+
+fn by_python() -> Image {
+    let digits: Vec<u8> = BY_PYTHON.bytes().collect();
+    let bytes: Vec<u8> =
+        digits.chunks(2).map(|pair| u8::from_str_radix(core::str::from_utf8(pair).unwrap(), 16).unwrap()).collect();
+    bytes.try_into().unwrap()
+}
+
+#[test]
+fn the_bytes_never_change() {
+    assert_eq!(encode(&record(), 0x0304_0506), by_python());
+}
+
+#[test]
+fn what_was_written_is_read() {
+    assert_eq!(header(&by_python()), Ok(Header { version: 1, sequence: 0x0304_0506 }));
+    assert_eq!(decode(&by_python()), record());
+}
+
+/// A CRC-32 finds every burst of up to 32 bits, so every wrong byte.
+#[test]
+fn every_wrong_byte_is_found() {
+    for at in 0..IMAGE_LEN {
+        for wrong in 1..=u8::MAX {
+            let mut image = by_python();
+            image[at] ^= wrong;
+            assert_eq!(header(&image), Err(Broken), "byte {at} xor {wrong:#x}");
+        }
+    }
+}
+
+/// What flash reads as when it is erased, worn or torn. A CRC-32 of its own last bytes would accept some of these.
+#[test]
+fn equal_bytes_are_no_record() {
+    for byte in 0..=u8::MAX {
+        assert_eq!(header(&[byte; IMAGE_LEN]), Err(Broken));
+        let mut image = [byte; IMAGE_LEN];
+        image[..4].copy_from_slice(&MAGIC);
+        assert_eq!(header(&image), Err(Broken));
+    }
+}
+
+#[test]
+fn a_record_without_sense_is_told() {
+    assert_eq!(record().check(), Ok(()));
+    let spoilt: [fn(&mut Record); 8] = [
+        |r| r.run_id = 0,
+        |r| r.parameters.centre_mm.y = f32::NAN,
+        |r| r.parameters.radii_mm[2] = 0.0,
+        |r| r.covariance_mm2[20] = -0.1,
+        |r| r.covariance_mm2[1] = f32::INFINITY,
+        |r| r.zeros_mm[5] = f32::NEG_INFINITY,
+        |r| r.zero_sigmas_mm[0] = -1.0,
+        |r| r.verification_limit_mm = f32::NAN,
+    ];
+    for (index, spoil) in spoilt.into_iter().enumerate() {
+        let mut record = record();
+        spoil(&mut record);
+        assert!(record.check().is_err(), "{index}");
+    }
+}

@@ -1,0 +1,38 @@
+//! The centre in use, kept across power-down: one record, two pages of flash, never a wrong one.
+//!
+//! ```text
+//! page, 2 KiB on the drive board
+//! ┌──────────────────────────────────────┬───────────────────┬─────────────┐
+//! │ image of the record, CRC at its end  │ erased            │ commit word │
+//! └──────────────────────────────────────┴───────────────────┴─────────────┘
+//! ```
+//!
+//! To store: erase the page that does not hold the record, write the image, read it back, write the commit word, erase
+//! the page that did hold it. So at every instant one page holds a record that nothing is being done to, and at rest
+//! there is exactly one. What a power cut can leave, and why it is read rightly:
+//!
+//! | cut while | the page at work | the other page | read at power-up |
+//! |---|---|---|---|
+//! | erasing | anything | the old record | the old record |
+//! | writing the image | no commit word | the old record | the old record |
+//! | writing the commit word | image whole, commit word anything | the old record | one of the two |
+//! | erasing the old record | anything | the new record, committed | the new record |
+//!
+//! The commit word is what makes this hold for words that read differently each time: an image whose last word is torn
+//! may pass its CRC once and not again, but it has no commit word, and gives way to one that has. At power-up whatever
+//! was interrupted is finished: what does not count is erased, and a record that counts without a commit word is
+//! written anew.
+//!
+//! The old record is erased, and not kept in reserve, on purpose: should the new one rot, the device starts without a
+//! centre, not with that of somebody who was calibrated before.
+//!
+//! [`Record`] is what is kept, [`image`] its bytes, [`RecordStore`] the two pages.
+
+mod content;
+pub mod image;
+mod page;
+mod store;
+
+pub use content::{Record, Unfit};
+pub use image::IMAGE_LEN;
+pub use store::{LoadError, RecordStore, StoreError};
