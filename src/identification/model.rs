@@ -56,9 +56,10 @@ pub enum Contradiction {
 impl<T: Real> Model<T> {
     /// The model at `parameters`, for a platform with edges `edges_mm` (p12, p23, p31).
     pub fn new(base: &BaseEdges<T>, edges_mm: &[T; POINTS], parameters: &Parameters<T>) -> Self {
+        let centre_mm = base.in_plane(&parameters.centre_mm);
         let base = base.as_array();
-        let tetrahedra =
-            core::array::from_fn(|i| TetrahedronBase::new(&base[i], &parameters.centre_mm, parameters.radii_mm[i]));
+        let tetrahedron = |i: usize| TetrahedronBase::new(&base[i], &centre_mm, parameters.radii_mm[i]);
+        let tetrahedra = [tetrahedron(0), tetrahedron(1), tetrahedron(2)];
         Self { tetrahedra, edges_mm: *edges_mm }
     }
 

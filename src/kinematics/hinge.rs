@@ -3,25 +3,23 @@
 //! The two cables of end-point P_i run to the two ends of one base edge. Their lengths alone fix how far along the
 //! edge P_i stands (ξ) and how far from it (ρ); what remains is one angle. Everything here is independent of the
 //! joint centre and computed once a pose.
+//!
+//! Points are reckoned in the **axes of the base plane**: from B1 along the first edge, towards the third attachment
+//! point, and upward to the platform. In them an edge and its outward normal lack the third component, so two numbers
+//! stand for the edge's direction and a third of all products is spared.
 
 use super::cable_length::{CableLengths, LengthError, LengthFault, cable_number};
 use crate::rig::{ATTACHMENTS, POINTS, Rig};
 use crate::scalar::Real;
 use nalgebra::{Matrix3, Vector3};
 
-/// One base edge with a right-angled triad: `along` the edge, `outward` in the base plane away from the third
-/// attachment point, `upward` normal to the base plane on the platform's side.
+/// One base edge, in the axes of the base plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BaseEdge<T> {
-    /// The attachment point of the end-point's first cable, in {B}, mm.
-    pub origin_mm: Vector3<T>,
-    /// Unit vector from the first to the second attachment point.
-    pub along: Vector3<T>,
-    /// Unit vector in the base plane, away from the third attachment point.
-    pub outward: Vector3<T>,
-    /// Unit normal of the base plane towards the platform.
-    pub upward: Vector3<T>,
-    /// Cosine and sine of the edge's direction in the plane's axes; `outward` is (sine, -cosine).
+    /// The attachment point of the end-point's first cable, mm.
+    pub origin_mm: [T; 2],
+    /// Cosine and sine of the direction to the second attachment point; outward, away from the third, is
+    /// (sine, -cosine).
     pub direction: [T; 2],
     /// Length of the edge, mm.
     pub length_mm: T,
@@ -32,7 +30,10 @@ pub struct BaseEdge<T> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BaseEdges<T> {
     edges: [BaseEdge<T>; POINTS],
+    /// The axes as rows, in {B}. A left-handed triad when the attachment points are numbered clockwise.
     plane: Matrix3<T>,
+    /// B1 in {B}, mm.
+    origin_mm: Vector3<T>,
 }
 
 /// Where an end-point stands on its hinge: coordinate along the base edge and squared distance from it.
@@ -47,28 +48,34 @@ pub struct HingeCoordinates<T> {
 impl<T: Real> BaseEdges<T> {
     /// The edges of a rig.
     pub fn new(rig: &Rig<T>) -> Self {
-        let upward = rig.base_normal();
         let base = rig.base_mm();
-        // All edges turn the same way, so what holds for the first of them holds for all: `outward` is `along` turned
-        // from the second axis to the first. The axes are a left-handed triad when the points are numbered clockwise.
-        let axes = BaseEdge::new(base, &upward, 0, &Matrix3::identity());
-        let plane = Matrix3::from_rows(&[axes.along.transpose(), -axes.outward.transpose(), upward.transpose()]);
-        Self { edges: core::array::from_fn(|i| BaseEdge::new(base, &upward, i, &plane)), plane }
+        let along = base[1] - base[0];
+        let along = along / along.norm_squared().root();
+        let upward = rig.base_normal();
+        let across = along.cross(&upward);
+        let inward = if across.dot(&(base[2] - base[0])) > T::zero() { across } else { -across };
+        let plane = Matrix3::from_rows(&[along.transpose(), inward.transpose(), upward.transpose()]);
+        let corners = base.map(|point| plane * (point - base[0]));
+        let edges = ATTACHMENTS.map(|[first, second]| BaseEdge::between(&corners[first], &corners[second]));
+        Self { edges, plane, origin_mm: base[0] }
     }
 
-    /// The edges in the order of the end-points.
-    pub fn iter(&self) -> impl Iterator<Item = &BaseEdge<T>> {
-        self.edges.iter()
-    }
-
-    /// The three edges as an array.
+    /// The three edges in the order of the end-points.
     pub fn as_array(&self) -> &[BaseEdge<T>; POINTS] {
         &self.edges
     }
 
-    /// A vector in the axes of the base plane, turned into {B}. Those axes are along the first edge, towards the third
-    /// attachment point, and upward: in them `along` and `outward` of every edge lack the third component and `upward`
-    /// has no other.
+    /// A point of {B}, mm, in the axes of the base plane, from B1.
+    pub fn in_plane(&self, point_mm: &Vector3<T>) -> Vector3<T> {
+        self.plane * (point_mm - self.origin_mm)
+    }
+
+    /// A point in the axes of the base plane, from B1, in {B}, mm.
+    pub fn point_in_base(&self, in_plane_mm: &Vector3<T>) -> Vector3<T> {
+        self.origin_mm + self.in_base(in_plane_mm)
+    }
+
+    /// A vector in the axes of the base plane, in {B}.
     #[inline(never)]
     pub fn in_base(&self, in_plane: &Vector3<T>) -> Vector3<T> {
         self.plane.tr_mul(in_plane)
@@ -104,23 +111,14 @@ impl<T: Real> BaseEdges<T> {
 }
 
 impl<T: Real> BaseEdge<T> {
-    /// The edge of end-point `i`, with its direction in `plane`.
+    /// The edge between two attachment points in the plane.
     #[inline(never)]
-    fn new(base_mm: &[Vector3<T>; POINTS], upward: &Vector3<T>, i: usize, plane: &Matrix3<T>) -> Self {
-        let [first, second] = ATTACHMENTS[i];
-        let third = POINTS - first - second;
-        let edge = base_mm[second] - base_mm[first];
-        let length_mm = edge.norm_squared().root();
-        let along = edge / length_mm;
-        let across = along.cross(upward);
-        let inwards = across.dot(&(base_mm[third] - base_mm[first])) > T::zero();
-        let in_plane = plane * along;
+    fn between(first_mm: &Vector3<T>, second_mm: &Vector3<T>) -> Self {
+        let span = second_mm - first_mm;
+        let length_mm = span.norm_squared().root();
         Self {
-            origin_mm: base_mm[first],
-            along,
-            outward: if inwards { -across } else { across },
-            upward: *upward,
-            direction: [in_plane.x, in_plane.y],
+            origin_mm: [first_mm.x, first_mm.y],
+            direction: [span.x / length_mm, span.y / length_mm],
             length_mm,
             inverse_twice_length: T::one() / (length_mm + length_mm),
         }

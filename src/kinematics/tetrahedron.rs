@@ -13,8 +13,7 @@
 //! the last column `a3 = (inner + (d/h) normal) / Y` is wanted, because
 //! δOP = -δO + a3 (OP·δO + p δp), and -δO cancels in the difference of two end-points.
 //!
-//! Points stand in the axes of the base plane ([`BaseEdges::plane`](super::BaseEdges::plane)): `along` and the edge's
-//! outward normal lie in it, so two numbers turn an edge and a third of the products are spared.
+//! Vectors are in the axes of the base plane (see [`hinge`](super::hinge)).
 
 use super::hinge::{BaseEdge, HingeCoordinates};
 use crate::scalar::Real;
@@ -53,13 +52,15 @@ pub struct Foot<T> {
 }
 
 impl<T: Real> TetrahedronBase<T> {
-    /// The triangle O-B_a-B_b of one end-point with radius `radius_mm` about the centre at `centre_mm` in {B}.
-    /// Meaningless (not finite) when the centre lies on the base edge's line; no tetrahedron closes then.
+    /// The triangle O-B_a-B_b of one end-point with radius `radius_mm` about the centre at `centre_mm` in the axes of
+    /// the base plane. Meaningless (not finite) when the centre lies on the base edge's line; no tetrahedron closes
+    /// then.
+    #[inline(never)]
     pub fn new(edge: &BaseEdge<T>, centre_mm: &Vector3<T>, radius_mm: T) -> Self {
-        let from_origin = centre_mm - edge.origin_mm;
-        let centre_along_mm = from_origin.dot(&edge.along);
-        let out = -from_origin.dot(&edge.outward);
-        let up = -from_origin.dot(&edge.upward);
+        let [cos, sin] = edge.direction;
+        let (x, y) = (centre_mm.x - edge.origin_mm[0], centre_mm.y - edge.origin_mm[1]);
+        let centre_along_mm = x * cos + y * sin;
+        let (out, up) = (y * cos - x * sin, -centre_mm.z);
         let distance_mm = (out * out + up * up).root();
         let inverse_distance = T::one() / distance_mm;
         // `normal` is `inner` turned by 90 degrees about the edge, from outward to upward: the side of the plane
