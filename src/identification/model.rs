@@ -57,10 +57,18 @@ impl<T: Real> Model<T> {
     /// The model at `parameters`, for a platform with edges `edges_mm` (p12, p23, p31).
     pub fn new(base: &BaseEdges<T>, edges_mm: &[T; POINTS], parameters: &Parameters<T>) -> Self {
         let centre_mm = base.in_plane(&parameters.centre_mm);
-        let base = base.as_array();
-        let tetrahedron = |i: usize| TetrahedronBase::new(&base[i], &centre_mm, parameters.radii_mm[i]);
-        let tetrahedra = [tetrahedron(0), tetrahedron(1), tetrahedron(2)];
-        Self { tetrahedra, edges_mm: *edges_mm }
+        let edges = base.as_array();
+        let tetrahedron = |i: usize| TetrahedronBase::new(&edges[i], &centre_mm, parameters.radii_mm[i]);
+        Self { tetrahedra: [tetrahedron(0), tetrahedron(1), tetrahedron(2)], edges_mm: *edges_mm }
+    }
+
+    /// Moves the model of the same platform to other parameters.
+    pub fn move_to(&mut self, base: &BaseEdges<T>, parameters: &Parameters<T>) {
+        // One by one: a whole model on the stack would lie under everything else.
+        let centre_mm = base.in_plane(&parameters.centre_mm);
+        for (i, tetrahedron) in self.tetrahedra.iter_mut().enumerate() {
+            *tetrahedron = TetrahedronBase::new(&base.as_array()[i], &centre_mm, parameters.radii_mm[i]);
+        }
     }
 
     /// Lays the pose with these cable lengths (Eq. 1-12).

@@ -105,11 +105,18 @@ impl<T: Real> Factors<T> {
     ///
     /// # Errors
     /// [`Singular`] when a pivot is too small against the diagonal entry that it came from, or is not a number.
+    #[inline(always)]
+    pub fn of(matrix: &[T; PACKED]) -> Result<Self, Singular> {
+        let mut factors = Self { packed: *matrix, weakness: T::one() };
+        factors.factor()?;
+        Ok(factors)
+    }
+
+    /// In place: what comes before and what comes after never lie side by side.
     // Not inlined, like `solve`: called from several places a few times a run, and a kilobyte of unrolled loops.
     #[inline(never)]
-    pub fn of(matrix: &[T; PACKED]) -> Result<Self, Singular> {
-        let mut packed = *matrix;
-        let mut weakness = T::one();
+    fn factor(&mut self) -> Result<(), Singular> {
+        let packed = &mut self.packed;
         // Row by row (Golub and Van Loan, algorithm 4.1.2): `scaled[j]` is L_ij d_j before division.
         for i in 0..UNKNOWNS {
             let entry = packed[at(i, i)];
@@ -131,9 +138,9 @@ impl<T: Real> Factors<T> {
                 return Err(Singular);
             }
             packed[at(i, i)] = T::one() / pivot;
-            weakness = weakness.max(entry * packed[at(i, i)]);
+            self.weakness = self.weakness.max(entry * packed[at(i, i)]);
         }
-        Ok(Self { packed, weakness })
+        Ok(())
     }
 
     /// The largest share by which a diagonal entry exceeds the pivot that it became: how much worse the weakest

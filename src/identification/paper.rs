@@ -1,11 +1,11 @@
 //! The paper's identification: Fig. 4, iterated least squares from a start estimate.
 
 use super::model::{Contradiction, Model};
-use super::normal_equations::{Factors, UNKNOWNS};
+use super::normal_equations::{Factors, NormalEquations, PACKED, Singular, UNKNOWNS};
 use super::outcome::{Identified, MOST_ITERATIONS, Progress, Refusal, Termination, deviation};
 use super::pass_sum::PassSum;
 use crate::kinematics::{BaseEdges, CableLengths};
-use crate::rig::{CABLES, POINTS, Parameters, Rig};
+use crate::rig::{CABLES, Parameters, Rig};
 use crate::scalar::Real;
 use heapless::Vec;
 
@@ -37,7 +37,6 @@ impl<T: Real> Default for PaperSettings<T> {
 pub struct PaperIteration<T> {
     settings: PaperSettings<T>,
     base: BaseEdges<T>,
-    edges_mm: [T; POINTS],
     parameters: Parameters<T>,
     model: Model<T>,
     sum: PassSum<T>,
@@ -52,12 +51,10 @@ impl<T: Real> PaperIteration<T> {
     /// An iteration that begins at `start`.
     pub fn new(rig: &Rig<T>, start: Parameters<T>, settings: PaperSettings<T>) -> Self {
         let base = BaseEdges::new(rig);
-        let edges_mm = *rig.edges_mm();
         Self {
             settings,
-            model: Model::new(&base, &edges_mm, &start),
+            model: Model::new(&base, rig.edges_mm(), &start),
             base,
-            edges_mm,
             parameters: start,
             sum: PassSum::new(),
             closing: None,
@@ -151,23 +148,37 @@ impl<T: Real> PaperIteration<T> {
         if self.deviations_mm.push(deviation_mm).is_err() || (termination.is_none() && cap_reached) {
             return Progress::Refused(Refusal::IterationCap);
         }
-        let equations = self.sum.normal_equations(&self.base, &self.parameters.radii_mm);
-        let Ok(factors) = Factors::of(equations.matrix()) else { return Progress::Refused(Refusal::Singular) };
         if let Some(termination) = termination {
-            return self.identified(&factors, squares_mm2, termination, poses);
+            return self.identified(squares_mm2, termination, poses);
         }
+        match self.step(poses) {
+            Ok(()) => Progress::Working,
+            Err(Singular) => Progress::Refused(Refusal::Singular),
+        }
+    }
+
+    fn equations(&self) -> NormalEquations<T> {
+        self.sum.normal_equations(&self.base, &self.parameters.radii_mm)
+    }
+
+    /// Takes a step and makes everything ready for the next pass.
+    // Not inlined: what it needs of the stack would lie under the work on each pose.
+    #[inline(never)]
+    fn step(&mut self, poses: usize) -> Result<(), Singular> {
+        let equations = self.equations();
+        let factors = Factors::of(equations.matrix())?;
         let step = factors.solve(equations.gradient());
         let largest_mm = step.iter().fold(T::zero(), |largest, x| largest.max(x.abs()));
         self.largest_step_mm = Some(largest_mm);
         self.parameters = self.parameters.moved_by(&step);
-        self.model = Model::new(&self.base, &self.edges_mm, &self.parameters);
+        self.model.move_to(&self.base, &self.parameters);
         if self.will_be_last(poses, &factors, equations.squares_after(&step), largest_mm) {
             self.next_pose = 0;
             self.closing = Some(T::zero());
         } else {
             self.begin_pass();
         }
-        Progress::Working
+        Ok(())
     }
 
     fn begin_pass(&mut self) {
@@ -190,24 +201,24 @@ impl<T: Real> PaperIteration<T> {
         explained && straight && factors.weakness() < T::of(1e4)
     }
 
-    /// The result, with the classical covariance of unweighted least squares, s² (DᵀD)⁻¹ with s² = YᵀY / (3m - 6).
-    fn identified(
-        &self,
-        factors: &Factors<T>,
-        squares_mm2: T,
-        termination: Termination,
-        poses: usize,
-    ) -> Progress<T> {
-        let freedom = T::of_integer(3 * poses as i32 - UNKNOWNS as i32);
-        let variance = squares_mm2 / freedom;
-        let mut covariance_mm2 = factors.inverse();
+    /// The classical covariance of unweighted least squares, s² (DᵀD)⁻¹.
+    #[inline(never)]
+    fn covariance(&self, variance_mm2: T) -> Result<[T; PACKED], Singular> {
+        let mut covariance_mm2 = Factors::of(self.equations().matrix())?.inverse();
         for entry in &mut covariance_mm2 {
-            *entry *= variance;
+            *entry *= variance_mm2;
         }
+        Ok(covariance_mm2)
+    }
+
+    /// The result, with s² = YᵀY / (3m - 6).
+    fn identified(&self, squares_mm2: T, termination: Termination, poses: usize) -> Progress<T> {
+        let variance_mm2 = squares_mm2 / T::of_integer(3 * poses as i32 - UNKNOWNS as i32);
+        let Ok(covariance_mm2) = self.covariance(variance_mm2) else { return Progress::Refused(Refusal::Singular) };
         Progress::Identified(Identified {
             parameters: self.parameters,
             covariance_mm2,
-            noise_mm: variance.root(),
+            noise_mm: variance_mm2.root(),
             deviation_mm: deviation(squares_mm2, poses),
             deviations_mm: self.deviations_mm.clone(),
             iterations: self.iterations() - 1,

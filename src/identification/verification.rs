@@ -22,9 +22,7 @@ pub fn verify<T: Real>(rig: &Rig<T>, parameters: &Parameters<T>, poses: &[CableL
         let pose = index as u16;
         let laid = model.lay(&base, lengths).map_err(|contradiction| match contradiction {
             Contradiction::Length(error) => Refusal::BadLength { pose, cable: error.cable, fault: error.fault },
-            Contradiction::NotClosing(error) => {
-                Refusal::NotClosing { pose, end_point: error.end_point, iteration: 0 }
-            }
+            Contradiction::NotClosing(error) => Refusal::NotClosing { pose, end_point: error.end_point, iteration: 0 },
         })?;
         squares_mm2 += laid.squares_mm2();
     }

@@ -27,15 +27,12 @@ pub struct TetrahedronBase<T> {
     /// `inner` = `out` outward + `up` upward, a unit vector; `normal` = `out` upward - `up` outward.
     out: T,
     up: T,
-    /// The same over Y, 1/mm.
-    out_per_mm: T,
-    up_per_mm: T,
     /// o_x: coordinate of O along the edge, mm.
     centre_along_mm: T,
     /// Y: distance of O from the edge's line, mm.
     distance_mm: T,
-    /// 1/2Y, 1/mm.
-    half_inverse_distance: T,
+    /// 1/Y, 1/mm.
+    inverse_distance: T,
     /// Y² - p², mm².
     power_mm2: T,
 }
@@ -70,11 +67,9 @@ impl<T: Real> TetrahedronBase<T> {
             direction: edge.direction,
             out,
             up,
-            out_per_mm: out * inverse_distance,
-            up_per_mm: up * inverse_distance,
             centre_along_mm,
             distance_mm,
-            half_inverse_distance: inverse_distance * T::of(0.5),
+            inverse_distance,
             power_mm2: (distance_mm - radius_mm) * (distance_mm + radius_mm),
         }
     }
@@ -84,8 +79,8 @@ impl<T: Real> TetrahedronBase<T> {
     #[inline(always)]
     pub fn foot(&self, hinge: &HingeCoordinates<T>) -> Option<Foot<T>> {
         let along_mm = hinge.along_mm - self.centre_along_mm;
-        let depth_mm =
-            (self.power_mm2 + hinge.distance_squared_mm2 + along_mm * along_mm) * self.half_inverse_distance;
+        let half_inverse = self.inverse_distance * T::of(0.5);
+        let depth_mm = (self.power_mm2 + hinge.distance_squared_mm2 + along_mm * along_mm) * half_inverse;
         let height_squared_mm2 = hinge.distance_squared_mm2 - depth_mm * depth_mm;
         // Also false for NaN. At exactly zero the differential is infinite: the two apices meet.
         if !(height_squared_mm2 > T::zero()) {
@@ -109,8 +104,9 @@ impl<T: Real> TetrahedronBase<T> {
     #[inline(always)]
     pub fn gradient(&self, foot: &Foot<T>, inverse_height: T) -> Vector3<T> {
         let slope = foot.depth_mm * inverse_height;
-        let outward = self.out_per_mm - slope * self.up_per_mm;
-        let upward = self.up_per_mm + slope * self.out_per_mm;
+        // The same for every pose of a pass: the compiler computes them before the first.
+        let (out, up) = (self.out * self.inverse_distance, self.up * self.inverse_distance);
+        let (outward, upward) = (out - slope * up, up + slope * out);
         let [cos, sin] = self.direction;
         Vector3::new(outward * sin, -(outward * cos), upward)
     }

@@ -16,9 +16,13 @@ pub fn empty<T: Number>(bench: &mut Bench<T>) -> Option<Answer<T>> {
 #[inline(never)]
 pub fn paper<T: Number>(bench: &mut Bench<T>) -> Option<Answer<T>> {
     let problem = &bench.problem;
-    let paper = PaperIteration::new(&problem.rig, problem.start, PaperSettings::default());
-    let Identified { parameters, iterations, .. } = paper.run(problem.poses.as_slice()).ok()?;
-    Some(Answer { parameters, steps: iterations })
+    let poses = problem.poses.as_slice();
+    let mut paper = PaperIteration::new(&problem.rig, problem.start, PaperSettings::default());
+    loop {
+        if let Some(answer) = answer(paper.advance(poses)) {
+            return answer.ok();
+        }
+    }
 }
 
 /// The start-free path: from raw lengths to centre, weights and covariance.
