@@ -2,13 +2,12 @@
 """Runs one calibration over CAN: shows the new centre beside the one in use, then accepts it.
 
     pip install python-can cantools pyserial
-    clients/calibrate.py -i slcan -c socket://127.0.0.1:5601    # the emulated board (cargo emulate)
-    clients/calibrate.py -i socketcan -c can0                   # a real bus
+    clients/calibrate.py slcan socket://127.0.0.1:5601    # the emulated board (cargo emulate)
+    clients/calibrate.py socketcan can0                   # a real bus
 
 Somebody moves the arm from pose to pose and holds it still in each; the device captures by itself and says what next.
 """
-import argparse, pathlib, sys, time
-import can, cantools
+import pathlib, sys, time, can, cantools
 
 DBC = cantools.database.load_file(pathlib.Path(__file__).resolve().parent.parent / "glenoid.dbc")
 COMMAND = DBC.get_message_by_name("Command")
@@ -17,14 +16,12 @@ SENT = {message.frame_id: message for message in DBC.messages if message is not 
 class Client:
     def __init__(self, bus):
         self.bus, self.nonce = bus, int(time.time()) & 0xFFFF
-
     def listen(self, seconds):
         """Yields the device's messages as (name, fields) until so many seconds have passed."""
         end = time.monotonic() + seconds
         while (left := end - time.monotonic()) > 0:
             if (frame := self.bus.recv(left)) and (message := SENT.get(frame.arbitration_id)):
                 yield message.name, message.decode(frame.data)
-
     def ask(self, opcode, run=0, argument=0):
         """Sends a command, returns its answer. Asks again when that is lost: the nonce keeps it from acting twice."""
         self.nonce = self.nonce % 0xFFFF + 1
@@ -38,7 +35,7 @@ class Client:
 
 def calibrate(client):
     while (answer := client.ask("Start"))["code"] != "Fine":
-        print(f"cannot start yet: {answer['code']}")
+        print(f"cannot start yet: {answer['code']}", end="\r")
         time.sleep(0.2)
     run, centre, verification = answer["run_id"], {}, None
     for name, m in client.listen(600):
@@ -57,11 +54,7 @@ def calibrate(client):
         elif name == "Outcome" and m["run_id"] == run:
             client.ask("Acknowledge", run)
             sys.exit(0 if m["reason"] == "Accepted" else f"run {run}: {m['reason']}, see docs/reasons.md")
-
-options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-options.add_argument("-i", "--interface", default="slcan")
-options.add_argument("-c", "--channel", default="socket://127.0.0.1:5601")
-chosen = options.parse_args()
-extra = {"sleep_after_open": 0} if chosen.interface == "slcan" else {}
-with can.Bus(interface=chosen.interface, channel=chosen.channel, bitrate=500_000, **extra) as bus:
+interface, channel = sys.argv[1:3] or ("slcan", "socket://127.0.0.1:5601")
+extra = {"sleep_after_open": 0} if interface == "slcan" else {}
+with can.Bus(interface=interface, channel=channel, bitrate=500_000, **extra) as bus:
     calibrate(Client(bus))

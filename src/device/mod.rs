@@ -31,8 +31,9 @@ use faults::FaultWatch;
 use report::Reporter;
 use status::Pace;
 
-/// Most frames that one event causes.
-pub const MOST_FRAMES: usize = 6;
+/// Most frames that one event causes, all at once: two poses (held and asked for by the button), four faults, two
+/// heartbeats (due, and change of state), two frames of a report. Usually none or one.
+pub const MOST_FRAMES: usize = 10;
 
 /// What happens to the board.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -133,7 +133,7 @@ fn table(trials: &[Trial], way: usize) -> Table {
         let endings: Vec<_> = trials.iter().filter(|t| belongs(t)).map(|t| t.endings[way]).collect();
         let count = |ending| endings.iter().filter(|e| **e == ending).count();
         let accepted = count(Ending::Accepted) + count(Ending::FalselyAccepted);
-        let codes = (1..=12u8).filter(|&code| count(Ending::Refused(code)) > 0);
+        let codes = (1..=u8::MAX).filter(|&code| count(Ending::Refused(code)) > 0);
         let codes: Vec<_> = codes.map(|code| format!("{code} ({})", count(Ending::Refused(code)))).collect();
         table.push([
             name.to_string(),

@@ -17,9 +17,10 @@ pub fn root_mean_square(values: impl Iterator<Item = f64>) -> f64 {
     libm::sqrt(sum / count as f64)
 }
 
-/// Largest of non-negative values; 0 of nothing.
+/// Largest value; NaN of nothing.
 pub fn largest(values: impl Iterator<Item = f64>) -> f64 {
-    values.fold(0.0, f64::max)
+    // The maximum of a number and NaN is the number.
+    values.fold(f64::NAN, f64::max)
 }
 
 #[cfg(test)]
@@ -33,6 +34,12 @@ mod tests {
         assert_eq!(quantile(&mut values, 0.5), 2.5);
         assert_eq!(quantile(&mut values, 1.0), 4.0);
         assert!(quantile(&mut [], 0.5).is_nan());
+    }
+
+    #[test]
+    fn the_largest_of_nothing_is_none() {
+        assert_eq!(largest([1.0, 3.0, 2.0].into_iter()), 3.0);
+        assert!(largest(std::iter::empty()).is_nan());
     }
 
     #[test]

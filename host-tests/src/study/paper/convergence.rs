@@ -1,14 +1,11 @@
 //! Fig. 5: δE against the number of steps, from starts off by up to 50 mm.
 
 use super::start::{ELSEWHERE_MM, TOLERANCE_MM, measured, random_rotations, random_start, run};
-use super::table2::ASSIGNED_50_MM;
 use crate::plot::{Axis, Chart, Series};
 use crate::study::findings::{Findings, Plan, Problem, Table, percent, short};
 use crate::study::scene::Scene;
 use crate::study::statistics::quantile;
 use crate::study::{Study, trials};
-use glenoid::identification::verify;
-use glenoid::rig::Parameters;
 
 /// Fig. 5.
 pub const FIG_5: Study = Study {
@@ -68,39 +65,12 @@ fn study(plan: &Plan) -> Result<Findings, Problem> {
             .with(Series::curve(&label("10 %"), low))
             .with(Series::curve(&label("90 %"), high));
     }
-    let starts = paper_starts(plan)?;
     Ok(Findings {
         method: "As for table2 with d = 50 mm; the iteration goes on past ε until nothing but rounding is left. The paper's \
-            single run begins at δE = 31.57 mm and is at about zero within four steps. The second table tells where its start \
-            would begin on bases of several radii, in either sign: a hint at the radius and the sign, which the paper leaves out."
+            single run begins at δE = 31.57 mm and is at about zero within four steps."
             .to_string(),
-        tables: vec![table, starts],
+        tables: vec![table],
         figures: vec![("fig5", Box::new(chart))],
         ..Findings::default()
     })
-}
-
-/// δE at the paper's own start, by base radius and sign.
-fn paper_starts(plan: &Plan) -> Result<Table, Problem> {
-    let columns = ["base radius (mm), start", "sets that close", "δE 10 % (mm)", "δE median (mm)", "δE 90 % (mm)"];
-    let title = "δE at the paper's own start off by up to 50 mm (its Fig. 5 begins at 31.57 mm)";
-    let mut table = Table::new("fig5-start", title, &columns);
-    for base_radius_mm in [120.0, 150.0, 200.0, 250.0, 300.0, 350.0] {
-        let scene = Scene::table_1(base_radius_mm)?;
-        for (name, sign) in [("actual + δ", 1.0), ("actual - δ", -1.0)] {
-            let truth = scene.truth().to_array();
-            let start = Parameters::from_array(std::array::from_fn(|k| truth[k] + sign * ASSIGNED_50_MM[k]));
-            let experiment = format!("fig5 start R {base_radius_mm} {name}");
-            let outcomes = trials::run(plan.seed, &experiment, plan.trials, |_, mut random| {
-                let rotations = random_rotations(&mut random, POSES);
-                let poses = measured::<f64>(&scene, &rotations, &mut random, 0.0).ok()?;
-                verify(scene.rig(), &start, &poses).ok()
-            });
-            let mut closing: Vec<_> = outcomes.into_iter().flatten().collect();
-            let share = percent(closing.len(), plan.trials as usize);
-            let [low, middle, high] = [0.1, 0.5, 0.9].map(|share| short(quantile(&mut closing, share)));
-            table.push([format!("R {base_radius_mm}, {name}"), share, low, middle, high]);
-        }
-    }
-    Ok(table)
 }

@@ -27,11 +27,8 @@ const ENOUGH: usize = 1000;
 const ASSIGNED: [(f64, [f64; 6]); 3] = [
     (10.0, [2.54, -1.39, 8.36, 9.56, -4.21, 5.23]),
     (30.0, [18.44, 25.37, 14.61, -8.05, -28.8, 25.44]),
-    (50.0, ASSIGNED_50_MM),
+    (50.0, [-45.02, -17.8, -45.55, 7.95, -45.29, -40.33]),
 ];
-
-/// The last of them, which Fig. 5 may have begun with.
-pub(super) const ASSIGNED_50_MM: [f64; 6] = [-45.02, -17.8, -45.55, 7.95, -45.29, -40.33];
 
 /// How a start is chosen.
 #[derive(Clone, Copy)]
