@@ -11,6 +11,7 @@ use crate::kinematics::tetrahedron::{Foot, TetrahedronBase};
 use crate::kinematics::{CableLengths, LengthError};
 use crate::rig::{EDGE_ENDS, POINTS, Parameters};
 use crate::scalar::Real;
+use crate::vector::{difference, dot, square};
 use nalgebra::Vector3;
 
 /// The three tetrahedra at one estimate of the parameters; poses are laid against it one by one.
@@ -83,32 +84,41 @@ impl<T: Real> Model<T> {
 
     #[inline(always)]
     fn lay_hinges(&self, hinges: &[HingeCoordinates<T>; POINTS]) -> Result<LaidPose<T>, NotClosing> {
-        let foot = |i: usize| self.tetrahedra[i].foot(&hinges[i]).ok_or(NotClosing { end_point: i as u8 + 1 });
-        let feet = [foot(0)?, foot(1)?, foot(2)?];
-        let height = |i: usize| feet[i].height_squared_mm2.root();
-        let heights_mm = [height(0), height(1), height(2)];
-        let point = |i: usize| self.tetrahedra[i].apex(&feet[i], heights_mm[i]);
-        let points_mm = [point(0), point(1), point(2)];
-        let spans_mm = [points_mm[0] - points_mm[1], points_mm[1] - points_mm[2], points_mm[2] - points_mm[0]];
-        let length = |edge: usize| spans_mm[edge].norm_squared().root();
-        let computed_mm = [length(0), length(1), length(2)];
-        let residual = |edge: usize| self.edges_mm[edge] - computed_mm[edge];
-        let residuals_mm = [residual(0), residual(1), residual(2)];
+        // Three times in words, here and below: a loop or a closure would not be inlined where code is kept small.
+        let [t1, t2, t3] = &self.tetrahedra;
+        let [q1, q2, q3] = hinges;
+        let foot1 = t1.foot(q1).ok_or(NotClosing { end_point: 1 })?;
+        let foot2 = t2.foot(q2).ok_or(NotClosing { end_point: 2 })?;
+        let foot3 = t3.foot(q3).ok_or(NotClosing { end_point: 3 })?;
+        let heights_mm @ [h1, h2, h3] = [
+            foot1.height_squared_mm2.root(),
+            foot2.height_squared_mm2.root(),
+            foot3.height_squared_mm2.root(),
+        ];
+        let points_mm @ [p1, p2, p3] = [t1.apex(&foot1, h1), t2.apex(&foot2, h2), t3.apex(&foot3, h3)];
+        let spans_mm @ [s1, s2, s3] = [difference(&p1, &p2), difference(&p2, &p3), difference(&p3, &p1)];
+        let computed_mm @ [c1, c2, c3] = [square(&s1).root(), square(&s2).root(), square(&s3).root()];
+        let [p12, p23, p31] = self.edges_mm;
+        let residuals_mm = [p12 - c1, p23 - c2, p31 - c3];
+        let feet = [foot1, foot2, foot3];
         Ok(LaidPose { residuals_mm, points_mm, feet, heights_mm, spans_mm, computed_mm })
     }
 
     /// K of a pose laid against this model.
     #[inline(always)]
     pub fn turns(&self, pose: &LaidPose<T>) -> Turns<T> {
-        let (by_height, by_length) = reciprocals(pose.heights_mm, pose.computed_mm);
-        let gradient = |i: usize| self.tetrahedra[i].gradient(&pose.feet[i], by_height[i]);
-        let gradients = [gradient(0), gradient(1), gradient(2)];
-        let turns = |edge: usize| {
-            let [i, j] = EDGE_ENDS[edge];
-            let along = |end: usize| pose.spans_mm[edge].dot(&gradients[end]) * by_length[edge];
-            [along(i), -along(j)]
-        };
-        [turns(0), turns(1), turns(2)]
+        let (by_height, by_length) = (reciprocals(pose.heights_mm), reciprocals(pose.computed_mm));
+        let [t1, t2, t3] = &self.tetrahedra;
+        let [foot1, foot2, foot3] = &pose.feet;
+        let [h1, h2, h3] = by_height;
+        let [g1, g2, g3] = [t1.gradient(foot1, h1), t2.gradient(foot2, h2), t3.gradient(foot3, h3)];
+        let [p12, p23, p31] = &pose.spans_mm;
+        let [l1, l2, l3] = by_length;
+        [
+            [dot(p12, &g1) * l1, -(dot(p12, &g2) * l1)],
+            [dot(p23, &g2) * l2, -(dot(p23, &g3) * l2)],
+            [dot(p31, &g3) * l3, -(dot(p31, &g1) * l3)],
+        ]
     }
 
     /// D of a pose, 3x6: change of the computed p12, p23, p31 with x, y, z, p1, p2, p3 (dimensionless), at the radii of
@@ -139,13 +149,11 @@ impl<T: Real> LaidPose<T> {
 
 /// The reciprocals of three heights and three lengths by one division (14 cycles on a Cortex-M4F) instead of six.
 #[inline(always)]
-fn reciprocals<T: Real>([h1, h2, h3]: [T; 3], [l1, l2, l3]: [T; 3]) -> ([T; 3], [T; 3]) {
-    let (h12, l12) = (h1 * h2, l1 * l2);
-    let (heights, lengths) = (h12 * h3, l12 * l3);
-    let inverse = T::one() / (heights * lengths);
-    let (by_heights, by_lengths) = (inverse * lengths, inverse * heights);
-    let (by_h12, by_l12) = (by_heights * h3, by_lengths * l3);
-    ([by_h12 * h2, by_h12 * h1, by_heights * h12], [by_l12 * l2, by_l12 * l1, by_lengths * l12])
+fn reciprocals<T: Real>([a, b, c]: [T; 3]) -> [T; 3] {
+    let ab = a * b;
+    let by_abc = T::one() / (ab * c);
+    let by_ab = by_abc * c;
+    [by_ab * b, by_ab * a, by_abc * ab]
 }
 
 /// The cause behind a tetrahedron that does not close.

@@ -103,15 +103,20 @@ impl<T: Real> PaperIteration<T> {
         let slice = left.get(..POSES_A_SLICE).unwrap_or(left);
         // The sums by value: in place, each of them would be stored twice a pose.
         let (mut sum, mut closing) = (self.sum, self.closing);
-        for lengths in slice {
-            let pose = self.model.lay(&self.base, lengths).map_err(|error| self.refusal(error))?;
-            match &mut closing {
-                Some(squares_mm2) => *squares_mm2 += pose.squares_mm2(),
-                None => sum.add(&pose, &self.model.turns(&pose)),
+        for (index, lengths) in slice.iter().enumerate() {
+            match self.model.lay(&self.base, lengths) {
+                Ok(pose) => match &mut closing {
+                    Some(squares_mm2) => *squares_mm2 += pose.squares_mm2(),
+                    None => sum.add(&pose, &self.model.turns(&pose)),
+                },
+                Err(contradiction) => {
+                    self.next_pose += index;
+                    return Err(self.refusal(contradiction));
+                }
             }
-            self.next_pose += 1;
         }
         (self.sum, self.closing) = (sum, closing);
+        self.next_pose += slice.len();
         Ok(())
     }
 

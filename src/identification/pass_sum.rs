@@ -9,6 +9,7 @@ use super::normal_equations::{NormalEquations, PACKED, UNKNOWNS, at};
 use crate::kinematics::BaseEdges;
 use crate::rig::POINTS;
 use crate::scalar::Real;
+use crate::vector::{add_to, combination};
 use nalgebra::Vector3;
 
 /// The sums of a pass.
@@ -51,24 +52,32 @@ impl<T: Real> PassSum<T> {
         let (m11, m22, m33) = (k11 * k11 + k31 * k31, k12 * k12 + k22 * k22, k23 * k23 + k33 * k33);
         let (m21, m32, m31) = (k11 * k12, k22 * k23, k33 * k31);
         let (s1, s2, s3) = (k11 * y1 + k31 * y3, k12 * y1 + k22 * y2, k23 * y2 + k33 * y3);
-        let v1 = p1 * m11 + p2 * m21 + p3 * m31;
-        let v2 = p1 * m21 + p2 * m22 + p3 * m32;
-        let v3 = p1 * m31 + p2 * m32 + p3 * m33;
-        for i in 0..3 {
-            for j in 0..=i {
-                self.centre[at(i, j)] += p1[i] * v1[j] + p2[i] * v2[j] + p3[i] * v3[j];
-            }
-        }
-        self.mixed[0] += v1;
-        self.mixed[1] += v2;
-        self.mixed[2] += v3;
-        for (sum, m) in self.turns.iter_mut().zip([m11, m21, m22, m31, m32, m33]) {
-            *sum += m;
-        }
-        self.centre_gradient += p1 * s1 + p2 * s2 + p3 * s3;
-        for (sum, s) in self.turn_gradient.iter_mut().zip([s1, s2, s3]) {
-            *sum += s;
-        }
+        let v1 = combination(&pose.points_mm, [m11, m21, m31]);
+        let v2 = combination(&pose.points_mm, [m21, m22, m32]);
+        let v3 = combination(&pose.points_mm, [m31, m32, m33]);
+        let [c11, c21, c22, c31, c32, c33] = &mut self.centre;
+        *c11 += p1.x * v1.x + p2.x * v2.x + p3.x * v3.x;
+        *c21 += p1.y * v1.x + p2.y * v2.x + p3.y * v3.x;
+        *c22 += p1.y * v1.y + p2.y * v2.y + p3.y * v3.y;
+        *c31 += p1.z * v1.x + p2.z * v2.x + p3.z * v3.x;
+        *c32 += p1.z * v1.y + p2.z * v2.y + p3.z * v3.y;
+        *c33 += p1.z * v1.z + p2.z * v2.z + p3.z * v3.z;
+        let [mixed1, mixed2, mixed3] = &mut self.mixed;
+        add_to(mixed1, &v1);
+        add_to(mixed2, &v2);
+        add_to(mixed3, &v3);
+        let [t11, t21, t22, t31, t32, t33] = &mut self.turns;
+        *t11 += m11;
+        *t21 += m21;
+        *t22 += m22;
+        *t31 += m31;
+        *t32 += m32;
+        *t33 += m33;
+        add_to(&mut self.centre_gradient, &combination(&pose.points_mm, [s1, s2, s3]));
+        let [g1, g2, g3] = &mut self.turn_gradient;
+        *g1 += s1;
+        *g2 += s2;
+        *g3 += s3;
         self.squares += pose.squares_mm2();
     }
 

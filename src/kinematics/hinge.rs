@@ -11,6 +11,7 @@
 use super::cable_length::{CableLengths, LengthError, LengthFault, cable_number};
 use crate::rig::{ATTACHMENTS, POINTS, Rig};
 use crate::scalar::Real;
+use crate::vector::{difference, image, image_transposed, sum};
 use nalgebra::{Matrix3, Vector3};
 
 /// One base edge, in the axes of the base plane.
@@ -67,18 +68,18 @@ impl<T: Real> BaseEdges<T> {
 
     /// A point of {B}, mm, in the axes of the base plane, from B1.
     pub fn in_plane(&self, point_mm: &Vector3<T>) -> Vector3<T> {
-        self.plane * (point_mm - self.origin_mm)
+        image(&self.plane, &difference(point_mm, &self.origin_mm))
     }
 
     /// A point in the axes of the base plane, from B1, in {B}, mm.
     pub fn point_in_base(&self, in_plane_mm: &Vector3<T>) -> Vector3<T> {
-        self.origin_mm + self.in_base(in_plane_mm)
+        sum(&self.origin_mm, &self.in_base(in_plane_mm))
     }
 
     /// A vector in the axes of the base plane, in {B}.
     #[inline(never)]
     pub fn in_base(&self, in_plane: &Vector3<T>) -> Vector3<T> {
-        self.plane.tr_mul(in_plane)
+        image_transposed(&self.plane, in_plane)
     }
 
     /// (ξ, ρ²) of the three end-points of a pose.
@@ -102,7 +103,7 @@ impl<T: Real> BaseEdges<T> {
     }
 
     /// (ξ, ρ²) of lengths that may break their triangles. ρ² is not a positive number then, and no tetrahedron closes.
-    #[inline]
+    #[inline(always)]
     pub fn unchecked(&self, lengths: &CableLengths<T>) -> [HingeCoordinates<T>; POINTS] {
         let [l1, l2, l3, l4, l5, l6] = *lengths.as_mm();
         let [e1, e2, e3] = &self.edges;
@@ -126,7 +127,7 @@ impl<T: Real> BaseEdge<T> {
 
     /// (ξ, ρ²) from the two cable lengths, mm: ξ = (L_a² - L_b² + b²) / 2b, ρ² = L_a² - ξ².
     /// ρ² is not positive when the lengths break the triangle.
-    #[inline]
+    #[inline(always)]
     pub fn coordinates(&self, first_mm: T, second_mm: T) -> HingeCoordinates<T> {
         // Differences as products: L_a² - L_b² in single precision would lose the digits that matter.
         let difference = (first_mm - second_mm) * (first_mm + second_mm);

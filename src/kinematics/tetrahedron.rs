@@ -31,8 +31,11 @@ pub struct TetrahedronBase<T> {
     centre_along_mm: T,
     /// Y: distance of O from the edge's line, mm.
     distance_mm: T,
-    /// 1/Y, 1/mm.
-    inverse_distance: T,
+    /// 1/2Y, 1/mm.
+    half_inverse: T,
+    /// `out` / Y and `up` / Y, 1/mm.
+    out_gradient: T,
+    up_gradient: T,
     /// Y² - p², mm².
     power_mm2: T,
 }
@@ -69,7 +72,9 @@ impl<T: Real> TetrahedronBase<T> {
             up,
             centre_along_mm,
             distance_mm,
-            inverse_distance,
+            half_inverse: inverse_distance * T::of(0.5),
+            out_gradient: out * inverse_distance,
+            up_gradient: up * inverse_distance,
             power_mm2: (distance_mm - radius_mm) * (distance_mm + radius_mm),
         }
     }
@@ -79,8 +84,7 @@ impl<T: Real> TetrahedronBase<T> {
     #[inline(always)]
     pub fn foot(&self, hinge: &HingeCoordinates<T>) -> Option<Foot<T>> {
         let along_mm = hinge.along_mm - self.centre_along_mm;
-        let half_inverse = self.inverse_distance * T::of(0.5);
-        let depth_mm = (self.power_mm2 + hinge.distance_squared_mm2 + along_mm * along_mm) * half_inverse;
+        let depth_mm = (self.power_mm2 + hinge.distance_squared_mm2 + along_mm * along_mm) * self.half_inverse;
         let height_squared_mm2 = hinge.distance_squared_mm2 - depth_mm * depth_mm;
         // Also false for NaN. At exactly zero the differential is infinite: the two apices meet.
         if !(height_squared_mm2 > T::zero()) {
@@ -104,9 +108,8 @@ impl<T: Real> TetrahedronBase<T> {
     #[inline(always)]
     pub fn gradient(&self, foot: &Foot<T>, inverse_height: T) -> Vector3<T> {
         let slope = foot.depth_mm * inverse_height;
-        // The same for every pose of a pass: the compiler computes them before the first.
-        let (out, up) = (self.out * self.inverse_distance, self.up * self.inverse_distance);
-        let (outward, upward) = (out - slope * up, up + slope * out);
+        let outward = self.out_gradient - slope * self.up_gradient;
+        let upward = self.up_gradient + slope * self.out_gradient;
         let [cos, sin] = self.direction;
         Vector3::new(outward * sin, -(outward * cos), upward)
     }
