@@ -8,8 +8,8 @@ use core::sync::atomic::{AtomicBool, AtomicU16, Ordering};
 use embassy_stm32::can::config::{GlobalFilter, NominalBitTiming, NonMatchingFilter, TxBufferMode};
 use embassy_stm32::can::filter::{Action, FilterType, StandardFilter, StandardFilterSlot};
 use embassy_stm32::can::{Can, CanConfigurator, IT0InterruptHandler, IT1InterruptHandler};
-use embassy_stm32::interrupt::typelevel::{FDCAN1_IT0, Handler, Interrupt};
 use embassy_stm32::interrupt::Priority;
+use embassy_stm32::interrupt::typelevel::{FDCAN1_IT0, Handler, Interrupt};
 use embassy_stm32::peripherals::{FDCAN1, PA11, PA12};
 use embassy_stm32::{Peri, bind_interrupts, pac};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
@@ -64,10 +64,7 @@ impl Bus {
         FDCAN1_IT0::set_priority(Priority::P8);
         let mut configurator = CanConfigurator::new(controller, receive, transmit, Handlers);
         let CanFilter { id, mask } = CanFilter::of_block(base);
-        let filter = StandardFilter {
-            filter: FilterType::BitMask { filter: id, mask },
-            action: Action::StoreInFifo0,
-        };
+        let filter = StandardFilter { filter: FilterType::BitMask { filter: id, mask }, action: Action::StoreInFifo0 };
         configurator.properties().set_standard_filter(StandardFilterSlot::_0, filter);
         let config = configurator
             .config()

@@ -1,5 +1,6 @@
 //! Six timers that count the encoders' edges by themselves.
 
+use embassy_stm32::Peri;
 use embassy_stm32::gpio::Pull;
 use embassy_stm32::pac;
 use embassy_stm32::pac::timer::vals::FilterValue;
@@ -7,7 +8,6 @@ use embassy_stm32::peripherals::{
     PA0, PA1, PA6, PA7, PB2, PB6, PB7, PC0, PC1, PC6, PC7, PC12, TIM1, TIM2, TIM3, TIM4, TIM5, TIM8,
 };
 use embassy_stm32::timer::qei::{Config, Qei};
-use embassy_stm32::Peri;
 use glenoid::drive_board::counts::{FILTER_PERIODS, extended};
 use glenoid::rig::CABLES;
 
