@@ -26,4 +26,5 @@ pub mod rig;
 pub mod rig_link;
 pub mod scalar;
 pub mod slcan;
+mod vector;
 pub mod watch;

@@ -104,6 +104,8 @@ pub(crate) fn command() -> Command {
 /// A running board. Dropping it ends it.
 #[derive(Debug)]
 pub struct Emulator {
+    image: PathBuf,
+    options: Options,
     child: Child,
     can: SocketAddr,
     rig: SocketAddr,
@@ -167,7 +169,8 @@ impl Emulator {
             child.stderr.take().map(|err: ChildStderr| follow(err, Arc::clone(&log), options.show_log)),
         ];
         let readers = readers.into_iter().flatten().collect();
-        let mut emulator = Self { child, can, rig, debugger, monitor, log, readers, record };
+        let (image, options) = (image.to_owned(), options.clone());
+        let mut emulator = Self { image, options, child, can, rig, debugger, monitor, log, readers, record };
         emulator.wait_for_log(READY, BOOT_LIMIT)?;
         Ok(emulator)
     }
@@ -199,6 +202,24 @@ impl Emulator {
     pub fn reset(&self) -> Result<(), EmulatorError> {
         let address = self.monitor.ok_or_else(|| io::Error::other("the emulator was started without a monitor"));
         address.and_then(monitor::reset).map_err(EmulatorError::Connect)
+    }
+
+    /// Takes the supply away and gives it back: RAM is lost, the record's flash keeps its content, the log begins anew.
+    /// Ports that were free ones are other ones now.
+    ///
+    /// # Errors
+    /// [`EmulatorError`]; the board is then off.
+    pub fn power_cycle(&mut self) -> Result<(), EmulatorError> {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+        self.finish_reading();
+        let same_flash = Options { record: Some(self.record().to_owned()), ..self.options.clone() };
+        let mut next = Self::start(&self.image, &same_flash)?;
+        // the file goes with the board that made it
+        std::mem::swap(&mut next.record, &mut self.record);
+        next.options = self.options.clone();
+        *self = next;
+        Ok(())
     }
 
     /// The rig link, connected.

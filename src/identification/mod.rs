@@ -11,6 +11,7 @@ pub mod normal_equations;
 pub mod observability;
 pub mod outcome;
 pub mod paper;
+mod pass_sum;
 mod pivot_equations;
 pub mod pose_buffer;
 pub mod pose_information;

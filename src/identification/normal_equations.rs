@@ -35,6 +35,9 @@ pub struct Singular;
 pub struct Factors<T> {
     /// Unit lower triangle below the diagonal; on the diagonal the inverse pivots.
     packed: [T; PACKED],
+    /// The largest share by which a diagonal entry exceeds the pivot that it became: how much worse the weakest
+    /// combination of the unknowns is seen than the others. 1 or more.
+    weakness: T,
 }
 
 /// Position of row `i`, column `j <= i` in a packed lower triangle.
@@ -72,9 +75,20 @@ impl<T: Real> NormalEquations<T> {
         self.squares
     }
 
+    /// YᵀY that is left after the step `x`, as far as the equations are linear.
+    pub fn squares_after(&self, x: &[T; UNKNOWNS]) -> T {
+        let gained = x.iter().zip(&self.gradient).fold(T::zero(), |sum, (x, g)| sum + *x * *g);
+        (self.squares - gained).max(T::zero())
+    }
+
     /// DᵀD, lower triangle row by row.
     pub fn matrix(&self) -> &[T; PACKED] {
         &self.matrix
+    }
+
+    /// DᵀY.
+    pub fn gradient(&self) -> &[T; UNKNOWNS] {
+        &self.gradient
     }
 
     /// Eq. 15: X = (DᵀD)⁻¹ DᵀY.
@@ -91,12 +105,23 @@ impl<T: Real> Factors<T> {
     ///
     /// # Errors
     /// [`Singular`] when a pivot is too small against the diagonal entry that it came from, or is not a number.
+    #[inline(always)]
     pub fn of(matrix: &[T; PACKED]) -> Result<Self, Singular> {
-        let mut packed = *matrix;
+        let mut factors = Self { packed: *matrix, weakness: T::one() };
+        factors.factor()?;
+        Ok(factors)
+    }
+
+    /// In place: what comes before and what comes after never lie side by side.
+    // Not inlined, like `solve`: called from several places a few times a run, and a kilobyte of unrolled loops.
+    #[inline(never)]
+    fn factor(&mut self) -> Result<(), Singular> {
+        let packed = &mut self.packed;
         // Row by row (Golub and Van Loan, algorithm 4.1.2): `scaled[j]` is L_ij d_j before division.
         for i in 0..UNKNOWNS {
-            let mut pivot = packed[at(i, i)];
-            let smallest = pivot * T::of(SMALLEST_PIVOT).max(T::default_epsilon() * T::of(SMALLEST_PIVOT_ROUNDINGS));
+            let entry = packed[at(i, i)];
+            let mut pivot = entry;
+            let smallest = entry * T::of(SMALLEST_PIVOT).max(T::default_epsilon() * T::of(SMALLEST_PIVOT_ROUNDINGS));
             let mut scaled = [T::zero(); UNKNOWNS];
             for j in 0..i {
                 let mut sum = packed[at(i, j)];
@@ -113,11 +138,19 @@ impl<T: Real> Factors<T> {
                 return Err(Singular);
             }
             packed[at(i, i)] = T::one() / pivot;
+            self.weakness = self.weakness.max(entry * packed[at(i, i)]);
         }
-        Ok(Self { packed })
+        Ok(())
+    }
+
+    /// The largest share by which a diagonal entry exceeds the pivot that it became: how much worse the weakest
+    /// combination of the unknowns is seen than the others. 1 or more.
+    pub fn weakness(&self) -> T {
+        self.weakness
     }
 
     /// The solution X of `matrix · X = right`.
+    #[inline(never)]
     pub fn solve(&self, right: &[T; UNKNOWNS]) -> [T; UNKNOWNS] {
         let mut x = *right;
         for i in 0..UNKNOWNS {

@@ -120,20 +120,23 @@ impl<T: Real> Arm<'_, T> {
         let mm = lengths.as_mm();
         let edge = &self.base.as_array()[i];
         let HingeCoordinates { along_mm, distance_squared_mm2 } = edge.coordinates(mm[2 * i], mm[2 * i + 1]);
-        let from_origin = self.pivot.in_base_mm - edge.origin_mm;
-        let inner = edge.along * from_origin.dot(&edge.along) - from_origin;
+        let centre = self.base.in_plane(&self.pivot.in_base_mm);
+        let origin = Vector3::new(edge.origin_mm[0], edge.origin_mm[1], T::zero());
+        let along = Vector3::new(edge.direction[0], edge.direction[1], T::zero());
+        let from_origin = centre - origin;
+        let inner = along * from_origin.dot(&along) - from_origin;
         let distance_mm = inner.norm_squared().root();
         if !(distance_mm > T::zero() && distance_squared_mm2 > T::zero()) {
             return None;
         }
         let inner = inner / distance_mm;
-        let x = along_mm - from_origin.dot(&edge.along);
+        let x = along_mm - from_origin.dot(&along);
         let d = (distance_mm * distance_mm - radius_mm * radius_mm + distance_squared_mm2 + x * x)
             / (distance_mm + distance_mm);
         let height = (distance_squared_mm2 - d * d).max(T::zero()).root();
-        let flat = edge.along * x + inner * (distance_mm - d);
-        let normal = edge.along.cross(&inner) * height;
-        Some([flat + normal, flat - normal])
+        let flat = along * x + inner * (distance_mm - d);
+        let normal = along.cross(&inner) * height;
+        Some([self.base.in_base(&(flat + normal)), self.base.in_base(&(flat - normal))])
     }
 }
 

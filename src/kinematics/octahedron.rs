@@ -27,11 +27,24 @@ const START: (f64, f64) = (0.258_819_045_102_520_74, 0.965_925_826_289_068_3);
 /// lengths determine the pose too poorly to find a start from it.
 const REGULAR: f64 = 0.02;
 
-/// Cosine and sine of a hinge's angle from the base plane (outward) towards the platform.
+/// An end-point's arm, seen along its hinge, mm: length times cosine and sine of the angle from the base plane
+/// (outward) towards the platform.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct HingeAngle<T> {
-    cos: T,
-    sin: T,
+struct HingeArm<T> {
+    out: T,
+    up: T,
+}
+
+/// An end-point that turns about its base edge.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Hinged<T> {
+    /// Foot of the end-point on the edge's line, in the axes of the base plane, mm.
+    foot: [T; 2],
+    /// Cosine and sine of the edge's direction.
+    direction: [T; 2],
+    /// Length of the arm, mm.
+    length: T,
+    arm: HingeArm<T>,
 }
 
 /// Where the platform stands: its end-points and its axes.
@@ -102,47 +115,34 @@ impl<T: Real> Octahedron<T> {
     /// [`OctahedronError`] when a cable triangle is broken or no regular assembly is found.
     pub fn solve(&self, lengths: &CableLengths<T>) -> Result<PlatformPose<T>, OctahedronError> {
         let hinges = self.base.coordinates(lengths).map_err(OctahedronError::Length)?;
-        let start = HingeAngle { cos: T::of(START.0), sin: T::of(START.1) };
-        self.newton(&hinges, [start; POINTS]).ok_or(OctahedronError::DoesNotClose)
+        let [e1, e2, e3] = self.base.as_array();
+        let [h1, h2, h3] = &hinges;
+        self.newton([Hinged::new(e1, h1), Hinged::new(e2, h2), Hinged::new(e3, h3)])
+            .ok_or(OctahedronError::DoesNotClose)
     }
 
-    fn newton(
-        &self,
-        hinges: &[HingeCoordinates<T>; POINTS],
-        mut angles: [HingeAngle<T>; POINTS],
-    ) -> Option<PlatformPose<T>> {
-        let edges = self.base.as_array();
-        let feet: [Vector3<T>; POINTS] =
-            core::array::from_fn(|i| edges[i].origin_mm + edges[i].along * hinges[i].along_mm);
-        let arms: [T; POINTS] = core::array::from_fn(|i| hinges[i].distance_squared_mm2.root());
+    fn newton(&self, mut hinged: [Hinged<T>; POINTS]) -> Option<PlatformPose<T>> {
         // Half a thousandth of a millimetre on an edge; the step that follows squares the relative error.
         let close = self.edges_mm[0] * T::of(5e-4);
         for _ in 0..STEP_CAP {
-            let system = self.evaluate(edges, &feet, &arms, &angles);
+            let system = self.evaluate(&hinged);
             let determinant = system.determinant();
             let step = system.step(determinant);
-            for (angle, turn) in angles.iter_mut().zip(step) {
-                *angle = angle.turned(turn);
+            for (hinged, turn) in hinged.iter_mut().zip(step) {
+                hinged.turn(turn);
             }
             if system.value.iter().all(|v| v.abs() < close) {
                 // Judged where the equations hold: on the home side the determinant is negative.
                 let regular = -determinant > system.scale() * T::of(REGULAR);
-                let points = core::array::from_fn(|i| feet[i] + angles[i].direction(&edges[i]) * arms[i]);
-                return regular.then(|| self.frame.pose(&points));
+                return regular.then(|| self.frame.pose(&self.base, &hinged.map(|hinged| hinged.point())));
             }
         }
         None
     }
 
-    fn evaluate(
-        &self,
-        edges: &[BaseEdge<T>; POINTS],
-        feet: &[Vector3<T>; POINTS],
-        arms: &[T; POINTS],
-        angles: &[HingeAngle<T>; POINTS],
-    ) -> EdgeSystem<T> {
-        let points: [Vector3<T>; POINTS] = core::array::from_fn(|i| feet[i] + angles[i].direction(&edges[i]) * arms[i]);
-        let tangents: [Vector3<T>; POINTS] = core::array::from_fn(|i| angles[i].tangent(&edges[i]) * arms[i]);
+    fn evaluate(&self, hinged: &[Hinged<T>; POINTS]) -> EdgeSystem<T> {
+        let points = hinged.map(|hinged| hinged.point());
+        let tangents = hinged.map(|hinged| hinged.tangent());
         let mut system =
             EdgeSystem { value: [T::zero(); POINTS], first: [T::zero(); POINTS], second: [T::zero(); POINTS] };
         for (k, &[i, j]) in EDGE_ENDS.iter().enumerate() {
@@ -155,23 +155,42 @@ impl<T: Real> Octahedron<T> {
     }
 }
 
-impl<T: Real> HingeAngle<T> {
-    fn direction(&self, edge: &BaseEdge<T>) -> Vector3<T> {
-        edge.outward * self.cos + edge.upward * self.sin
+impl<T: Real> Hinged<T> {
+    #[inline(always)]
+    fn new(edge: &BaseEdge<T>, hinge: &HingeCoordinates<T>) -> Self {
+        let [cos, sin] = edge.direction;
+        let [x, y] = edge.origin_mm;
+        let length = hinge.distance_squared_mm2.root();
+        Self {
+            foot: [x + cos * hinge.along_mm, y + sin * hinge.along_mm],
+            direction: edge.direction,
+            length,
+            arm: HingeArm { out: length * T::of(START.0), up: length * T::of(START.1) },
+        }
     }
 
-    /// Derivative of [`direction`](Self::direction) with the angle.
-    fn tangent(&self, edge: &BaseEdge<T>) -> Vector3<T> {
-        edge.upward * self.cos - edge.outward * self.sin
+    /// The end-point, in the axes of the base plane, mm.
+    #[inline(always)]
+    fn point(&self) -> Vector3<T> {
+        let ([x, y], [cos, sin]) = (self.foot, self.direction);
+        Vector3::new(x + self.arm.out * sin, y - self.arm.out * cos, self.arm.up)
     }
 
-    /// Turned by atan(`step`), so that no step passes 90 degrees.
-    fn turned(self, step: T) -> Self {
+    /// Derivative of [`point`](Self::point) with the angle, mm/rad.
+    #[inline(always)]
+    fn tangent(&self) -> Vector3<T> {
+        let [cos, sin] = self.direction;
+        Vector3::new(-(self.arm.up * sin), self.arm.up * cos, self.arm.out)
+    }
+
+    /// Turns the arm by atan(`step`), so that no step passes 90 degrees.
+    #[inline(always)]
+    fn turn(&mut self, step: T) {
         let limited = step.clamp(-T::one(), T::one());
-        let cos = self.cos - self.sin * limited;
-        let sin = self.sin + self.cos * limited;
-        let norm = (cos * cos + sin * sin).root();
-        Self { cos: cos / norm, sin: sin / norm }
+        let out = self.arm.out - self.arm.up * limited;
+        let up = self.arm.up + self.arm.out * limited;
+        let scale = self.length / (out * out + up * up).root();
+        self.arm = HingeArm { out: out * scale, up: up * scale };
     }
 }
 
@@ -201,16 +220,15 @@ impl<T: Real> EdgeSystem<T> {
 }
 
 impl<T: Real> PlatformFrame<T> {
-    /// Pose of the platform from its end-points, which keep their distances.
-    fn pose(&self, points: &[Vector3<T>; POINTS]) -> PlatformPose<T> {
+    /// Pose of the platform from its end-points in the axes of the base plane, which keep their distances.
+    fn pose(&self, base: &BaseEdges<T>, points: &[Vector3<T>; POINTS]) -> PlatformPose<T> {
         let [p1, p2, p3] = points;
-        let along = p2 - p1;
+        let (along, third) = (base.in_base(&(p2 - p1)), base.in_base(&(p3 - p1)));
         let x = along / along.norm_squared().root();
-        let third = p3 - p1;
         let across = third - x * x.dot(&third);
         let y = across / across.norm_squared().root();
         let y = if self.third_y_mm > T::zero() { y } else { -y };
         let z = x.cross(&y);
-        PlatformPose { origin_mm: *p1, rotation: Matrix3::from_columns(&[x, y, z]) }
+        PlatformPose { origin_mm: base.point_in_base(p1), rotation: Matrix3::from_columns(&[x, y, z]) }
     }
 }

@@ -7,7 +7,7 @@ use core::ptr;
 use glenoid::restart::{Area, LastWords, ResetCause, Restart};
 
 /// Written once the board runs. RAM that has just come on holds it with a chance of one in four thousand million.
-const HAS_RUN: u32 = 0x52_756E_21;
+const HAS_RUN: u32 = 0x5275_6E21;
 
 #[repr(C)]
 struct Kept {
