@@ -6,6 +6,7 @@
 //! So a largest singular value of one means a common axis, and its left singular vector is that axis in {B}.
 
 use crate::scalar::Real;
+use crate::vector::scaled_matrix;
 use nalgebra::{Matrix3, Vector3};
 
 /// Sum of the rotations of a set of poses.
@@ -37,17 +38,24 @@ impl<T: Real> Default for RotationSum<T> {
 impl<T: Real> RotationSum<T> {
     /// Adds the rotation ({P} to {B}) of a pose.
     pub fn add(&mut self, rotation: &Matrix3<T>) {
-        self.sum += rotation;
+        for (sum, entry) in self.sum.iter_mut().zip(rotation.iter()) {
+            *sum += *entry;
+        }
         self.poses += 1;
+    }
+
+    /// R̄, and the share of one pose in it; `None` without poses.
+    pub fn mean(&self) -> Option<(Matrix3<T>, T)> {
+        let share = T::one() / T::of_integer(self.poses as i32);
+        (self.poses > 0).then(|| (scaled_matrix(&self.sum, share), share))
     }
 
     /// The sway of the poses added. All zero when there are none.
     pub fn sway(&self) -> Sway<T> {
-        if self.poses == 0 {
+        let Some((mean, _)) = self.mean() else {
             let zero = T::zero();
             return Sway { axis: Vector3::z(), axis_in_platform: Vector3::z(), least_rad: zero, second_rad: zero };
-        }
-        let mean = self.sum / T::of_integer(self.poses as i32);
+        };
         let (axes, squares) = eigen_of_symmetric(&(mean * mean.transpose()));
         let axis = axes[0];
         let image = mean.transpose() * axis;

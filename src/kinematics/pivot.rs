@@ -7,8 +7,9 @@
 //! nothing here is singular at a flat tetrahedron or at the octahedron's fold.
 
 use super::cable_length::CableLengths;
-use crate::rig::{ATTACHMENTS, CABLES, POINTS, Parameters, Rig};
+use crate::rig::{CABLES, POINTS, Parameters, Rig};
 use crate::scalar::Real;
+use crate::vector::{cross, difference, image, scaled, square, sum};
 use nalgebra::{Matrix3, Vector3};
 
 /// The joint centre in both bodies: the six unknowns in the form in which every pose is linear in them.
@@ -86,30 +87,35 @@ pub struct LengthEquations<T> {
 
 impl<T: Real> LengthEquations<T> {
     /// The equations of the pose with rotation `rotation` ({P} to {B}) about the pivot.
+    // One copy of it, and a rolled loop: most of its time goes into arithmetic all the same.
+    #[inline(never)]
     pub fn new(points: &RigPoints<T>, pivot: &Pivot<T>, rotation: &Matrix3<T>, lengths: &CableLengths<T>) -> Self {
-        let mut equations = Self {
-            direction: [Vector3::zeros(); CABLES],
-            moment_mm: [Vector3::zeros(); CABLES],
-            residual_mm: [T::zero(); CABLES],
-        };
-        for (point, ends) in ATTACHMENTS.iter().enumerate() {
-            let arm = rotation * (points.platform_mm[point] - pivot.in_platform_mm);
-            let end_point = pivot.in_base_mm + arm;
-            for (side, &attachment) in ends.iter().enumerate() {
-                let cable = 2 * point + side;
-                let span = end_point - points.base_mm[attachment];
-                let computed = span.norm_squared().root();
-                let direction = span * (T::one() / computed);
-                equations.direction[cable] = direction;
-                equations.moment_mm[cable] = arm.cross(&direction);
-                equations.residual_mm[cable] = lengths.as_mm()[cable] - computed;
+        let zero = Vector3::new(T::zero(), T::zero(), T::zero());
+        let mut equations =
+            Self { direction: [zero; CABLES], moment_mm: [zero; CABLES], residual_mm: *lengths.as_mm() };
+        let [b1, b2, b3] = &points.base_mm;
+        // The attachment points of each end-point's two cables: as in `ATTACHMENTS`.
+        let attachments = [b1, b2, b2, b3, b3, b1];
+        let [mut arm, mut end_point] = [zero; 2];
+        let slots = equations.direction.iter_mut().zip(&mut equations.moment_mm).zip(&mut equations.residual_mm);
+        for (cable, (((direction, moment), residual), attachment)) in slots.zip(attachments).enumerate() {
+            if cable % 2 == 0 {
+                let Some(point) = points.platform_mm.get(cable / 2) else { break };
+                arm = image(rotation, &difference(point, &pivot.in_platform_mm));
+                end_point = sum(&pivot.in_base_mm, &arm);
             }
+            let span = difference(&end_point, attachment);
+            let computed = square(&span).root();
+            *direction = scaled(&span, T::one() / computed);
+            *moment = cross(&arm, direction);
+            *residual -= computed;
         }
         equations
     }
 }
 
 /// Inverse of a symmetric positive definite 3x3 matrix by cofactors; `None` when its determinant has no digits left.
+#[inline(never)]
 pub fn inverse_of_symmetric<T: Real>(matrix: &Matrix3<T>) -> Option<Matrix3<T>> {
     let (a, b, c) = (matrix.m11, matrix.m22, matrix.m33);
     let (d, e, f) = (matrix.m21, matrix.m31, matrix.m32);
