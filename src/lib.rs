@@ -20,6 +20,7 @@ pub mod kinematics;
 pub mod line;
 pub mod procedure;
 pub mod record;
+pub mod restart;
 pub mod rig;
 pub mod rig_link;
 pub mod scalar;

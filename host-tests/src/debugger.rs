@@ -1,12 +1,15 @@
-//! Reaches into a running board: registers of the emulated core, over the emulator's debugger port.
+//! Reaches into a running board: registers and memory, over the emulator's debugger port.
 //!
-//! Faults that no client can cause are injected this way. Source: "The GDB Remote Serial Protocol", packets `P` and
-//! `D`; register numbers of QEMU's Arm target.
+//! Faults that no client can cause are injected this way. Source: "The GDB Remote Serial Protocol", packets `P`, `m`,
+//! `M`, `Z0`, `c` and `D`; register numbers of QEMU's Arm target.
 
 use std::fmt;
 use std::io::{self, Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::time::Duration;
+
+/// Most bytes of memory in one packet, which the emulator limits to 4 KiB.
+const MOST_BYTES: usize = 1024;
 
 /// Longest wait for an answer.
 const PATIENCE: Duration = Duration::from_secs(10);
@@ -74,7 +77,48 @@ impl Debugger {
     pub fn set(&mut self, register: Register, value: u32) -> Result<(), DebuggerError> {
         // registers travel in the target's byte order
         let bytes: String = value.to_le_bytes().iter().map(|byte| format!("{byte:02x}")).collect();
-        self.request(&format!("P{:x}={bytes}", register as u8), |answer| answer == "OK")
+        self.request(&format!("P{:x}={bytes}", register as u8), |answer| answer == "OK").map(drop)
+    }
+
+    /// Reads memory.
+    ///
+    /// # Errors
+    /// [`DebuggerError`].
+    pub fn read(&mut self, address: u32, len: usize) -> Result<Vec<u8>, DebuggerError> {
+        let mut bytes = Vec::new();
+        while bytes.len() < len {
+            let part = (len - bytes.len()).min(MOST_BYTES);
+            let is_data = |answer: &str| answer.len() == 2 * part;
+            let answer = self.request(&format!("m{:x},{part:x}", address as usize + bytes.len()), is_data)?;
+            let byte = |pair: &[u8]| u8::from_str_radix(std::str::from_utf8(pair).ok()?, 16).ok();
+            let read: Option<Vec<u8>> = answer.as_bytes().chunks(2).map(byte).collect();
+            bytes.extend(read.ok_or(DebuggerError::Refused(answer))?);
+        }
+        Ok(bytes)
+    }
+
+    /// Writes memory, be it what the firmware takes for flash.
+    ///
+    /// # Errors
+    /// [`DebuggerError`].
+    pub fn write(&mut self, address: u32, bytes: &[u8]) -> Result<(), DebuggerError> {
+        let digits: String = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
+        self.request(&format!("M{address:x},{:x}:{digits}", bytes.len()), |answer| answer == "OK").map(drop)
+    }
+
+    /// Lets the board run until it is about to execute the instruction at `address`; meanwhile `stir` gives it something
+    /// to do.
+    ///
+    /// # Errors
+    /// [`DebuggerError`]; [`DebuggerError::Line`] also when the board does not come by in time.
+    pub fn run_to(&mut self, address: u32, stir: impl FnOnce()) -> Result<(), DebuggerError> {
+        // 2: an instruction of two bytes, which every instruction of this core begins with
+        self.request(&format!("Z0,{address:x},2"), |answer| answer == "OK")?;
+        self.send("c")?;
+        stir();
+        while !self.answer()?.starts_with('T') {}
+        self.stream.write_all(b"+")?;
+        self.request(&format!("z0,{address:x},2"), |answer| answer == "OK").map(drop)
     }
 
     /// Lets the board run on.
@@ -82,22 +126,26 @@ impl Debugger {
     /// # Errors
     /// [`DebuggerError`].
     pub fn resume(mut self) -> Result<(), DebuggerError> {
-        self.request("D", |answer| answer == "OK")
+        self.request("D", |answer| answer == "OK").map(drop)
     }
 
-    fn request(&mut self, packet: &str, is_success: impl Fn(&str) -> bool) -> Result<(), DebuggerError> {
-        let checksum = packet.bytes().fold(0_u8, u8::wrapping_add);
-        write!(self.stream, "${packet}#{checksum:02x}")?;
+    fn request(&mut self, packet: &str, is_success: impl Fn(&str) -> bool) -> Result<String, DebuggerError> {
+        self.send(packet)?;
         loop {
             let answer = self.answer()?;
             self.stream.write_all(b"+")?;
             // the emulator tells by itself, and at any time, that the board has halted
             if is_success(&answer) {
-                return Ok(());
+                return Ok(answer);
             } else if !answer.starts_with(['T', 'S']) {
                 return Err(DebuggerError::Refused(answer));
             }
         }
+    }
+
+    fn send(&mut self, packet: &str) -> io::Result<()> {
+        let checksum = packet.bytes().fold(0_u8, u8::wrapping_add);
+        write!(self.stream, "${packet}#{checksum:02x}")
     }
 
     /// The next answer, `$text#checksum`, without its frame. TCP has already checked the sum.

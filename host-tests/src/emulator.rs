@@ -1,14 +1,17 @@
 //! Runs a firmware image in QEMU as the emulated drive board.
 
+use std::ffi::OsString;
 use std::fmt;
 use std::io::{self, BufRead, BufReader, Read};
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStderr, ChildStdout, Command, ExitStatus, Stdio};
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
+use crate::monitor;
 use crate::packages::{self, Consent, PackageError};
 
 /// The emulator's program.
@@ -27,14 +30,18 @@ const BOOT_LIMIT: Duration = Duration::from_secs(20);
 const PORT_TRIES: usize = 3;
 
 /// How a board is started.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Options {
     /// TCP port of the CAN line (SLCAN); any free one if None.
     pub can_port: Option<u16>,
     /// TCP port of the rig link; any free one if None.
     pub rig_port: Option<u16>,
+    /// File that stands for the flash that the record lies in; one of this board's own, gone with it, if None.
+    pub record: Option<PathBuf>,
     /// Serve a debugger, which may change registers (see [`crate::debugger`]).
     pub debugger: bool,
+    /// Serve a monitor, which may reset the board (see [`Emulator::reset`]).
+    pub monitor: bool,
     /// Repeat each line of the log on the error output.
     pub show_log: bool,
 }
@@ -97,12 +104,16 @@ pub(crate) fn command() -> Command {
 /// A running board. Dropping it ends it.
 #[derive(Debug)]
 pub struct Emulator {
+    image: PathBuf,
+    options: Options,
     child: Child,
     can: SocketAddr,
     rig: SocketAddr,
     debugger: Option<SocketAddr>,
+    monitor: Option<SocketAddr>,
     log: Arc<Log>,
     readers: Vec<JoinHandle<()>>,
+    record: RecordFile,
 }
 
 impl Emulator {
@@ -128,7 +139,11 @@ impl Emulator {
         let can = local_address(options.can_port).map_err(EmulatorError::Start)?;
         let rig = local_address(options.rig_port).map_err(EmulatorError::Start)?;
         let mut command = command();
-        command.args(["-semihosting-config", "enable=on,target=native"]);
+        let record = match &options.record {
+            Some(path) => RecordFile::Given(path.clone()),
+            None => RecordFile::Own(own_record()),
+        };
+        command.arg("-semihosting-config").arg(record.semihosting());
         for line in [can, rig] {
             // the UART sends single bytes; without "nodelay" each answer would wait 40 ms for the client's acknowledgement
             command.arg("-serial").arg(format!("tcp:{line},server=on,wait=off,nodelay=on"));
@@ -136,6 +151,10 @@ impl Emulator {
         let debugger = options.debugger.then(|| local_address(None)).transpose().map_err(EmulatorError::Start)?;
         if let Some(address) = debugger {
             command.arg("-gdb").arg(format!("tcp:{address}"));
+        }
+        let monitor = options.monitor.then(|| local_address(None)).transpose().map_err(EmulatorError::Start)?;
+        if let Some(address) = monitor {
+            command.arg("-qmp").arg(format!("tcp:{address},server=on,wait=off"));
         }
         command.arg("-kernel").arg(image);
         let mut child = command
@@ -150,7 +169,8 @@ impl Emulator {
             child.stderr.take().map(|err: ChildStderr| follow(err, Arc::clone(&log), options.show_log)),
         ];
         let readers = readers.into_iter().flatten().collect();
-        let mut emulator = Self { child, can, rig, debugger, log, readers };
+        let (image, options) = (image.to_owned(), options.clone());
+        let mut emulator = Self { image, options, child, can, rig, debugger, monitor, log, readers, record };
         emulator.wait_for_log(READY, BOOT_LIMIT)?;
         Ok(emulator)
     }
@@ -165,9 +185,41 @@ impl Emulator {
         self.rig
     }
 
+    /// The file that stands for the flash that the record lies in.
+    pub fn record(&self) -> &Path {
+        self.record.path()
+    }
+
     /// Where a debugger connects, if the board serves one.
     pub fn debugger_address(&self) -> Option<SocketAddr> {
         self.debugger
+    }
+
+    /// Resets the board as its reset pin would. RAM and the record's flash keep their content.
+    ///
+    /// # Errors
+    /// [`EmulatorError::Connect`] when the emulator serves no monitor.
+    pub fn reset(&self) -> Result<(), EmulatorError> {
+        let address = self.monitor.ok_or_else(|| io::Error::other("the emulator was started without a monitor"));
+        address.and_then(monitor::reset).map_err(EmulatorError::Connect)
+    }
+
+    /// Takes the supply away and gives it back: RAM is lost, the record's flash keeps its content, the log begins anew.
+    /// Ports that were free ones are other ones now.
+    ///
+    /// # Errors
+    /// [`EmulatorError`]; the board is then off.
+    pub fn power_cycle(&mut self) -> Result<(), EmulatorError> {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+        self.finish_reading();
+        let same_flash = Options { record: Some(self.record().to_owned()), ..self.options.clone() };
+        let mut next = Self::start(&self.image, &same_flash)?;
+        // the file goes with the board that made it
+        std::mem::swap(&mut next.record, &mut self.record);
+        next.options = self.options.clone();
+        *self = next;
+        Ok(())
     }
 
     /// The rig link, connected.
@@ -190,6 +242,14 @@ impl Emulator {
     /// # Errors
     /// [`EmulatorError::Silent`] after `limit`, [`EmulatorError::Ended`] if the board ended without such a line.
     pub fn wait_for_log(&mut self, text: &str, limit: Duration) -> Result<String, EmulatorError> {
+        self.wait_for_log_times(text, 1, limit)
+    }
+
+    /// Waits until so many lines of the log contain `text`, and gives the last of these.
+    ///
+    /// # Errors
+    /// As [`Emulator::wait_for_log`].
+    pub fn wait_for_log_times(&mut self, text: &str, times: usize, limit: Duration) -> Result<String, EmulatorError> {
         let deadline = Instant::now() + limit;
         loop {
             // The state first: a line that came between the two looks is then still seen.
@@ -197,7 +257,7 @@ impl Emulator {
             if ended.is_some() {
                 self.finish_reading();
             }
-            if let Some(line) = self.log.find(text, Duration::from_millis(20)) {
+            if let Some(line) = self.log.find(text, times, Duration::from_millis(20)) {
                 return Ok(line);
             }
             if let Some(status) = ended {
@@ -244,7 +304,39 @@ impl Drop for Emulator {
         let _ = self.child.kill();
         let _ = self.child.wait();
         self.finish_reading();
+        if let RecordFile::Own(path) = &self.record {
+            let _ = std::fs::remove_file(path);
+        }
     }
+}
+
+/// The file that stands for the flash.
+#[derive(Debug)]
+enum RecordFile {
+    /// Somebody else's, which stays.
+    Given(PathBuf),
+    /// This board's, which goes with it.
+    Own(PathBuf),
+}
+
+impl RecordFile {
+    fn path(&self) -> &Path {
+        let (Self::Given(path) | Self::Own(path)) = self;
+        path
+    }
+
+    /// The emulator's option that tells the firmware the path. A comma would end it, so it is doubled.
+    fn semihosting(&self) -> OsString {
+        let path = self.path().to_string_lossy().replace(',', ",,");
+        format!("enable=on,target=native,arg=firmware,arg=record={path}").into()
+    }
+}
+
+/// A path that no other board of this machine has.
+fn own_record() -> PathBuf {
+    static NEXT: AtomicU32 = AtomicU32::new(0);
+    let number = NEXT.fetch_add(1, Ordering::Relaxed);
+    std::env::temp_dir().join(format!("glenoid-record-{}-{number}", std::process::id()))
 }
 
 /// The lines that the emulator printed.
@@ -260,9 +352,10 @@ impl Log {
         self.lines.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The first line that contains the text, waiting once for new lines.
-    fn find(&self, text: &str, limit: Duration) -> Option<String> {
-        let find = |lines: &[String]| lines.iter().find(|line| line.contains(text)).cloned();
+    /// The line that contains the text for this time, waiting once for new lines.
+    fn find(&self, text: &str, times: usize, limit: Duration) -> Option<String> {
+        let find =
+            |lines: &[String]| lines.iter().filter(|line| line.contains(text)).nth(times.saturating_sub(1)).cloned();
         let lines = self.lines();
         find(&lines).or_else(|| {
             let (lines, _) = self.grown.wait_timeout(lines, limit).unwrap_or_else(PoisonError::into_inner);

@@ -8,6 +8,7 @@ pub mod firmware;
 pub mod flash;
 pub mod identify;
 pub mod literal;
+mod monitor;
 pub mod packages;
 pub mod plot;
 pub mod power_cut;

@@ -14,6 +14,7 @@ mod judgement;
 mod options;
 mod replay;
 mod report;
+mod restart;
 mod session;
 mod transcript;
 mod verdict;
@@ -83,8 +84,11 @@ pub fn rehearse(
     plots: Option<&Path>,
 ) -> Report {
     let truth = wearer.truth();
-    let session = Session::new(bench, wearer, rig.drum().fastest_mm_per_s, display);
-    let outcome = session.calibrate(options.poses, options.verification_poses()).map_err(|error| error.to_string());
-    let report = outcome.and_then(|transcript| judgement::judge(&transcript, wearer, rig, options, plots));
+    let mut session = Session::new(bench, wearer, rig.drum().fastest_mm_per_s, display);
+    let calibrated = session.calibrate(options.poses, options.verification_poses());
+    let outcome = calibrated.and_then(|transcript| Ok((transcript, session.restart()?)));
+    let report = outcome.map_err(|error| error.to_string()).and_then(|(transcript, after_restart)| {
+        judgement::judge(&transcript, &after_restart, wearer, rig, options, plots)
+    });
     report.unwrap_or_else(|reason| Report::failed(options, &truth, reason))
 }

@@ -1,10 +1,12 @@
 //! The messages of `glenoid.dbc` by name and field, for tests against other codecs and for display.
 
+use glenoid::can::health::{BusHealth, LastStop, StopText};
 use glenoid::can::message::Message;
 use glenoid::can::report::{LeftOut, OutcomeReport, PoseReport, RawLength};
 use glenoid::can::result::{Axis, Parameter, Quality, VerificationReport, WeakDirection};
 use glenoid::can::status::{Answer, Counters, Fault, Flags, Heartbeat, Versions};
 use glenoid::procedure::{Guidance, PoseSet, Reason, StateName};
+use glenoid::restart::ResetCause;
 use rand::Rng;
 
 /// A field of a message: its name in the DBC and its physical value. Flags are 0 and 1, codes their numbers; a value
@@ -31,6 +33,9 @@ pub fn fields(message: &Message) -> (&'static str, Vec<Field>) {
         Message::RawLength(m) => ("RawLength", raw_length(m)),
         Message::Versions(m) => ("Versions", versions(m)),
         Message::Counters(m) => ("Counters", counters(m)),
+        Message::BusHealth(m) => ("BusHealth", bus_health(m)),
+        Message::LastStop(m) => ("LastStop", last_stop(m)),
+        Message::StopText(m) => ("StopText", stop_text(m)),
     }
 }
 
@@ -163,7 +168,7 @@ fn versions(m: &Versions) -> Vec<Field> {
         ("major", major.into()),
         ("minor", minor.into()),
         ("patch", patch.into()),
-        ("reset_cause", m.reset_cause.into()),
+        ("reset_cause", m.reset_cause.code().into()),
         ("capacity", m.capacity.into()),
         ("rig", m.rig.into()),
     ]
@@ -178,8 +183,33 @@ fn counters(m: &Counters) -> Vec<Field> {
     ]
 }
 
+fn bus_health(m: &BusHealth) -> Vec<Field> {
+    vec![
+        ("bus_off", m.bus_off.into()),
+        ("dropped", m.dropped.into()),
+        ("transmit_errors", m.transmit_errors.into()),
+        ("receive_errors", m.receive_errors.into()),
+        ("error_passive", m.error_passive.into()),
+    ]
+}
+
+fn last_stop(m: &LastStop) -> Vec<Field> {
+    vec![
+        ("cause", m.cause.code().into()),
+        ("text_len", m.text_len.into()),
+        ("line", m.line.into()),
+        ("address", m.address.into()),
+    ]
+}
+
+fn stop_text(m: &StopText) -> Vec<Field> {
+    let names = ["c1", "c2", "c3", "c4", "c5", "c6", "c7"];
+    let characters = names.into_iter().zip(m.text).map(|(name, character)| (name, f64::from(character)));
+    [("index", m.index.into())].into_iter().chain(characters).collect()
+}
+
 /// How many kinds of messages the device sends.
-pub const KINDS: u8 = 17;
+pub const KINDS: u8 = 20;
 
 /// A random message of a kind, 0 to [`KINDS`] - 1 in the order of the identifiers. Values are random within what
 /// their fields can hold, and not rounded to the fields' steps.
@@ -258,16 +288,30 @@ pub fn random_message(kind: u8, random: &mut impl Rng) -> Message {
         15 => Message::Versions(Versions {
             protocol: any.0.random(),
             firmware: any.0.random(),
-            reset_cause: any.0.random(),
+            reset_cause: any.cause(),
             capacity: any.0.random(),
             rig: any.0.random(),
         }),
-        _ => Message::Counters(Counters {
+        16 => Message::Counters(Counters {
             foreign: any.0.random_range(0..1 << 24),
             malformed: any.0.random(),
             overruns: any.0.random_range(0..1 << 12),
             unsendable: any.0.random_range(0..1 << 12),
         }),
+        17 => Message::BusHealth(BusHealth {
+            bus_off: any.0.random(),
+            dropped: any.0.random(),
+            transmit_errors: any.0.random(),
+            receive_errors: any.0.random(),
+            error_passive: any.0.random(),
+        }),
+        18 => Message::LastStop(LastStop {
+            cause: any.cause(),
+            text_len: any.0.random(),
+            line: any.0.random(),
+            address: any.0.random(),
+        }),
+        _ => Message::StopText(StopText { index: any.0.random(), text: any.0.random() }),
     }
 }
 
@@ -292,6 +336,10 @@ impl<R: Rng> Random<'_, R> {
 
     fn reason(&mut self) -> Reason {
         Reason::ALL[self.0.random_range(0..Reason::ALL.len())]
+    }
+
+    fn cause(&mut self) -> ResetCause {
+        ResetCause::ALL[self.0.random_range(0..ResetCause::ALL.len())]
     }
 
     fn guidance(&mut self) -> Guidance {

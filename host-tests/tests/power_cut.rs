@@ -93,8 +93,8 @@ fn of_version(version: u16) -> image::Image {
     image[4..6].copy_from_slice(&version.to_le_bytes());
     let mut crc = crc32fast::Hasher::new();
     crc.update(b"\xA5gle");
-    crc.update(&image[..252]);
-    image[252..].copy_from_slice(&crc.finalize().to_le_bytes());
+    crc.update(&image[..316]);
+    image[316..].copy_from_slice(&crc.finalize().to_le_bytes());
     image
 }
 
@@ -173,8 +173,17 @@ fn a_record_without_sense_is_neither_stored_nor_loaded() {
 #[test]
 fn codes_never_change() {
     use {LoadError as L, StoreError as S};
-    let load = [L::Nothing, L::Unreadable, L::Damaged, L::OlderVersion, L::FromTheFuture, L::OtherRig, L::Unfit];
-    let store = [S::Unfit, S::EraseRefused, S::EraseIncomplete, S::WriteRefused, S::ReadBackDiffers];
-    assert_eq!(load.map(L::code), [1, 2, 3, 4, 5, 6, 7]);
-    assert_eq!(store.map(S::code), [16, 17, 18, 19, 20]);
+    let load = [
+        L::Nothing,
+        L::Unreadable,
+        L::Damaged,
+        L::OlderVersion,
+        L::FromTheFuture,
+        L::OtherRig,
+        L::Unfit,
+        L::FlashLayout,
+    ];
+    let store = [S::Unfit, S::EraseRefused, S::EraseIncomplete, S::WriteRefused, S::ReadBackDiffers, S::FlashLayout];
+    assert_eq!(load.map(L::code), [1, 2, 3, 4, 5, 6, 7, 8]);
+    assert_eq!(store.map(S::code), [16, 17, 18, 19, 20, 21]);
 }

@@ -2,7 +2,7 @@
 
 use clap::Parser;
 use glenoid::can::Frame;
-use glenoid::device::{Config, Device};
+use glenoid::device::Config;
 use glenoid::identification::{Solver, SolverSettings};
 use glenoid::kinematics::CableLengths;
 use glenoid::rig::Rig;
@@ -72,7 +72,7 @@ fn rehearse_with_plots(
     tamper: impl Fn(usize, [i32; 6]) -> [i32; 6],
 ) -> Report {
     let config = Config::for_rig(Rig::<f32>::shoulder(150.0).unwrap());
-    let mut bench = Tampering { inner: InProcess::new(Device::new(config)), tamper, samples: 0 };
+    let mut bench = Tampering { inner: InProcess::new(config), tamper, samples: 0 };
     let mut wearer = Wearer::new(rig(), options.wearer());
     rehearse(&mut bench, &mut wearer, &rig(), options, &Display::Silent, plots)
 }
@@ -98,6 +98,9 @@ impl<F: Fn(usize, [i32; 6]) -> [i32; 6]> Bench for Tampering<F> {
     }
     fn pass(&mut self, ms: u32) -> Result<Vec<Frame>, BenchError> {
         self.inner.pass(ms)
+    }
+    fn restart(&mut self) -> Result<(), BenchError> {
+        self.inner.restart()
     }
 }
 
@@ -133,7 +136,17 @@ fn the_report_is_complete_and_the_same_every_time() {
     }
     assert_eq!(serde_json::to_string(&report).unwrap(), serde_json::to_string(&run()).unwrap());
     let json: serde_json::Value = serde_json::to_value(&report).unwrap();
-    for key in ["status", "true_centre_mm", "centre_mm", "radii_mm", "sigma_mm", "error_mm", "tolerance_mm", "plots"] {
+    for key in [
+        "status",
+        "true_centre_mm",
+        "centre_mm",
+        "radii_mm",
+        "sigma_mm",
+        "error_mm",
+        "tolerance_mm",
+        "plots",
+        "centre_after_restart_mm",
+    ] {
         assert!(json.get(key).is_some(), "{key} in {json}");
     }
     let text = report.to_string();
@@ -171,9 +184,12 @@ fn an_encoder_that_falls_silent_is_named() {
         fn pass(&mut self, ms: u32) -> Result<Vec<Frame>, BenchError> {
             self.0.pass(ms)
         }
+        fn restart(&mut self) -> Result<(), BenchError> {
+            self.0.restart()
+        }
     }
     let config = Config::for_rig(Rig::<f32>::shoulder(150.0).unwrap());
-    let mut bench = Cut(InProcess::new(Device::new(config)), 0);
+    let mut bench = Cut(InProcess::new(config), 0);
     let options = options(&[]);
     let mut wearer = Wearer::new(rig(), options.wearer());
     let plots = Path::new(env!("CARGO_TARGET_TMPDIR")).join("rehearse/silent");
@@ -181,6 +197,43 @@ fn an_encoder_that_falls_silent_is_named() {
     assert_eq!(report.status, Status::Failed);
     assert!(report.reasons[0].contains("no encoder counts arrive"), "{report}");
     assert!(report.plots.is_empty() && !plots.exists());
+}
+
+/// The board itself is sound, but after the restart another one stands in its place.
+#[test]
+fn a_board_that_forgets_its_centre_or_has_another_is_never_right() {
+    struct Exchanged(InProcess, Option<InProcess>);
+    impl Bench for Exchanged {
+        fn set_counts(&mut self, counts: &[i32; 6]) -> Result<(), BenchError> {
+            self.0.set_counts(counts)
+        }
+        fn send(&mut self, frame: &Frame) -> Result<(), BenchError> {
+            self.0.send(frame)
+        }
+        fn pass(&mut self, ms: u32) -> Result<Vec<Frame>, BenchError> {
+            self.0.pass(ms)
+        }
+        fn restart(&mut self) -> Result<(), BenchError> {
+            self.0 = self.1.take().unwrap();
+            self.0.restart()
+        }
+    }
+    let config = Config::for_rig(Rig::<f32>::shoulder(150.0).unwrap());
+    let (options, rig) = (options(&["--seed", "3", "--poses", "12"]), rig());
+    let rehearse_with = |bench: &mut dyn Bench, seed| {
+        let mut wearer = Wearer::new(rig, WearerSettings { seed, ..options.wearer() });
+        rehearse(bench, &mut wearer, &rig, &options, &Display::Silent, None)
+    };
+    let empty = InProcess::new(config);
+    let report = rehearse_with(&mut Exchanged(InProcess::new(config), Some(empty)), 3);
+    assert_eq!(report.reasons, ["after a restart the board has no centre in use"]);
+
+    let mut other = InProcess::new(config);
+    assert_eq!(rehearse_with(&mut other, 4).status, Status::Right);
+    let report = rehearse_with(&mut Exchanged(InProcess::new(config), Some(other)), 3);
+    assert_eq!(report.status, Status::Wrong);
+    assert_eq!(report.reasons, ["the centre in use after a restart is not the one that was accepted"]);
+    assert!(report.to_string().contains("ANOTHER"), "{report}");
 }
 
 #[test]
@@ -195,6 +248,9 @@ fn a_board_that_says_nothing_is_reported() {
         }
         fn pass(&mut self, _: u32) -> Result<Vec<Frame>, BenchError> {
             Ok(Vec::new())
+        }
+        fn restart(&mut self) -> Result<(), BenchError> {
+            Ok(())
         }
     }
     let options = options(&[]);

@@ -1,6 +1,7 @@
 //! All messages of `glenoid.dbc` that the device sends, and the identifiers.
 
 use super::frame::Frame;
+use super::health::{BusHealth, LastStop, StopText};
 use super::payload::{PackError, Payload};
 use super::report::{LeftOut, OutcomeReport, PoseReport, RawLength};
 use super::result::{Axis, Parameter, Quality, VerificationReport, WeakDirection};
@@ -94,6 +95,9 @@ pub enum Message {
     RawLength(RawLength),
     Versions(Versions),
     Counters(Counters),
+    BusHealth(BusHealth),
+    LastStop(LastStop),
+    StopText(StopText),
 }
 
 impl Message {
@@ -117,6 +121,9 @@ impl Message {
             Self::RawLength(_) => 15,
             Self::Versions(_) => 16,
             Self::Counters(_) => 17,
+            Self::BusHealth(_) => 18,
+            Self::LastStop(_) => 19,
+            Self::StopText(_) => 20,
         }
     }
 
@@ -142,6 +149,9 @@ impl Message {
             Self::RawLength(m) => m.pack()?,
             Self::Versions(m) => m.pack(),
             Self::Counters(m) => m.pack(),
+            Self::BusHealth(m) => m.pack(),
+            Self::LastStop(m) => m.pack(),
+            Self::StopText(m) => m.pack(),
         };
         Ok(Frame::of_eight(base.at(self.offset()), payload.to_bytes()))
     }
@@ -172,8 +182,11 @@ impl Message {
             13 => Some(Self::LiveCentre(Parameter::unpack(payload))),
             14 => Some(Self::LiveRadius(Parameter::unpack(payload))),
             15 => Some(Self::RawLength(RawLength::unpack(payload))),
-            16 => Some(Self::Versions(Versions::unpack(payload))),
+            16 => Versions::unpack(payload).map(Self::Versions),
             17 => Some(Self::Counters(Counters::unpack(payload))),
+            18 => Some(Self::BusHealth(BusHealth::unpack(payload))),
+            19 => LastStop::unpack(payload).map(Self::LastStop),
+            20 => Some(Self::StopText(StopText::unpack(payload))),
             _ => return Err(UnpackError::Foreign),
         };
         message.ok_or(UnpackError::UnknownCode)

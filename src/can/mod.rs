@@ -5,6 +5,7 @@
 
 pub mod command;
 pub mod frame;
+pub mod health;
 pub mod message;
 mod payload;
 pub mod report;

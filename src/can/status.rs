@@ -2,6 +2,7 @@
 
 use super::payload::{Field, Payload, RUN};
 use crate::procedure::{Guidance, Reason, StateName};
+use crate::restart::ResetCause;
 
 /// The answer to one command. Every command frame gets exactly one, also what is no command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -197,8 +198,8 @@ pub struct Versions {
     pub protocol: u8,
     /// Firmware version major.minor.patch.
     pub firmware: [u8; 3],
-    /// Why the device last started, as the board knows it; 0 = not known.
-    pub reset_cause: u8,
+    /// Why the device last started.
+    pub reset_cause: ResetCause,
     /// Poses that the first set has room for.
     pub capacity: u8,
     /// Fingerprint of the rig's constants.
@@ -224,19 +225,19 @@ impl Versions {
             .with(versions::MAJOR, major)
             .with(versions::MINOR, minor)
             .with(versions::PATCH, patch)
-            .with(versions::RESET_CAUSE, self.reset_cause)
+            .with(versions::RESET_CAUSE, self.reset_cause.code())
             .with(versions::CAPACITY, self.capacity)
             .with(versions::RIG, self.rig)
     }
 
-    pub(super) fn unpack(payload: Payload) -> Self {
-        Self {
+    pub(super) fn unpack(payload: Payload) -> Option<Self> {
+        Some(Self {
             protocol: payload.get_u8(versions::PROTOCOL),
             firmware: [versions::MAJOR, versions::MINOR, versions::PATCH].map(|field| payload.get_u8(field)),
-            reset_cause: payload.get_u8(versions::RESET_CAUSE),
+            reset_cause: ResetCause::from_code(payload.get_u8(versions::RESET_CAUSE))?,
             capacity: payload.get_u8(versions::CAPACITY),
             rig: payload.get_u16(versions::RIG),
-        }
+        })
     }
 }
 

@@ -37,10 +37,10 @@ impl FaultWatch {
         Some(Fault { run_id, code, cable, active: wrong.is_some(), count: self.count })
     }
 
-    /// A momentary fault has happened.
+    /// A momentary fault has happened so many times; 0 is fine.
     pub fn happened(&mut self, times: u16) {
         self.count = self.count.saturating_add(times);
-        self.untold = true;
+        self.untold |= times != 0;
     }
 
     /// Returns what is to be told of momentary faults.

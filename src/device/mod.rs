@@ -1,16 +1,20 @@
 //! The whole board without hardware: events in, actions out. The boards and the host tests drive this very type.
 //!
 //! A board calls [`Device::handle`] with
+//! * [`Event::PowerUp`] once, before anything else: what became of the record;
 //! * [`Event::Tick`] about every millisecond, and again as soon as it has time while [`Device::is_busy`];
 //! * [`Event::Counts`] with every sample of the six encoders, also when nothing moves: silence is a fault;
 //! * [`Event::Button`] with the contact's level at every change (bounces are welcome) or at every sample;
 //! * [`Event::Can`] with every frame received, [`Event::ReceiveOverrun`] when it lost some;
+//! * [`Event::Stored`] after every [`Action::Store`];
+//! * [`Event::Bus`] when the CAN controller's counters have changed;
 //!
 //! and carries out the actions at once. One event never causes more than [`MOST_FRAMES`] frames.
 
 pub mod button;
 mod faults;
 mod fingerprint;
+mod keeping;
 pub mod lamp;
 mod presses;
 mod report;
@@ -22,23 +26,30 @@ pub use fingerprint::fingerprint;
 pub use lamp::LampPattern;
 
 use crate::can::command::Request;
+use crate::can::health::BusHealth;
 use crate::can::status::{Answer, Counters, Versions};
 use crate::can::{BaseId, Frame, Message};
 use crate::procedure::{Limits, PoseNotice, Procedure, Reason, StateName};
+use crate::record::{LoadError, Record, StoreError};
+use crate::restart::{LastWords, ResetCause, Restart};
 use crate::rig::{CABLES, Rig};
 use button::Button;
 use faults::FaultWatch;
+use keeping::Keeping;
 use report::Reporter;
 use status::Pace;
 
-/// Most frames that one event causes, all at once: two poses (held and asked for by the button), four faults, two
-/// heartbeats (due, and change of state), two frames of a report. Usually none or one.
-pub const MOST_FRAMES: usize = 10;
+/// Most frames that one event causes, all at once: two poses (held and asked for by the button), a fault, two heartbeats
+/// (due, and change of state), two frames of a report. Usually none or one.
+pub const MOST_FRAMES: usize = 7;
 
 /// What happens to the board.
+// A record is ten times the size of the rest. It comes once, by value: there is no heap to box it on.
+#[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Event {
+    /// The board has looked for the record.
+    PowerUp(Result<Record, LoadError>),
     /// Time has passed.
     Tick,
     /// A sample of the six encoder counts, extended to 32 bits.
@@ -55,23 +66,31 @@ pub enum Event {
         /// Frames lost; 1 when the board cannot tell.
         lost: u16,
     },
+    /// The record was stored, or why not.
+    Stored(Result<(), StoreError>),
+    /// How the CAN controller fares.
+    Bus(BusHealth),
 }
 
 /// What the board shall do.
+// As with the events.
+#[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Action {
     /// Send a frame.
     Send(Frame),
     /// Show a pattern on the lamp from now on.
     Lamp(LampPattern),
+    /// Replace the record by this one, then say how that went. It is of the rig that the device was made for.
+    Store(Record),
+    /// Memory cannot be trusted any more: start anew, and say this cause then.
+    Stop(ResetCause),
     /// Note something in the log.
     Log(LogEntry),
 }
 
 /// What is worth noting in a log.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum LogEntry {
     /// The procedure changed its state.
     State {
@@ -107,6 +126,20 @@ pub enum LogEntry {
         /// x, y, z, p1, p2, p3 as the bits of single-precision numbers in mm.
         bits: [u32; 6],
     },
+    /// The record was taken into use ([`Reason::Fine`], and the run is not 0), was not there, or was refused.
+    Loaded {
+        /// The run of the record.
+        run_id: u16,
+        /// Why it was refused.
+        reason: Reason,
+    },
+    /// The record was stored, or why not.
+    Stored {
+        /// The run of the record.
+        run_id: u16,
+        /// Why it was not stored.
+        reason: Reason,
+    },
 }
 
 /// What a device is made for.
@@ -118,14 +151,14 @@ pub struct Config {
     pub limits: Limits,
     /// The device's block of CAN identifiers.
     pub base: BaseId,
-    /// Why the board last started, as it tells in its own numbers; 0 = not known.
-    pub reset_cause: u8,
+    /// Why the board last started.
+    pub restart: Restart,
 }
 
 impl Config {
     /// Default limits and identifiers for a rig.
     pub fn for_rig(rig: Rig<f32>) -> Self {
-        Self { limits: Limits::for_rig(&rig), rig, base: BaseId::DEFAULT, reset_cause: 0 }
+        Self { limits: Limits::for_rig(&rig), rig, base: BaseId::DEFAULT, restart: Restart::default() }
     }
 }
 
@@ -133,7 +166,11 @@ impl Config {
 #[derive(Debug, Clone)]
 pub struct Device {
     base: BaseId,
+    /// Fingerprint of the rig.
+    fingerprint: u32,
     versions: Versions,
+    last_words: Option<LastWords>,
+    bus: BusHealth,
     counters: Counters,
     procedure: Procedure,
     button: Button,
@@ -143,6 +180,12 @@ pub struct Device {
     button_fault: FaultWatch,
     overrun: FaultWatch,
     unsendable: FaultWatch,
+    keeping: Keeping,
+    record_fault: FaultWatch,
+    bus_off: FaultWatch,
+    restarted: FaultWatch,
+    /// The firmware stopped before this start, and nobody has asked about it yet.
+    restart_is_news: bool,
     /// The last request, its answer and its time: a repeated frame is answered again and not obeyed again.
     answered: Option<(Request, Answer, u32)>,
 }
@@ -152,9 +195,13 @@ impl Device {
     // Inlined so that it is built where it stays: 13 KB of temporary copies on the stack otherwise.
     #[inline(always)]
     pub fn new(config: Config) -> Self {
+        let fingerprint = fingerprint(&config.rig);
         Self {
             base: config.base,
-            versions: status::versions(&config),
+            fingerprint,
+            versions: status::versions(config.restart.cause, fingerprint),
+            last_words: config.restart.last_words,
+            bus: BusHealth::default(),
             counters: Counters::default(),
             procedure: Procedure::new(config.rig, config.limits),
             button: Button::new(),
@@ -164,6 +211,11 @@ impl Device {
             button_fault: FaultWatch::new(),
             overrun: FaultWatch::new(),
             unsendable: FaultWatch::new(),
+            keeping: Keeping::default(),
+            record_fault: FaultWatch::new(),
+            bus_off: FaultWatch::new(),
+            restarted: FaultWatch::new(),
+            restart_is_news: config.restart.cause.is_fault(),
             answered: None,
         }
     }
@@ -173,6 +225,7 @@ impl Device {
     pub fn handle(&mut self, now_ms: u32, event: Event, out: &mut impl FnMut(Action)) {
         let before = self.procedure.state();
         match event {
+            Event::PowerUp(loaded) => self.power_up(loaded, out),
             Event::Tick => self.tick(now_ms, out),
             Event::Counts(counts) => self.procedure.sample(now_ms, &counts),
             Event::Button { down } => self.button.level(now_ms, down),
@@ -180,6 +233,11 @@ impl Device {
             Event::ReceiveOverrun { lost } => {
                 self.counters.overruns = self.counters.overruns.saturating_add(lost);
                 self.overrun.happened(lost);
+            }
+            Event::Stored(result) => self.stored(result, out),
+            Event::Bus(health) => {
+                self.bus_off.happened(health.bus_off.saturating_sub(self.bus.bus_off));
+                self.bus = health;
             }
         }
         let after = self.procedure.state();
@@ -205,7 +263,7 @@ impl Device {
         if let Some(press) = self.button.tick(now_ms) {
             self.press(now_ms, press, out);
         }
-        self.tell_faults(now_ms, out);
+        self.tell_fault(now_ms, out);
         if self.pace.heartbeat_is_due(now_ms) {
             self.send_heartbeat(now_ms, out);
         }

@@ -48,6 +48,9 @@ impl Device {
         if command == Command::Acknowledge && reply.reason == Reason::Fine {
             self.reporter.stop_repeating();
         }
+        if command == Command::Accept && reply.reason == Reason::Fine {
+            self.keep(out);
+        }
         (reply.reason, reply.detail)
     }
 }

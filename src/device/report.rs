@@ -1,11 +1,13 @@
 //! Sends what there is to say about the run, a frame or two a tick, so that no queue has to be long.
 
 use crate::can::Message;
+use crate::can::health::{BusHealth, LastStop, StopText};
 use crate::can::report::{LeftOut, OutcomeReport, RawLength};
 use crate::can::result::{Axis, Parameter, Quality, VerificationReport, WeakDirection};
 use crate::can::status::{Counters, Versions};
 use crate::identification::Identified;
 use crate::procedure::{Candidate, PoseSet, Procedure, Reason, StateName};
+use crate::restart::LastWords;
 use crate::rig::CABLES;
 
 /// An unacknowledged report is sent again after this time, ms.
@@ -14,7 +16,7 @@ const REPEAT_MS: u32 = 1_000;
 /// What a report consists of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Parts {
-    /// Versions and counters.
+    /// Versions, counters, how the firmware stopped the last time.
     pub device: bool,
     /// The centre in use.
     pub live: bool,
@@ -26,12 +28,17 @@ pub(super) struct Parts {
 pub(super) struct About<'a> {
     pub versions: &'a Versions,
     pub counters: &'a Counters,
+    pub bus: &'a BusHealth,
+    pub last_words: Option<&'a LastWords>,
 }
 
 /// Positions of the parts in a report.
 const VERSIONS: u8 = 0;
 const COUNTERS: u8 = 1;
-const LIVE: u8 = 2;
+const BUS: u8 = 2;
+const LAST_STOP: u8 = 3;
+const STOP_TEXT: u8 = 4;
+const LIVE: u8 = STOP_TEXT + StopText::MOST_PARTS;
 const CANDIDATE: u8 = LIVE + 6;
 const QUALITY: u8 = CANDIDATE + 6;
 const VERIFICATION: u8 = QUALITY + 1;
@@ -125,6 +132,9 @@ fn part(position: u8, parts: Parts, procedure: &Procedure, about: &About) -> Opt
     match position {
         VERSIONS if parts.device => Some(Message::Versions(*about.versions)),
         COUNTERS if parts.device => Some(Message::Counters(*about.counters)),
+        BUS if parts.device => Some(Message::BusHealth(*about.bus)),
+        LAST_STOP if parts.device => Some(Message::LastStop(LastStop::of(about.last_words?))),
+        STOP_TEXT..LIVE if parts.device => StopText::of(about.last_words?, position - STOP_TEXT).map(Message::StopText),
         LIVE..CANDIDATE if parts.live => {
             let Candidate { run_id, identified, .. } = procedure.live()?;
             let (is_radius, parameter) = parameter(*run_id, identified, position - LIVE)?;

@@ -53,6 +53,8 @@ impl Device {
             Ok(Order::Procedure(command)) => self.command(now_ms, command, out),
             Ok(Order::ReadPose { set, index }) => (self.read_out(set, index), u16::from(index)),
             Ok(Order::Query) => {
+                // the report that follows says all about it
+                self.restart_is_news = false;
                 self.reporter.begin(now_ms, Parts { device: true, live: true, run: true });
                 (Reason::Fine, u16::from(self.procedure.state().code()))
             }

@@ -2,12 +2,13 @@
 
 use super::lamp::LampPattern;
 use super::report::About;
-use super::{Action, Config, Device, Held, LogEntry, fingerprint};
+use super::{Action, Device, Held, LogEntry};
 use crate::can::Message;
 use crate::can::message::PROTOCOL;
 use crate::can::report::PoseReport;
 use crate::can::status::{Flags, Heartbeat, Versions};
 use crate::procedure::{CAPACITY, PoseNotice, Reason, StateName};
+use crate::restart::ResetCause;
 
 /// Time between two heartbeats, ms.
 const HEARTBEAT_MS: u32 = 100;
@@ -21,6 +22,7 @@ const SHOWN_MS: u32 = 1_000;
 pub(super) struct Pace {
     heartbeat_at_ms: Option<u32>,
     sequence: u8,
+    fault_turn: u8,
     lamp: Option<LampPattern>,
     /// Shown for a moment, and since when.
     momentary: Option<(LampPattern, u32)>,
@@ -30,7 +32,7 @@ pub(super) struct Pace {
 
 impl Pace {
     pub const fn at_power_up() -> Self {
-        Self { heartbeat_at_ms: None, sequence: 0, lamp: None, momentary: None, refused_press: None }
+        Self { heartbeat_at_ms: None, sequence: 0, fault_turn: 0, lamp: None, momentary: None, refused_press: None }
     }
 
     pub fn heartbeat_is_due(&self, now_ms: u32) -> bool {
@@ -43,25 +45,35 @@ impl Pace {
     }
 }
 
+/// This firmware's version, major, minor, patch.
+pub(super) const FIRMWARE: [u8; 3] = [
+    number(env!("CARGO_PKG_VERSION_MAJOR")),
+    number(env!("CARGO_PKG_VERSION_MINOR")),
+    number(env!("CARGO_PKG_VERSION_PATCH")),
+];
+
+/// A decimal number of one byte; 255 stands for a larger one.
+const fn number(digits: &str) -> u8 {
+    match u8::from_str_radix(digits, 10) {
+        Ok(number) => number,
+        Err(_) => u8::MAX,
+    }
+}
+
 /// What the device is.
-pub(super) fn versions(config: &Config) -> Versions {
-    let number = |text: &str| text.parse().unwrap_or(u8::MAX);
-    let rig = fingerprint(&config.rig);
+pub(super) fn versions(reset_cause: ResetCause, fingerprint: u32) -> Versions {
     Versions {
         protocol: PROTOCOL,
-        firmware: [
-            number(env!("CARGO_PKG_VERSION_MAJOR")),
-            number(env!("CARGO_PKG_VERSION_MINOR")),
-            number(env!("CARGO_PKG_VERSION_PATCH")),
-        ],
-        reset_cause: config.reset_cause,
+        firmware: FIRMWARE,
+        reset_cause,
         capacity: CAPACITY as u8,
-        rig: (rig >> 16) as u16 ^ rig as u16,
+        rig: (fingerprint >> 16) as u16 ^ fingerprint as u16,
     }
 }
 
 impl Device {
     pub(super) fn send_heartbeat(&mut self, now_ms: u32, out: &mut impl FnMut(Action)) {
+        self.check_live(out);
         let arm = self.procedure.arm(now_ms);
         let refused_press = self
             .pace
@@ -90,24 +102,39 @@ impl Device {
         self.send(&Message::Heartbeat(heartbeat), out);
     }
 
-    pub(super) fn tell_faults(&mut self, now_ms: u32, out: &mut impl FnMut(Action)) {
+    /// Looks after one kind of fault a tick, in turn, so that many at once do not crowd the bus.
+    pub(super) fn tell_fault(&mut self, now_ms: u32, out: &mut impl FnMut(Action)) {
         let run_id = self.procedure.run_id();
-        let encoder = self.procedure.fault(now_ms).map(|fault| (fault.reason, fault.cable));
-        let stuck = (self.button.held() == Held::Stuck).then_some((Reason::ButtonStuck, 0));
-        let told = [
-            self.encoder_fault.update(now_ms, run_id, encoder),
-            self.button_fault.update(now_ms, run_id, stuck),
-            self.overrun.tell(now_ms, run_id, Reason::ReceiveOverrun),
-            self.unsendable.tell(now_ms, run_id, Reason::ReportOutOfRange),
-        ];
-        for fault in told.into_iter().flatten() {
+        self.pace.fault_turn = self.pace.fault_turn.wrapping_add(1);
+        let told = match self.pace.fault_turn % 8 {
+            0 => {
+                let encoder = self.procedure.fault(now_ms).map(|fault| (fault.reason, fault.cable));
+                self.encoder_fault.update(now_ms, run_id, encoder)
+            }
+            1 => {
+                let stuck = (self.button.held() == Held::Stuck).then_some((Reason::ButtonStuck, 0));
+                self.button_fault.update(now_ms, run_id, stuck)
+            }
+            2 => self.record_fault.update(now_ms, run_id, self.keeping.wrong.map(|reason| (reason, 0))),
+            3 => self.overrun.tell(now_ms, run_id, Reason::ReceiveOverrun),
+            4 => self.unsendable.tell(now_ms, run_id, Reason::ReportOutOfRange),
+            5 => self.bus_off.tell(now_ms, run_id, Reason::BusOff),
+            6 => self.restarted.update(now_ms, run_id, self.restart_is_news.then_some((Reason::Restarted, 0))),
+            _ => None,
+        };
+        if let Some(fault) = told {
             self.send(&Message::Fault(fault), out);
         }
     }
 
     pub(super) fn send_report(&mut self, now_ms: u32, out: &mut impl FnMut(Action)) {
         for _ in 0..FRAMES_A_TICK {
-            let about = About { versions: &self.versions, counters: &self.counters };
+            let about = About {
+                versions: &self.versions,
+                counters: &self.counters,
+                bus: &self.bus,
+                last_words: self.last_words.as_ref(),
+            };
             let Some(message) = self.reporter.next(now_ms, &self.procedure, &about) else { return };
             self.send(&message, out);
         }

@@ -167,6 +167,14 @@ impl Procedure {
         }
     }
 
+    /// Takes over the centre of an earlier run, of before the power was switched off. Run ids go on from its own.
+    pub fn resume(&mut self, live: Candidate) {
+        if matches!(self.state, State::Idle) && self.run.id == 0 {
+            self.run.id = live.run_id;
+            self.live = Some(live);
+        }
+    }
+
     /// Takes in one sample of the six counts. Every sample counts: silence is a fault.
     pub fn sample(&mut self, now_ms: u32, counts: &[i32; CABLES]) {
         self.arm.sample(now_ms, counts, self.rig.drum());
@@ -193,6 +201,12 @@ impl Procedure {
     /// Are poses captured by command only?
     pub const fn by_command_only(&self) -> bool {
         self.run.by_command_only
+    }
+
+    /// The centre in use, to spoil it as memory can.
+    #[cfg(test)]
+    pub(crate) fn live_mut(&mut self) -> &mut Option<Candidate> {
+        &mut self.live
     }
 
     /// The centre in use.

@@ -140,6 +140,17 @@ reasons! {
     ButtonStuck = 112, "the button is held for too long", "release the button; if it is released, check its wiring";
     ReportOutOfRange = 113, "a value of the report does not fit its field", "read out the poses and report them";
     ReceiveOverrun = 114, "frames were lost before they were read", "send fewer frames at once, then ask again";
+    RecordDamaged = 115, "the stored centre was damaged; there is none in use", "calibrate again; if it comes back, replace the board";
+    RecordOfOtherRig = 116, "the stored centre belongs to another rig; there is none in use", "check the rig constants of this firmware, then calibrate";
+    RecordOlder = 117, "the stored centre is of a firmware too old for this one; there is none in use", "calibrate again";
+    RecordNewer = 118, "the stored centre is of a newer firmware; there is none in use", "install that firmware, or calibrate again";
+    RecordUnfit = 119, "the stored centre is not one that a calibration can find; there is none in use", "read out the record and report it; calibrate again";
+    RecordUnreadable = 120, "the flash cannot be read; there is no centre in use", "switch off and on; if it comes back, replace the board";
+    StoreRefused = 121, "the flash refuses the new centre, which is lost at power-down", "take the flash's write protection away, then calibrate again";
+    FlashWorn = 122, "the flash does not hold the new centre, which is lost at power-down", "replace the board";
+    FlashLayout = 123, "the flash is divided otherwise than the firmware expects, so nothing is stored", "set the option byte that the first-power-up notes name";
+    BusOff = 124, "the CAN controller had left the bus because of errors, and came back", "check wiring, termination and bit rate";
+    Restarted = 125, "the firmware stopped and was restarted; a run under way is lost", "read Versions and LastStop for the cause, and report it";
 }
 
 impl Reason {

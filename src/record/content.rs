@@ -1,6 +1,8 @@
 //! What is kept of a calibration.
 
-use crate::identification::normal_equations::PACKED;
+use crate::identification::Rejected;
+use crate::identification::normal_equations::{PACKED, at};
+use crate::identification::outcome::MOST_REJECTED;
 use crate::rig::{CABLES, Parameters};
 
 /// An accepted calibration, with everything that the device tells about it.
@@ -28,8 +30,10 @@ pub struct Record {
     pub sway_rad: f32,
     /// Poses given to the solver.
     pub poses: u16,
-    /// Poses of these that it left out.
-    pub left_out: u16,
+    /// How many of these it left out.
+    pub left_out: u8,
+    /// Which, and for which cables' sake: the first `left_out` of these.
+    pub rejected: [Rejected; MOST_REJECTED],
     /// Least-squares steps.
     pub iterations: u8,
     /// Why the iteration ended: code of [`Termination`](crate::identification::Termination).
@@ -63,6 +67,7 @@ impl Record {
         let not_negative = |number: &f32| number.is_finite() && *number >= 0.0;
         let [_, _, _, radii @ ..] = self.parameters.to_array();
         let fit = self.run_id != 0
+            && usize::from(self.left_out) <= MOST_REJECTED
             && self
                 .parameters
                 .to_array()
@@ -77,7 +82,6 @@ impl Record {
 
     /// The diagonal of the covariance, mm².
     fn variances(&self) -> [f32; 6] {
-        use crate::identification::normal_equations::at;
         core::array::from_fn(|i| self.covariance_mm2.get(at(i, i)).copied().unwrap_or(f32::NAN))
     }
 }

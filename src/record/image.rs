@@ -7,7 +7,7 @@
 //! | 6 | 2 | run id |
 //! | 8 | 4 | sequence number: the larger one is the newer record, modulo 2³² |
 //! | 12 | 4 | fingerprint of the rig |
-//! | 16 | 2 + 2 | poses given, poses left out |
+//! | 16 | 2 + 1 + 1 | poses given, poses left out, zero |
 //! | 20 | 3 | firmware major, minor, patch |
 //! | 23 | 1 + 1 + 1 | iterations, termination, poses of the second set |
 //! | 26 | 2 | zero |
@@ -15,25 +15,27 @@
 //! | 52 | 84 | their covariance, mm², lower triangle row by row |
 //! | 136 | 24 + 24 | encoder zeros and their 1σ, mm |
 //! | 184 | 4 · 5 | noise, δE, sway (rad), δE of the second set, its limit, mm |
-//! | 204 | 48 | zero; for later versions |
-//! | 252 | 4 | CRC-32 of a constant and all bytes before |
+//! | 204 | 25 · 2 | poses left out: pose, cables to blame |
+//! | 254 | 62 | zero; for later versions |
+//! | 316 | 4 | CRC-32 of a constant and all bytes before |
 //!
 //! Magic, version, sequence and CRC keep their places in every version, so that a record of another version can be
 //! named as such.
 
 use super::content::Record;
+use crate::identification::Rejected;
 use crate::rig::Parameters;
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 
-/// Length of the image, bytes: 32 flash words of the drive board.
-pub const IMAGE_LEN: usize = 256;
+/// Length of the image, bytes: 40 flash words of the drive board.
+pub const IMAGE_LEN: usize = 320;
 
 /// Version of the table above.
 pub const VERSION: u16 = 1;
 
 const MAGIC: [u8; 4] = *b"GLNR";
 const CRC_LEN: usize = 4;
-const RESERVED_LEN: usize = 48;
+const RESERVED_LEN: usize = 62;
 
 /// Goes into the CRC before the image, so that no run of equal bytes is ever a record, and no other program's CRC-32.
 const SALT: [u8; 4] = *b"\xA5gle";
@@ -63,7 +65,7 @@ pub fn encode(record: &Record, sequence: u32) -> Image {
     writer.put(sequence.to_le_bytes());
     writer.put(record.rig.to_le_bytes());
     writer.put(record.poses.to_le_bytes());
-    writer.put(record.left_out.to_le_bytes());
+    writer.put([record.left_out, 0]);
     writer.put(record.firmware);
     writer.put([record.iterations, record.termination, record.verification_poses]);
     writer.put([0; 2]);
@@ -73,6 +75,10 @@ pub fn encode(record: &Record, sequence: u32) -> Image {
     writer.put_numbers(&record.zero_sigmas_mm);
     writer.put_numbers(&[record.noise_mm, record.deviation_mm, record.sway_rad]);
     writer.put_numbers(&[record.verification_deviation_mm, record.verification_limit_mm]);
+    for rejected in &record.rejected {
+        // no set has more poses than a byte counts
+        writer.put([rejected.pose as u8, rejected.cables]);
+    }
     writer.put([0; RESERVED_LEN]);
     let sum = checksum(&writer.image);
     writer.put(sum.to_le_bytes());
@@ -102,7 +108,7 @@ pub fn decode(image: &Image) -> Record {
     reader.take::<4>();
     let rig = u32::from_le_bytes(reader.take());
     let poses = u16::from_le_bytes(reader.take());
-    let left_out = u16::from_le_bytes(reader.take());
+    let [left_out, _] = reader.take();
     let firmware = reader.take();
     let [iterations, termination, verification_poses] = reader.take();
     reader.take::<2>();
@@ -111,6 +117,10 @@ pub fn decode(image: &Image) -> Record {
     let zeros_mm = reader.take_numbers();
     let zero_sigmas_mm = reader.take_numbers();
     let [noise_mm, deviation_mm, sway_rad, verification_deviation_mm, verification_limit_mm] = reader.take_numbers();
+    let rejected = core::array::from_fn(|_| {
+        let [pose, cables] = reader.take();
+        Rejected { pose: u16::from(pose), cables }
+    });
     Record {
         run_id,
         rig,
@@ -124,6 +134,7 @@ pub fn decode(image: &Image) -> Record {
         sway_rad,
         poses,
         left_out,
+        rejected,
         iterations,
         termination,
         verification_poses,
@@ -133,7 +144,7 @@ pub fn decode(image: &Image) -> Record {
 }
 
 /// CRC-32 (ISO-HDLC, as in zip) of the salt and the image without its last four bytes.
-fn checksum(image: &Image) -> u32 {
+pub fn checksum(image: &Image) -> u32 {
     // Bit by bit: a kilobyte less flash than by table, and 2 ms a page are soon enough.
     const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
     let mut digest = CRC.digest();

@@ -24,6 +24,8 @@ pub enum LoadError {
     OtherRig = 6,
     /// Its CRC is right, and its numbers cannot be those of a calibration.
     Unfit = 7,
+    /// The flash is divided otherwise than the board's firmware expects. Said by the board, which then never asks.
+    FlashLayout = 8,
 }
 
 impl LoadError {
@@ -43,6 +45,7 @@ impl core::fmt::Display for LoadError {
             Self::FromTheFuture => "the record was written by newer firmware",
             Self::OtherRig => "the record is of another rig",
             Self::Unfit => "the record's numbers cannot be those of a calibration",
+            Self::FlashLayout => "the flash is divided otherwise than expected",
         })
     }
 }
@@ -64,6 +67,8 @@ pub enum StoreError {
     WriteRefused = 19,
     /// What was read back is not what was written: the page is worn. The next power-up may find either record.
     ReadBackDiffers = 20,
+    /// The flash is divided otherwise than the board's firmware expects. Said by the board, which then never tries.
+    FlashLayout = 21,
 }
 
 impl StoreError {
@@ -81,6 +86,7 @@ impl core::fmt::Display for StoreError {
             Self::EraseIncomplete => "the flash is worn: an erased page is not blank",
             Self::WriteRefused => "the flash refuses to write",
             Self::ReadBackDiffers => "the flash is worn: it reads back other data than were written",
+            Self::FlashLayout => "the flash is divided otherwise than expected",
         })
     }
 }

@@ -1,6 +1,7 @@
 //! `cargo emulate`: boots the emulated drive board and leaves it running for any SLCAN client.
 
 use std::error::Error;
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::time::Duration;
@@ -20,6 +21,10 @@ struct Arguments {
     /// TCP port of the rig link: encoder counts and button as lines of text
     #[arg(long, value_name = "PORT", default_value_t = 5602)]
     rig_port: u16,
+    /// File that stands for the flash of the centre in use, made where there is none; without it, the board begins
+    /// without a centre and keeps none
+    #[arg(long, value_name = "FILE")]
+    record: Option<PathBuf>,
     /// Install what is missing without asking
     #[arg(long)]
     yes: bool,
@@ -47,6 +52,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode, Box<dyn Error>> {
     let options = Options {
         can_port: Some(arguments.can_port),
         rig_port: Some(arguments.rig_port),
+        record: arguments.record.clone(),
         show_log: true,
         ..Options::default()
     };

@@ -11,6 +11,7 @@ mod scheme;
 pub use scheme::{OnePage, Scheme, TwoPages, WithoutCommit};
 
 use crate::flash::{MockFlash, TornWord};
+use glenoid::identification::Rejected;
 use glenoid::record::Record;
 use glenoid::rig::Parameters;
 use rand::{Rng, SeedableRng};
@@ -93,7 +94,8 @@ pub fn record(number: u16) -> Record {
         deviation_mm: value,
         sway_rad: value,
         poses: number,
-        left_out: number,
+        left_out: number as u8 % 26,
+        rejected: std::array::from_fn(|k| Rejected { pose: k as u16, cables: number as u8 }),
         iterations: number as u8,
         termination: 1,
         verification_poses: number as u8,

@@ -1,7 +1,9 @@
 //! Where a rehearsal takes place: something with six encoders, a button and a CAN bus.
 
+use crate::flash::{MockFlash, TornWord};
 use glenoid::can::Frame;
-use glenoid::device::{Action, Device, Event};
+use glenoid::device::{Action, Config, Device, Event, fingerprint};
+use glenoid::record::RecordStore;
 use glenoid::rig::CABLES;
 use std::fmt;
 
@@ -24,6 +26,12 @@ pub trait Bench {
     /// # Errors
     /// [`BenchError`] when the wires are gone.
     fn pass(&mut self, ms: u32) -> Result<Vec<Frame>, BenchError>;
+
+    /// Takes the board's supply away and gives it back.
+    ///
+    /// # Errors
+    /// [`BenchError`] when the board does not come back.
+    fn restart(&mut self) -> Result<(), BenchError>;
 }
 
 /// The wires are gone, and why.
@@ -41,7 +49,9 @@ impl std::error::Error for BenchError {}
 /// The device without a board: the very type that the firmware drives, in this process, with a clock that is only
 /// counted. A calibration takes milliseconds and is the same every time.
 pub struct InProcess {
+    config: Config,
     device: Device,
+    record: RecordStore<MockFlash>,
     now_ms: u32,
     heard: Vec<Frame>,
 }
@@ -51,18 +61,31 @@ pub struct InProcess {
 const TICKS_A_MILLISECOND: usize = 20;
 
 impl InProcess {
-    /// A bench for this device, at time zero.
-    pub fn new(device: Device) -> Self {
-        Self { device, now_ms: 0, heard: Vec::new() }
+    /// A bench for a device of this kind with an erased flash, at time zero.
+    pub fn new(config: Config) -> Self {
+        let record = RecordStore::new(MockFlash::new(2, TornWord::Zeros, 1), 0);
+        let mut bench = Self { config, device: Device::new(config), record, now_ms: 0, heard: Vec::new() };
+        bench.start();
+        bench
+    }
+
+    fn start(&mut self) {
+        self.device = Device::new(self.config);
+        let loaded = self.record.load(fingerprint(&self.config.rig));
+        self.handle(Event::PowerUp(loaded));
     }
 
     fn handle(&mut self, event: Event) {
-        let heard = &mut self.heard;
-        self.device.handle(self.now_ms, event, &mut |action| {
-            if let Action::Send(frame) = action {
-                heard.push(frame);
-            }
+        let Self { device, record, heard, .. } = self;
+        let mut stored = None;
+        device.handle(self.now_ms, event, &mut |action| match action {
+            Action::Send(frame) => heard.push(frame),
+            Action::Store(centre) => stored = Some(record.store(&centre)),
+            Action::Stop(_) | Action::Lamp(_) | Action::Log(_) => {}
         });
+        if let Some(result) = stored {
+            self.handle(Event::Stored(result));
+        }
     }
 }
 
@@ -89,5 +112,12 @@ impl Bench for InProcess {
             }
         }
         Ok(std::mem::take(&mut self.heard))
+    }
+
+    fn restart(&mut self) -> Result<(), BenchError> {
+        self.heard.clear();
+        self.now_ms = 0;
+        self.start();
+        Ok(())
     }
 }

@@ -83,4 +83,13 @@ impl Bench for EmulatedBoard {
         }
         Ok(frames)
     }
+
+    fn restart(&mut self) -> Result<(), BenchError> {
+        let failed = |error: EmulatorError| BenchError(format!("the board does not come back: {error}"));
+        self.emulator.power_cycle().map_err(failed)?;
+        self.rig = self.emulator.connect_rig().map_err(failed)?;
+        self.can = SlcanClient::open(self.emulator.can_address()).map_err(|error| BenchError(error.to_string()))?;
+        self.clock = Instant::now();
+        Ok(())
+    }
 }

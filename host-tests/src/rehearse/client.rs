@@ -55,6 +55,13 @@ impl<'a> Client<'a> {
         Ok(())
     }
 
+    /// Takes the board's supply away and gives it back; nothing heard before counts any more.
+    pub(super) fn restart(&mut self) -> Result<(), SessionError> {
+        self.bench.restart()?;
+        self.inbox = Inbox::default();
+        Ok(())
+    }
+
     /// Holds still until `found` finds something in the inbox. `what` names it, should it not come.
     pub(super) fn wait_for<T>(
         &mut self,

@@ -34,6 +34,8 @@ pub struct Inbox {
     pub outcome: Option<OutcomeReport>,
     /// The centre in use.
     pub live_centre: [Option<Parameter>; POINTS],
+    /// The radii in use.
+    pub live_radii: [Option<Parameter>; POINTS],
     /// Lengths that were read out, mm, by set (second set: true), pose and cable (from 0).
     pub lengths_mm: BTreeMap<(bool, u8, u8), f32>,
     /// Faults, in order.
@@ -71,6 +73,7 @@ impl Inbox {
             Message::CandidateCentre(value) => put(&mut self.centre, value),
             Message::CandidateRadius(value) => put(&mut self.radii, value),
             Message::LiveCentre(value) => put(&mut self.live_centre, value),
+            Message::LiveRadius(value) => put(&mut self.live_radii, value),
             Message::Quality(quality) => self.quality = Some(quality),
             Message::Verification(report) => self.verification = Some(report),
             Message::Outcome(report) => self.outcome = Some(report),
@@ -95,9 +98,17 @@ impl Inbox {
 
     /// The new centre and radii of the run `run_id`, when all six have come, in the order x, y, z, p1, p2, p3.
     pub fn parameters(&self, run_id: u16) -> Option<[Parameter; 6]> {
-        let [Some(x), Some(y), Some(z)] = self.centre else { return None };
-        let [Some(p1), Some(p2), Some(p3)] = self.radii else { return None };
-        let all = [x, y, z, p1, p2, p3];
-        all.iter().all(|parameter| parameter.run_id == run_id).then_some(all)
+        all(self.centre, self.radii).filter(|all| all.iter().all(|parameter| parameter.run_id == run_id))
     }
+
+    /// Centre and radii in use, when all six have come, in the same order.
+    pub fn live(&self) -> Option<[Parameter; 6]> {
+        all(self.live_centre, self.live_radii)
+    }
+}
+
+fn all(centre: [Option<Parameter>; POINTS], radii: [Option<Parameter>; POINTS]) -> Option<[Parameter; 6]> {
+    let [Some(x), Some(y), Some(z)] = centre else { return None };
+    let [Some(p1), Some(p2), Some(p3)] = radii else { return None };
+    Some([x, y, z, p1, p2, p3])
 }

@@ -5,9 +5,11 @@ use super::expected;
 use super::options::Options;
 use super::replay;
 use super::report::{Found, HostsView, Report, Status};
+use super::restart;
 use super::transcript::Transcript;
 use super::verdict::Verdict;
 use crate::wearer::Wearer;
+use glenoid::can::result::Parameter;
 use glenoid::identification::Refusal;
 use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, CABLES, Rig};
 use std::path::Path;
@@ -22,6 +24,7 @@ const MOST_COUNTS_OFF: f64 = 3.0;
 /// written.
 pub fn judge(
     transcript: &Transcript,
+    after_restart: &[Parameter; 6],
     wearer: &Wearer,
     rig: &Rig<f64>,
     options: &Options,
@@ -56,6 +59,9 @@ pub fn judge(
     if live != found[..3] {
         reasons.push("the centre in use after the acceptance is not the one that was accepted".to_string());
     }
+    if restart::differs(transcript, after_restart) {
+        reasons.push("the centre in use after a restart is not the one that was accepted".to_string());
+    }
 
     let paper = replay::identify_as_the_paper(rig, &double.parameters, &lengths_mm).ok();
     let convergence = Convergence { single: Descent::of(&single), double: Descent::of(&double), paper };
@@ -70,7 +76,7 @@ pub fn judge(
         difference_mm: host_difference_mm,
         length_difference_counts,
     };
-    let found = Found::new(transcript, &verdict, hosts);
+    let found = Found::new(transcript, after_restart, &verdict, hosts);
     Ok(Report {
         status: if reasons.is_empty() { Status::Right } else { Status::Wrong },
         reasons,

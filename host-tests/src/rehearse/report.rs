@@ -3,6 +3,7 @@
 use super::options::Options;
 use super::transcript::Transcript;
 use super::verdict::{NAMES, Verdict};
+use glenoid::can::result::Parameter;
 use glenoid::rig::Parameters;
 use serde::Serialize;
 use std::fmt;
@@ -76,6 +77,8 @@ pub struct Found {
     pub centre_mm: [f64; 3],
     /// Radii, mm.
     pub radii_mm: [f64; 3],
+    /// Joint centre in use after the board was restarted, mm. It has it from its record.
+    pub centre_after_restart_mm: [f64; 3],
     /// Standard deviations that the board states, mm.
     pub sigma_mm: [f64; 6],
     /// Identified minus true, mm.
@@ -113,7 +116,7 @@ pub struct HostsView {
 
 impl Found {
     /// From what the session brought to light.
-    pub fn new(transcript: &Transcript, verdict: &Verdict, host: HostsView) -> Self {
+    pub fn new(transcript: &Transcript, after_restart: &[Parameter; 6], verdict: &Verdict, host: HostsView) -> Self {
         let [x, y, z, p1, p2, p3] = transcript.parameters.map(|parameter| f64::from(parameter.value_mm));
         let [major, minor, patch] = transcript.versions.firmware;
         Self {
@@ -121,6 +124,7 @@ impl Found {
             run_id: transcript.run_id,
             centre_mm: [x, y, z],
             radii_mm: [p1, p2, p3],
+            centre_after_restart_mm: std::array::from_fn(|k| f64::from(after_restart[k].value_mm)),
             sigma_mm: transcript.parameters.map(|parameter| f64::from(parameter.sigma_mm)),
             error_mm: verdict.error_mm,
             centre_error_mm: verdict.centre_error_mm,
@@ -181,7 +185,11 @@ impl Report {
             0.0 => "agree to the bit".to_string(),
             mm => format!("differ by {mm:.1e} mm"),
         };
-        line("host and board", format!("{agreement}, from the lengths read out of the board"))
+        line("host and board", format!("{agreement}, from the lengths read out of the board"))?;
+        let kept = found.centre_after_restart_mm;
+        let same = if kept == found.centre_mm { "the same" } else { "ANOTHER" };
+        let [x, y, z] = kept;
+        line("after a restart", format!("{x:.4}, {y:.4}, {z:.4} mm in use, {same} centre, from the record"))
     }
 
     fn write_table(&self, f: &mut fmt::Formatter<'_>, found: &Found) -> fmt::Result {

@@ -25,9 +25,9 @@ const REFUSALS_LIMIT: u32 = 20;
 
 /// A wearer in a machine, a client on the bus.
 pub struct Session<'a> {
-    client: Client<'a>,
+    pub(super) client: Client<'a>,
     wearer: &'a mut Wearer,
-    display: &'a Display,
+    pub(super) display: &'a Display,
     at: Pose,
     fastest_counts_per_ms: f64,
 }
@@ -44,7 +44,7 @@ impl<'a> Session<'a> {
     ///
     /// # Errors
     /// [`SessionError`]; the run is then left as the board ended it.
-    pub fn calibrate(mut self, poses: u8, second: u8) -> Result<Transcript, SessionError> {
+    pub fn calibrate(&mut self, poses: u8, second: u8) -> Result<Transcript, SessionError> {
         let (versions, run_id) = self.begin()?;
         let (mut identification, refused_first) = self.collect(PoseSet::Identification, poses)?;
         self.identify()?;

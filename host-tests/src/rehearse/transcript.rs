@@ -26,6 +26,8 @@ pub enum SessionError {
     WantsMore(Reason),
     /// The firmware speaks another vocabulary.
     Protocol(u8),
+    /// After a restart there is no centre in use, and what the board says is wrong, if it says anything.
+    Forgotten(Option<Reason>),
 }
 
 impl fmt::Display for SessionError {
@@ -57,6 +59,10 @@ impl fmt::Display for SessionError {
             Self::WantsMore(reason) => {
                 let (code, remedy) = (reason.code(), reason.remedy());
                 write!(f, "the board wants more poses: {reason} (code {code}). What to do: {remedy}")
+            }
+            Self::Forgotten(None) => write!(f, "after a restart the board has no centre in use"),
+            Self::Forgotten(Some(reason)) => {
+                write!(f, "after a restart the board has no centre in use: {reason} (code {})", reason.code())
             }
             Self::Protocol(theirs) => {
                 write!(f, "the firmware speaks vocabulary {theirs}, this program speaks {PROTOCOL}")

@@ -16,7 +16,7 @@ pub fn a_calibration_finds_the_centre(image: &Path) -> Result<(), Failed> {
     let mut wearer = Wearer::new(rig, WearerSettings { seed: 3, ..WearerSettings::default() });
     let truth = wearer.truth();
     let mut board = EmulatedBoard::connect(boot(image)?)?;
-    let session = Session::new(&mut board, &mut wearer, rig.drum().fastest_mm_per_s, &Display::Silent);
+    let mut session = Session::new(&mut board, &mut wearer, rig.drum().fastest_mm_per_s, &Display::Silent);
     let found = session.calibrate(7, 3)?;
     for (axis, live_mm) in found.live_centre_mm.into_iter().enumerate() {
         assert!((f64::from(live_mm) - truth.centre_mm[axis]).abs() < 0.1, "{:?}, {truth:?}", found.live_centre_mm);

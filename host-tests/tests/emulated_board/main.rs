@@ -7,7 +7,9 @@ mod calibration;
 mod can_line;
 mod faults;
 mod load;
+mod restarts;
 mod runs;
+mod scene;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -26,7 +28,7 @@ const REQUIRED_VARIABLE: &str = "GLENOID_REQUIRE_EMULATOR";
 
 type Test = fn(&Path) -> Result<(), Failed>;
 
-const TESTS: [(&str, Test); 14] = [
+const TESTS: [(&str, Test); 21] = [
     ("python_can_opens_the_channel", can_line::python_can_opens_the_channel),
     ("a_closed_channel_is_silent", can_line::a_closed_channel_is_silent),
     ("frames_go_both_ways", can_line::frames_go_both_ways),
@@ -35,12 +37,19 @@ const TESTS: [(&str, Test); 14] = [
     ("garbage_is_survived_and_counted", can_line::garbage_is_survived_and_counted),
     ("a_client_may_vanish_and_return", can_line::a_client_may_vanish_and_return),
     ("an_emulator_that_ends_is_told", faults::an_emulator_that_ends_is_told),
-    ("a_stack_overflow_ends_the_board", faults::a_stack_overflow_ends_the_board),
+    ("a_stack_overflow_restarts_the_board", faults::a_stack_overflow_restarts_the_board),
     ("a_calibration_finds_the_centre", calibration::a_calibration_finds_the_centre),
     ("calibrations_in_a_row", runs::calibrations_in_a_row),
     ("a_client_that_returns_is_told", runs::a_client_that_returns_is_told),
     ("a_crowded_bus_changes_nothing_but_a_counter", runs::a_crowded_bus_changes_nothing_but_a_counter),
-    ("a_wild_jump_ends_the_board", faults::a_wild_jump_ends_the_board),
+    ("a_wild_jump_restarts_the_board", faults::a_wild_jump_restarts_the_board),
+    ("a_standstill_is_ended_by_the_watchdog", faults::a_standstill_is_ended_by_the_watchdog),
+    ("a_rotten_instruction_restarts_the_board", faults::a_rotten_instruction_restarts_the_board),
+    ("a_centre_that_changes_in_memory_restarts_the_board", faults::a_centre_that_changes_in_memory_restarts_the_board),
+    ("a_restart_is_told_on_the_bus", faults::a_restart_is_told_on_the_bus),
+    ("a_restart_finds_the_record", restarts::a_restart_finds_the_record),
+    ("a_bad_record_is_refused_by_name", restarts::a_bad_record_is_refused_by_name),
+    ("a_reset_in_any_state_keeps_the_old_centre", restarts::a_reset_in_any_state_keeps_the_old_centre),
 ];
 
 fn main() -> ExitCode {

@@ -4,6 +4,8 @@ use glenoid::can::status::{Answer, Heartbeat};
 use glenoid::can::{BaseId, Frame, Message, Opcode, Request};
 use glenoid::device::{Action, Config, Device, Event, LampPattern, LogEntry, MOST_FRAMES};
 use glenoid::procedure::{Limits, Procedure, Reason, Settings, StateName};
+use glenoid::record::{LoadError, Record};
+use glenoid::restart::Restart;
 use glenoid::rig::Rig;
 use host_tests::wearer::{Pose, Wearer, WearerSettings};
 
@@ -22,6 +24,8 @@ pub struct Bench {
     pub messages: Vec<Message>,
     pub lamps: Vec<LampPattern>,
     pub logs: Vec<LogEntry>,
+    /// Records that the device wanted stored.
+    pub records: Vec<Record>,
     counts: [i32; 6],
     nonce: u16,
     /// The last one among the messages that were taken.
@@ -60,6 +64,7 @@ impl Bench {
             messages: Vec::new(),
             lamps: Vec::new(),
             logs: Vec::new(),
+            records: Vec::new(),
             nonce: 0,
             heartbeat: None,
         };
@@ -69,7 +74,7 @@ impl Bench {
     }
 
     pub fn event(&mut self, event: Event) {
-        let Self { device, now_ms, messages, lamps, logs, .. } = self;
+        let Self { device, now_ms, messages, lamps, logs, records, .. } = self;
         let mut frames = 0;
         device.handle(*now_ms, event, &mut |action| match action {
             Action::Send(frame) => {
@@ -77,6 +82,8 @@ impl Bench {
                 messages.push(Message::unpack(&frame, BaseId::DEFAULT).unwrap());
             }
             Action::Lamp(pattern) => lamps.push(pattern),
+            Action::Store(record) => records.push(record),
+            Action::Stop(cause) => panic!("the device asks for a restart: {cause:?}"),
             Action::Log(entry) => logs.push(entry),
         });
         assert!(frames <= MOST_FRAMES, "{frames} frames after {event:?}");
@@ -132,6 +139,17 @@ impl Bench {
         Self::with(Settings { nearest_pose_rad: 0.03, ..Settings::default() }, wearer)
     }
 
+    /// The board is switched off and on; the record is what it finds. Everything said before is forgotten.
+    pub fn restart(&mut self, restart: Restart, loaded: Result<Record, LoadError>) {
+        let config = Config { restart, ..Config::for_rig(Rig::shoulder(150.0).unwrap()) };
+        self.device = Device::new(config);
+        self.heartbeat = None;
+        self.messages.clear();
+        self.logs.clear();
+        self.event(Event::PowerUp(loaded));
+        self.pass(600);
+    }
+
     /// The same situation once more.
     pub fn fork(&self) -> Self {
         Self {
@@ -141,6 +159,7 @@ impl Bench {
             messages: self.messages.clone(),
             lamps: self.lamps.clone(),
             logs: self.logs.clone(),
+            records: self.records.clone(),
             ..*self
         }
     }

@@ -5,5 +5,6 @@ mod bench;
 mod by_button;
 mod calibrations;
 mod guidance;
+mod keeping;
 mod random_events;
 mod table;

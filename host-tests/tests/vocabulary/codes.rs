@@ -2,6 +2,7 @@
 
 use crate::dbc::Database;
 use glenoid::procedure::{Band, Guidance, Reason, StateName};
+use glenoid::restart::ResetCause;
 use std::collections::BTreeMap;
 
 #[test]
@@ -89,9 +90,30 @@ fn reasons_are_never_renumbered() {
         (112, "ButtonStuck"),
         (113, "ReportOutOfRange"),
         (114, "ReceiveOverrun"),
+        (115, "RecordDamaged"),
+        (116, "RecordOfOtherRig"),
+        (117, "RecordOlder"),
+        (118, "RecordNewer"),
+        (119, "RecordUnfit"),
+        (120, "RecordUnreadable"),
+        (121, "StoreRefused"),
+        (122, "FlashWorn"),
+        (123, "FlashLayout"),
+        (124, "BusOff"),
+        (125, "Restarted"),
     ];
     let now: Vec<(u8, &str)> = Reason::ALL.iter().map(|reason| (reason.code(), reason.name())).collect();
     assert_eq!(now, released);
+}
+
+/// The causes are held against their list of releases where they are defined.
+#[test]
+fn reset_causes_in_the_dbc() {
+    let expected: BTreeMap<u8, String> = ResetCause::ALL.iter().map(|c| (c.code(), c.name().to_owned())).collect();
+    let database = Database::load();
+    for (id, signal) in [(0x310, "reset_cause"), (0x313, "cause")] {
+        assert_eq!(database.values[&(id, signal.to_owned())], expected, "{id:x}.{signal}");
+    }
 }
 
 #[test]

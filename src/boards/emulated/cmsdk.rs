@@ -1,6 +1,6 @@
-//! The two peripherals of the board beside the core: UART and timer of ARM's Cortex-M System Design Kit.
+//! The peripherals of the board beside the core: UART, timer and watchdog of ARM's Cortex-M System Design Kit.
 //!
-//! Source: ARM DDI 0479, sections 4.1 (timer) and 4.3 (UART); addresses from ARM DAI 0386.
+//! Source: ARM DDI 0479, sections 4.1 (timer), 4.3 (UART) and chapter 4 ("APB watchdog"); addresses from ARM DAI 0386.
 
 use core::ptr;
 
@@ -112,5 +112,35 @@ impl TimerRegisters {
     /// The count, which falls.
     pub fn value(self) -> u32 {
         self.0.read(Self::VALUE)
+    }
+}
+
+/// The APB watchdog: counts down, interrupts at zero, and resets the board at the second zero in a row.
+#[derive(Debug, Clone, Copy)]
+pub struct WatchdogRegisters(Block);
+
+impl WatchdogRegisters {
+    /// The only one.
+    pub const WATCHDOG: Self = Self(Block { base: 0x4000_8000 });
+
+    const LOAD: usize = 0x0;
+    const CONTROL: usize = 0x8;
+    const INTCLEAR: usize = 0xC;
+    const LOCK: usize = 0xC00;
+    const CONTROL_INTERRUPT_AND_RESET: u32 = 0b11;
+    /// Opens the other registers for writing.
+    const KEY: u32 = 0x1ACC_E551;
+
+    /// Starts it with this many counts to zero.
+    pub fn start(self, counts: u32) {
+        self.0.write(Self::LOCK, Self::KEY);
+        self.0.write(Self::LOAD, counts);
+        self.0.write(Self::CONTROL, Self::CONTROL_INTERRUPT_AND_RESET);
+    }
+
+    /// Lets it count from the start again.
+    pub fn restart(self) {
+        // any value: clearing the interrupt loads the counter
+        self.0.write(Self::INTCLEAR, 1);
     }
 }

@@ -5,6 +5,7 @@
 
 use core::fmt::{self, Display, Write};
 
+use cortex_m_semihosting::debug::{self, EXIT_FAILURE};
 use cortex_m_semihosting::hio::{self, HostStream};
 use heapless::{Deque, String};
 
@@ -70,8 +71,17 @@ impl<E: Display> Log<E> {
     }
 }
 
+/// Writes a line and ends the emulator with a failure: for what no restart can mend.
+pub fn give_up(text: fmt::Arguments) -> ! {
+    write_now(text);
+    debug::exit(EXIT_FAILURE);
+    loop {
+        cortex_m::asm::bkpt();
+    }
+}
+
 /// Writes a line at once: for a board that is about to stop.
-pub fn write_last_words(text: fmt::Arguments) {
+pub fn write_now(text: fmt::Arguments) {
     if let Ok(mut stream) = hio::hstdout() {
         write_line(&mut stream, text);
     }

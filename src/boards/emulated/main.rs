@@ -1,6 +1,7 @@
 //! The emulated drive board: QEMU's mps2-an386, a Cortex-M4F with the memory sizes of the STM32G474RE.
 //!
-//! UART0 is the CAN bus as SLCAN, UART1 the rig link, the log goes out by semihosting. No decision is taken here:
+//! UART0 is the CAN bus as SLCAN, UART1 the rig link, the log goes out by semihosting, and the record lies in a file of
+//! the host. No decision is taken here:
 //! bytes become events, the [`Device`] decides, actions become bytes.
 #![no_std]
 #![no_main]
@@ -10,27 +11,34 @@ compile_error!("this image is for the Cortex-M4F: use `cargo emulate`, or --targ
 
 mod clock;
 mod cmsdk;
+#[path = "../cortex_m/mod.rs"]
+mod cortex;
 mod entry;
-mod faults;
+mod flash;
 mod log;
 mod losses;
-mod stack;
 mod uart;
 mod vectors;
+mod watchdog;
 
 use cortex_m::interrupt::free;
 use cortex_m::{Peripherals, asm, singleton};
-use glenoid::device::{Action, Config, Device, Event, LampPattern, LogEntry};
+use glenoid::device::{Action, Config, Device, Event, LampPattern, LogEntry, fingerprint};
 use glenoid::identification::{PoseBuffer, Solver};
+use glenoid::record::{RecordStore, StoreError};
+use glenoid::restart::{LastWords, ResetCause};
 use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, Rig};
 use glenoid::rig_link::{RigLink, Signal};
 use glenoid::slcan::Adapter;
 
 use clock::Clock;
+use cortex::{faults, kept, stack};
 use entry::Entry;
+use flash::FileFlash;
 use log::Log;
 use losses::{Losses, Teller};
 use uart::{CAN_LINE, Queues, RIG_LINE, Uart};
+use watchdog::Watchdog;
 
 /// Bytes of either line that are handled before the clock is looked at again.
 const BYTES_A_TURN: usize = 64;
@@ -41,6 +49,9 @@ struct Outside {
     adapter: Adapter,
     lamp: Option<LampPattern>,
     log: Log<Entry>,
+    record: RecordStore<FileFlash>,
+    /// How the store of the record went, which the device is still to be told.
+    stored: Option<Result<(), StoreError>>,
     /// The deepest calls of this firmware lie just behind us.
     measure_stack: bool,
 }
@@ -58,6 +69,8 @@ impl Outside {
                 self.lamp = Some(pattern);
                 self.log.push(now_ms, Entry::Lamp(pattern));
             }
+            Action::Store(record) => self.stored = Some(self.record.store(&record)),
+            Action::Stop(cause) => faults::stop(cause, 0, 0, format_args!("the centre in use changed in memory")),
             Action::Log(entry) => {
                 self.measure_stack |= matches!(entry, LogEntry::Identified { .. });
                 self.log.push(now_ms, Entry::Device(entry));
@@ -74,6 +87,7 @@ struct Board {
     losses: Losses,
     teller: Teller,
     clock: Clock,
+    watchdog: Watchdog,
     last_tick_ms: u32,
 }
 
@@ -98,13 +112,20 @@ impl Board {
                 adapter: Adapter::new(),
                 lamp: None,
                 log: Log::new(),
+                record: RecordStore::new(FileFlash::open(), 0),
+                stored: None,
                 measure_stack: false,
             },
             losses: Losses::default(),
             teller: Teller::default(),
             last_tick_ms: clock.now_ms(),
             clock,
+            watchdog: Watchdog::start(),
         };
+        let restart = config.restart;
+        board.outside.log.push(board.last_tick_ms, Entry::Started(restart));
+        let loaded = board.outside.record.load(fingerprint(&config.rig));
+        board.handle(board.last_tick_ms, Event::PowerUp(loaded));
         let memory = Entry::Memory {
             device: size_of::<Device>(),
             poses: size_of::<PoseBuffer<f32>>(),
@@ -119,10 +140,14 @@ impl Board {
     fn handle(&mut self, now_ms: u32, event: Event) {
         let Self { device, outside, .. } = self;
         device.handle(now_ms, event, &mut |action| outside.carry_out(now_ms, action));
+        if let Some(result) = self.outside.stored.take() {
+            self.handle(now_ms, Event::Stored(result));
+        }
     }
 
     /// One turn of the main loop; false if there was nothing to do.
     fn turn(&mut self) -> bool {
+        self.watchdog.feed();
         let heard = self.hear_can() | self.hear_rig();
         let busy = self.device.is_busy();
         let now_ms = self.clock.now_ms();
@@ -198,16 +223,27 @@ impl Board {
     }
 }
 
+/// Called by [`cortex`] just before a reset: the host listens at any moment.
+fn say(words: &LastWords) {
+    let (cause, address, line) = (words.cause.text(), words.address, words.line);
+    log::write_now(format_args!("stop: {cause}, at {address:#x}, line {line}: {}", words.text()));
+}
+
+/// Called by [`cortex`]: the watchdog is all that this board's non-maskable interrupt comes from.
+fn on_nmi(address: u32) {
+    faults::stop(ResetCause::Watchdog, address, 0, format_args!("the main loop stood still"))
+}
+
 #[cortex_m_rt::entry]
 fn main() -> ! {
+    let restart = kept::take(None);
     stack::paint();
-    let rig = match Rig::shoulder(ASSUMED_BASE_RADIUS_MM as f32) {
-        Ok(rig) => rig,
-        Err(error) => faults::stop(format_args!("board: {}", error.text())),
+    let config = match Rig::shoulder(ASSUMED_BASE_RADIUS_MM as f32) {
+        Ok(rig) => Config { restart, ..Config::for_rig(rig) },
+        // another start would find the same
+        Err(error) => log::give_up(format_args!("board: {}", error.text())),
     };
-    let Some(mut board) = Board::start(Config::for_rig(rig)) else {
-        faults::stop(format_args!("board: started twice"))
-    };
+    let Some(mut board) = Board::start(config) else { log::give_up(format_args!("board: started twice")) };
     // what is measured from here on is the work, not the start
     stack::paint();
     loop {

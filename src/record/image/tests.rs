@@ -4,15 +4,16 @@ extern crate std;
 use super::*;
 use std::vec::Vec;
 
-/// `b'GLNR' + pack('<HHIIHH', 1, 0x102, 0x3040506, 0x708090A, 0xB0C, 0xD0E) + bytes([1, 2, 3, 0x11, 2, 0x13, 0, 0])`,
-/// then the 44 numbers of [`record`] as `<f`, 48 zeros, and `zlib.crc32(b'\xa5gle' + all that)` as `<I`.
+/// `b'GLNR' + pack('<HHIIH', 1, 0x102, 0x3040506, 0x708090A, 0xB0C) + bytes([3, 0, 1, 2, 3, 0x11, 2, 0x13, 0, 0])`,
+/// then the 44 numbers of [`record`] as `<f`, 25 times `bytes([k + 1, 2 * k])`, 62 zeros, and `zlib.crc32(b'\xa5gle' + all that)` as `<I`.
 const BY_PYTHON: &str = "\
-    474c4e5201000201060504030a0908070c0b0e0d01020311021300000000c9420000cb420000cd420000cf420000d142\
+    474c4e5201000201060504030a0908070c0b030001020311021300000000c9420000cb420000cd420000cf420000d142\
     0000d3420000803e0000a03f0000104000005040000088400000a8400000c8400000e840000004410000144100002441\
     00003441000044410000544100006441000074410000824100008a410000924100009a410000a241000080bf000000c0\
     000040c0000080c00000a0c00000c0c00000004000000840000010400000184000002040000028400000803d0000003e\
-    0000403f0000c03e0000003f000000000000000000000000000000000000000000000000000000000000000000000000\
-    000000000000000000000000a9340fdd";
+    0000403f0000c03e0000003f01000202030404060508060a070c080e09100a120b140c160d180e1a0f1c101e11201222\
+    132414261528162a172c182e193000000000000000000000000000000000000000000000000000000000000000000000\
+    00000000000000000000000000000000000000000000000000000000d97ce7d9";
 
 fn record() -> Record {
     Record {
@@ -27,7 +28,8 @@ fn record() -> Record {
         deviation_mm: 0.125,
         sway_rad: 0.75,
         poses: 0x0B0C,
-        left_out: 0x0D0E,
+        left_out: 3,
+        rejected: core::array::from_fn(|k| Rejected { pose: k as u16 + 1, cables: k as u8 * 2 }),
         iterations: 0x11,
         termination: 2,
         verification_poses: 0x13,
@@ -80,8 +82,9 @@ fn equal_bytes_are_no_record() {
 #[test]
 fn a_record_without_sense_is_told() {
     assert_eq!(record().check(), Ok(()));
-    let spoilt: [fn(&mut Record); 8] = [
+    let spoilt: [fn(&mut Record); 9] = [
         |r| r.run_id = 0,
+        |r| r.left_out = 26,
         |r| r.parameters.centre_mm.y = f32::NAN,
         |r| r.parameters.radii_mm[2] = 0.0,
         |r| r.covariance_mm2[20] = -0.1,
