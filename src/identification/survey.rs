@@ -51,17 +51,19 @@ impl<T: Real> Survey<T> {
     /// # Errors
     /// [`OctahedronError`] when the lengths give no platform pose; nothing is added then.
     pub fn add(&mut self, lengths: &CableLengths<T>) -> Result<PlatformPose<T>, OctahedronError> {
-        let pose = self.octahedron.solve(lengths)?;
-        self.linear.add(&pose);
+        let solved = self.octahedron.solve(lengths);
+        // By reference, like the information below: taken out of the result it would be copied.
+        let Ok(pose) = &solved else { return solved };
+        self.linear.add(pose);
         // As soon as the poses tell a centre, theirs is better than the nominal one.
         if let Ok(pivot) = self.linear.solve() {
             self.pivot = pivot;
         }
         let equations = LengthEquations::new(&self.points, &self.pivot, &pose.rotation, lengths);
-        if let Some(known) = PoseInformation::of(&equations) {
+        if let Some(known) = &PoseInformation::of(&equations) {
             self.information.add_information(&pose.rotation, &known.information, &known.gradient_mm);
         }
-        Ok(pose)
+        solved
     }
 
     /// The error bar that the poses so far would give, or `None` while they leave the centre undetermined.

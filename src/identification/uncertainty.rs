@@ -76,7 +76,9 @@ pub fn worst_of_three<T: Real>(covariance: &[T; 6]) -> (T, [T; 3]) {
         if !(scale > zero && scale.is_a_number()) {
             break;
         }
-        let [xx, yx, yy, zx, zy, zz] = power.map(|entry| entry * scale);
+        let [xx, yx, yy, zx, zy, zz] = power;
+        let (xx, yx, yy) = (xx * scale, yx * scale, yy * scale);
+        let (zx, zy, zz) = (zx * scale, zy * scale, zz * scale);
         power = [
             xx * xx + yx * yx + zx * zx,
             yx * (xx + yy) + zy * zx,

@@ -8,7 +8,7 @@ use super::hinge::{BaseEdges, HingeCoordinates};
 use super::pivot::{LengthEquations, Pivot, RigPoints, inverse_of_symmetric};
 use crate::rig::CABLES;
 use crate::scalar::Real;
-use crate::vector::{add_to, cross, difference, dot, image, scaled, square, sum};
+use crate::vector::{add_to, cross, dot, image, scaled, square};
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 /// Gauss-Newton steps after which a start is given up.

@@ -87,31 +87,47 @@ pub struct LengthEquations<T> {
 
 impl<T: Real> LengthEquations<T> {
     /// The equations of the pose with rotation `rotation` ({P} to {B}) about the pivot.
-    // One copy of it, and a rolled loop: most of its time goes into arithmetic all the same.
+    // One copy of it, with the end-points in words: filling the arrays in a loop would write them three times.
     #[inline(never)]
     pub fn new(points: &RigPoints<T>, pivot: &Pivot<T>, rotation: &Matrix3<T>, lengths: &CableLengths<T>) -> Self {
-        let zero = Vector3::new(T::zero(), T::zero(), T::zero());
-        let mut equations =
-            Self { direction: [zero; CABLES], moment_mm: [zero; CABLES], residual_mm: *lengths.as_mm() };
         let [b1, b2, b3] = &points.base_mm;
+        let [s1, s2, s3] = &points.platform_mm;
+        let [l1, l2, l3, l4, l5, l6] = *lengths.as_mm();
         // The attachment points of each end-point's two cables: as in `ATTACHMENTS`.
-        let attachments = [b1, b2, b2, b3, b3, b1];
-        let [mut arm, mut end_point] = [zero; 2];
-        let slots = equations.direction.iter_mut().zip(&mut equations.moment_mm).zip(&mut equations.residual_mm);
-        for (cable, (((direction, moment), residual), attachment)) in slots.zip(attachments).enumerate() {
-            if cable % 2 == 0 {
-                let Some(point) = points.platform_mm.get(cable / 2) else { break };
-                arm = image(rotation, &difference(point, &pivot.in_platform_mm));
-                end_point = sum(&pivot.in_base_mm, &arm);
-            }
-            let span = difference(&end_point, attachment);
-            let computed = square(&span).root();
-            *direction = scaled(&span, T::one() / computed);
-            *moment = cross(&arm, direction);
-            *residual -= computed;
+        let [(d1, m1, e1), (d2, m2, e2)] = pivot.cables(rotation, s1, [b1, b2], [l1, l2]);
+        let [(d3, m3, e3), (d4, m4, e4)] = pivot.cables(rotation, s2, [b2, b3], [l3, l4]);
+        let [(d5, m5, e5), (d6, m6, e6)] = pivot.cables(rotation, s3, [b3, b1], [l5, l6]);
+        Self {
+            direction: [d1, d2, d3, d4, d5, d6],
+            moment_mm: [m1, m2, m3, m4, m5, m6],
+            residual_mm: [e1, e2, e3, e4, e5, e6],
         }
-        equations
     }
+}
+
+impl<T: Real> Pivot<T> {
+    /// Direction, moment and residual of the two cables of an end-point.
+    #[inline(always)]
+    fn cables(
+        &self,
+        rotation: &Matrix3<T>,
+        point_mm: &Vector3<T>,
+        attachments_mm: [&Vector3<T>; 2],
+        lengths_mm: [T; 2],
+    ) -> [(Vector3<T>, Vector3<T>, T); 2] {
+        let arm = image(rotation, &difference(point_mm, &self.in_platform_mm));
+        let end_point = sum(&self.in_base_mm, &arm);
+        let ([first, second], [l1, l2]) = (attachments_mm, lengths_mm);
+        [cable(&arm, &difference(&end_point, first), l1), cable(&arm, &difference(&end_point, second), l2)]
+    }
+}
+
+/// Direction, moment and residual of the cable along `span`.
+#[inline(always)]
+fn cable<T: Real>(arm: &Vector3<T>, span: &Vector3<T>, measured_mm: T) -> (Vector3<T>, Vector3<T>, T) {
+    let computed = square(span).root();
+    let direction = scaled(span, T::one() / computed);
+    (direction, cross(arm, &direction), measured_mm - computed)
 }
 
 /// Inverse of a symmetric positive definite 3x3 matrix by cofactors; `None` when its determinant has no digits left.

@@ -86,7 +86,8 @@ impl<T: Real> PassSum<T> {
         }
         let rotation = placement.rotation();
         let equations = LengthEquations::new(&placer.points, pivot, &rotation, lengths);
-        let Some(pose) = PoseInformation::of(&equations) else {
+        // By reference, here and elsewhere: moved out of the option it would be copied.
+        let Some(pose) = &PoseInformation::of(&equations) else {
             placement.set_used(false);
             return;
         };
@@ -100,7 +101,7 @@ impl<T: Real> PassSum<T> {
             let (information, gradient) = (scaled_matrix(&pose.information, weight), scaled(&pose.gradient_mm, weight));
             self.equations.add_information(&rotation, &information, &gradient);
             if let Some(zeros) = &mut self.zeros {
-                zeros.add(&rotation, &equations, &pose, weight);
+                zeros.add(&rotation, &equations, pose, weight);
             }
         }
     }
