@@ -12,11 +12,12 @@ use crate::identification::uncertainty::{covariance_of_parameters, worst_centre_
 use crate::kinematics::{CableLengths, LengthEquations};
 use crate::rig::CABLES;
 use crate::scalar::Real;
+use crate::vector::{difference, image, square};
 use heapless::Vec;
 
 /// Square of the way that a pose moves the most common axis.
 fn moves<T: Real>(placement: &Placement<T>, sway: &Sway<T>) -> T {
-    (placement.rotation() * sway.axis_in_platform - sway.axis).norm_squared()
+    square(&difference(&image(&placement.rotation(), &sway.axis_in_platform), &sway.axis))
 }
 
 impl<T: Real, const N: usize> Solver<T, N> {

@@ -104,6 +104,9 @@ pub(super) fn median_misfit<T: Real>(placements: &mut [Placement<T>]) -> T {
     let half = placed().count().div_ceil(2);
     let (mut low, mut high) = (T::zero(), placed().fold(T::zero(), |most, p| most.max(p.misfit)));
     for _ in 0..40 {
+        if low * T::of(1.01) > high {
+            break;
+        }
         // Between the geometric and the arithmetic middle: misfits span many powers of ten.
         let middle = if low > T::zero() { (low * high).root() } else { high * T::of(1.0 / 64.0) };
         if placed().filter(|p| p.misfit <= middle).count() >= half {
