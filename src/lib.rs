@@ -15,6 +15,7 @@
 
 pub mod can;
 pub mod device;
+pub mod drive_board;
 pub mod identification;
 pub mod kinematics;
 pub mod line;
@@ -25,4 +26,5 @@ pub mod rig;
 pub mod rig_link;
 pub mod scalar;
 pub mod slcan;
+mod vector;
 pub mod watch;

@@ -101,9 +101,16 @@ fn estimated_noise_counts_three_lengths_a_pose_less_six() {
     for (name, worn) in machines() {
         for count in [6, 12] {
             let freedom = 3 * count - 6;
-            let (mut sum, mut chi_square, mut left_out) = (0.0, 0.0, 0);
+            let (mut sum, mut chi_square, mut left_out, mut refused) = (0.0, 0.0, 0, 0);
             for seed in 30_000..30_000 + TRIALS as u64 {
-                let found = trial(&worn, seed, count, noise_mm, Noise::EstimatedUpTo(1.0)).expect("a sound set");
+                // The bar may be widened, now and then past its limit; its shape is that of the same set with its noise
+                // told, which one set in 10 000 contradicts.
+                let answers = [Noise::EstimatedUpTo(1.0), Noise::Known(noise_mm)]
+                    .map(|noise| trial::<f64>(&worn, seed, count, noise_mm, noise));
+                let [Ok(found), Ok(told)] = answers else {
+                    refused += 1;
+                    continue;
+                };
                 if !found.rejected.is_empty() {
                     left_out += found.rejected.len();
                     continue;
@@ -114,12 +121,13 @@ fn estimated_noise_counts_three_lengths_a_pose_less_six() {
                 // The rig's stated noise is worth six more degrees of freedom.
                 let pooled = (squares + 6.0 * NOISE_MM * NOISE_MM) / (freedom + 6) as f64;
                 assert!((found.noise_mm / pooled.sqrt() - 1.0).abs() < 1e-9, "{name}: {} mm", found.noise_mm);
-                let unit = found.covariance_mm2[at(0, 0)] / (found.noise_mm * found.noise_mm);
+                let unit = told.covariance_mm2[at(0, 0)] / (told.noise_mm * told.noise_mm);
                 chi_square += error(&worn, &found)[0].powi(2) / (unit * noise_mm * noise_mm);
             }
-            // Six poses do not tell a noise that is unknown from one that a bad pose makes.
-            assert!(left_out <= TRIALS / 500, "{name}, {count} poses: {left_out} good poses left out");
-            let sets = TRIALS - left_out;
+            // Few poses do not tell a noise that is unknown from one that a bad pose makes.
+            assert!(left_out <= TRIALS / 300, "{name}, {count} poses: {left_out} good poses left out");
+            assert!(refused <= TRIALS / 100, "{name}, {count} poses: {refused} sound sets refused");
+            let sets = TRIALS - left_out - refused;
             let ratio = sum / sets as f64 / (noise_mm * noise_mm);
             assert!((ratio - 1.0).abs() < tolerance(freedom * sets), "{name}, {count} poses: s² off by {ratio}");
             let ratio = chi_square / sets as f64;

@@ -1,10 +1,18 @@
 //! The identification model Y = D X of one pose (Eq. 10-13, Appendix), in the closed form.
+//!
+//! An end-point reacts to the six unknowns by one number only, q_i = OP_i·δO + p_i δp_i: it turns about its base edge
+//! by a3_i q_i, and the rest of its motion is common to all three end-points. So the row of edge (i, j) with unit
+//! vector e is `(e·a3_i) q_i - (e·a3_j) q_j`, which equals the Appendix's (1/p) C A⁻¹ B, and a pose's D is a 3x3 matrix
+//! of **turns** K with two entries a row, times the 3x6 matrix W whose rows are the q_i. D itself is never formed to
+//! solve (see [`pass_sum`](super::pass_sum)).
 
-use super::normal_equations::NormalEquations;
 use crate::kinematics::hinge::{BaseEdges, HingeCoordinates};
-use crate::kinematics::tetrahedron::{Apex, TetrahedronBase};
+use crate::kinematics::tetrahedron::{Foot, TetrahedronBase};
+use crate::kinematics::{CableLengths, LengthError};
 use crate::rig::{EDGE_ENDS, POINTS, Parameters};
 use crate::scalar::Real;
+use crate::vector::{difference, dot, square};
+use nalgebra::Vector3;
 
 /// The three tetrahedra at one estimate of the parameters; poses are laid against it one by one.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,14 +21,21 @@ pub struct Model<T> {
     edges_mm: [T; POINTS],
 }
 
-/// One pose laid against the model.
+/// One pose laid against the model: Y, and what D is made from.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PoseEquations<T> {
+pub struct LaidPose<T> {
     /// Y: actual minus computed p12, p23, p31, mm.
     pub residuals_mm: [T; POINTS],
-    /// D, 3x6: change of the computed p12, p23, p31 with x, y, z, p1, p2, p3 (dimensionless).
-    pub rows: [[T; 6]; POINTS],
+    /// OP_1..OP_3 in the axes of the base plane, mm.
+    pub points_mm: [Vector3<T>; POINTS],
+    feet: [Foot<T>; POINTS],
+    heights_mm: [T; POINTS],
+    spans_mm: [Vector3<T>; POINTS],
+    computed_mm: [T; POINTS],
 }
+
+/// K of a pose: for each edge (i, j) its change with q_i and with q_j, 1/mm.
+pub type Turns<T> = [[T; 2]; POINTS];
 
 /// The tetrahedron of an end-point does not close: no point has its two cable lengths and its distance from the
 /// estimated centre.
@@ -30,62 +45,120 @@ pub struct NotClosing {
     pub end_point: u8,
 }
 
+/// Why a pose cannot be laid against the model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Contradiction {
+    /// Whatever the parameters: a cable triangle is broken.
+    Length(LengthError),
+    /// At these parameters.
+    NotClosing(NotClosing),
+}
+
 impl<T: Real> Model<T> {
     /// The model at `parameters`, for a platform with edges `edges_mm` (p12, p23, p31).
     pub fn new(base: &BaseEdges<T>, edges_mm: &[T; POINTS], parameters: &Parameters<T>) -> Self {
-        let base = base.as_array();
-        let tetrahedra =
-            core::array::from_fn(|i| TetrahedronBase::new(&base[i], &parameters.centre_mm, parameters.radii_mm[i]));
-        Self { tetrahedra, edges_mm: *edges_mm }
+        let centre_mm = base.in_plane(&parameters.centre_mm);
+        let edges = base.as_array();
+        let tetrahedron = |i: usize| TetrahedronBase::new(&edges[i], &centre_mm, parameters.radii_mm[i]);
+        Self { tetrahedra: [tetrahedron(0), tetrahedron(1), tetrahedron(2)], edges_mm: *edges_mm }
     }
 
-    /// The end-points OP_1..OP_3 of a pose and their differentials (Eq. 1-9).
-    ///
-    /// # Errors
-    /// The first end-point whose tetrahedron does not close.
-    pub fn apices(&self, hinges: &[HingeCoordinates<T>; POINTS]) -> Result<[Apex<T>; POINTS], NotClosing> {
-        let close = |i: usize| self.tetrahedra[i].apex(&hinges[i]).ok_or(NotClosing { end_point: i as u8 + 1 });
-        Ok([close(0)?, close(1)?, close(2)?])
-    }
-
-    /// Y and D of a pose.
-    ///
-    /// The row of edge (i, j) with unit vector e is
-    /// e · [a3_i (OP_i·δO + p_i δp_i) - a3_j (OP_j·δO + p_j δp_j)], which equals the Appendix's (1/p) C A⁻¹ B.
-    ///
-    /// # Errors
-    /// As for [`Model::apices`].
-    pub fn equations(
-        &self,
-        hinges: &[HingeCoordinates<T>; POINTS],
-        radii_mm: &[T; POINTS],
-    ) -> Result<PoseEquations<T>, NotClosing> {
-        let apices = self.apices(hinges)?;
-        let mut residuals_mm = [T::zero(); POINTS];
-        let mut rows = [[T::zero(); 6]; POINTS];
-        for (edge, &[i, j]) in EDGE_ENDS.iter().enumerate() {
-            let (from, to) = (&apices[i], &apices[j]);
-            let span = from.point_mm - to.point_mm;
-            let computed = span.norm_squared().root();
-            let direction = span / computed;
-            residuals_mm[edge] = self.edges_mm[edge] - computed;
-            let (turn_i, turn_j) = (direction.dot(&from.gradient), -direction.dot(&to.gradient));
-            let centre = from.point_mm * turn_i + to.point_mm * turn_j;
-            let row = &mut rows[edge];
-            (row[0], row[1], row[2]) = (centre.x, centre.y, centre.z);
-            row[3 + i] = turn_i * radii_mm[i];
-            row[3 + j] = turn_j * radii_mm[j];
+    /// Moves the model of the same platform to other parameters.
+    pub fn move_to(&mut self, base: &BaseEdges<T>, parameters: &Parameters<T>) {
+        // One by one: a whole model on the stack would lie under everything else.
+        let centre_mm = base.in_plane(&parameters.centre_mm);
+        for (i, tetrahedron) in self.tetrahedra.iter_mut().enumerate() {
+            *tetrahedron = TetrahedronBase::new(&base.as_array()[i], &centre_mm, parameters.radii_mm[i]);
         }
-        Ok(PoseEquations { residuals_mm, rows })
+    }
+
+    /// Lays the pose with these cable lengths (Eq. 1-12).
+    ///
+    /// # Errors
+    /// [`Contradiction`]; a broken triangle goes before a tetrahedron that does not close.
+    #[inline(always)]
+    pub fn lay(&self, base: &BaseEdges<T>, lengths: &CableLengths<T>) -> Result<LaidPose<T>, Contradiction> {
+        // No tetrahedron closes over a broken triangle: the triangles need no look of their own until one does not.
+        self.lay_hinges(&base.unchecked(lengths)).map_err(|error| contradiction(base, lengths, error))
+    }
+
+    #[inline(always)]
+    fn lay_hinges(&self, hinges: &[HingeCoordinates<T>; POINTS]) -> Result<LaidPose<T>, NotClosing> {
+        // Three times in words, here and below: a loop or a closure would not be inlined where code is kept small.
+        let [t1, t2, t3] = &self.tetrahedra;
+        let [q1, q2, q3] = hinges;
+        let foot1 = t1.foot(q1).ok_or(NotClosing { end_point: 1 })?;
+        let foot2 = t2.foot(q2).ok_or(NotClosing { end_point: 2 })?;
+        let foot3 = t3.foot(q3).ok_or(NotClosing { end_point: 3 })?;
+        let heights_mm @ [h1, h2, h3] =
+            [foot1.height_squared_mm2.root(), foot2.height_squared_mm2.root(), foot3.height_squared_mm2.root()];
+        let points_mm @ [p1, p2, p3] = [t1.apex(&foot1, h1), t2.apex(&foot2, h2), t3.apex(&foot3, h3)];
+        let spans_mm @ [s1, s2, s3] = [difference(&p1, &p2), difference(&p2, &p3), difference(&p3, &p1)];
+        let computed_mm @ [c1, c2, c3] = [square(&s1).root(), square(&s2).root(), square(&s3).root()];
+        let [p12, p23, p31] = self.edges_mm;
+        let residuals_mm = [p12 - c1, p23 - c2, p31 - c3];
+        let feet = [foot1, foot2, foot3];
+        Ok(LaidPose { residuals_mm, points_mm, feet, heights_mm, spans_mm, computed_mm })
+    }
+
+    /// K of a pose laid against this model.
+    #[inline(always)]
+    pub fn turns(&self, pose: &LaidPose<T>) -> Turns<T> {
+        let (by_height, by_length) = (reciprocals(pose.heights_mm), reciprocals(pose.computed_mm));
+        let [t1, t2, t3] = &self.tetrahedra;
+        let [foot1, foot2, foot3] = &pose.feet;
+        let [h1, h2, h3] = by_height;
+        let [g1, g2, g3] = [t1.gradient(foot1, h1), t2.gradient(foot2, h2), t3.gradient(foot3, h3)];
+        let [p12, p23, p31] = &pose.spans_mm;
+        let [l1, l2, l3] = by_length;
+        [
+            [dot(p12, &g1) * l1, -(dot(p12, &g2) * l1)],
+            [dot(p23, &g2) * l2, -(dot(p23, &g3) * l2)],
+            [dot(p31, &g3) * l3, -(dot(p31, &g1) * l3)],
+        ]
+    }
+
+    /// D of a pose, 3x6: change of the computed p12, p23, p31 with x, y, z, p1, p2, p3 (dimensionless), at the radii of
+    /// the model. For reading; nothing here is solved with it.
+    pub fn rows(&self, base: &BaseEdges<T>, radii_mm: &[T; POINTS], pose: &LaidPose<T>) -> [[T; 6]; POINTS] {
+        let mut rows = [[T::zero(); 6]; POINTS];
+        for ((row, ends), turns) in rows.iter_mut().zip(EDGE_ENDS).zip(self.turns(pose)) {
+            for (end, turn) in ends.into_iter().zip(turns) {
+                let centre = base.in_base(&pose.points_mm[end]) * turn;
+                for axis in 0..3 {
+                    row[axis] += centre[axis];
+                }
+                row[3 + end] = turn * radii_mm[end];
+            }
+        }
+        rows
     }
 }
 
-impl<T: Real> PoseEquations<T> {
-    /// Adds the three equations to the normal equations.
-    #[inline]
-    pub fn add_to(&self, equations: &mut NormalEquations<T>) {
-        for (row, residual) in self.rows.iter().zip(&self.residuals_mm) {
-            equations.add(row, *residual);
-        }
+impl<T: Real> LaidPose<T> {
+    /// Sum of the three squared residuals, mm².
+    #[inline(always)]
+    pub fn squares_mm2(&self) -> T {
+        let [y1, y2, y3] = self.residuals_mm;
+        y1 * y1 + y2 * y2 + y3 * y3
+    }
+}
+
+/// The reciprocals of three heights and three lengths by one division (14 cycles on a Cortex-M4F) instead of six.
+#[inline(always)]
+fn reciprocals<T: Real>([a, b, c]: [T; 3]) -> [T; 3] {
+    let ab = a * b;
+    let by_abc = T::one() / (ab * c);
+    let by_ab = by_abc * c;
+    [by_ab * b, by_ab * a, by_abc * ab]
+}
+
+/// The cause behind a tetrahedron that does not close.
+#[cold]
+#[inline(never)]
+fn contradiction<T: Real>(base: &BaseEdges<T>, lengths: &CableLengths<T>, error: NotClosing) -> Contradiction {
+    match BaseEdges::first_broken(&base.unchecked(lengths)) {
+        Some(length) => Contradiction::Length(length),
+        None => Contradiction::NotClosing(error),
     }
 }

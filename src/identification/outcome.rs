@@ -48,7 +48,8 @@ pub struct Identified<T> {
     pub parameters: Parameters<T>,
     /// Covariance of x, y, z, p1, p2, p3, mm²: lower triangle, row by row.
     pub covariance_mm2: [T; PACKED],
-    /// Standard deviation (1σ) of the noise of a cable length that the covariance was computed with, mm.
+    /// Standard deviation (1σ) of the noise of a cable length, mm. The covariance is computed with it; wider where an
+    /// estimated noise beyond the rig's may hide a bad reading.
     pub noise_mm: T,
     /// What is left of the residuals over the poses used, root mean square of three per pose, mm. The paper's
     /// iteration gives δE of the platform edges (Eq. 17, as the root mean square that its text describes); the

@@ -1,6 +1,6 @@
 //! Verification on a second set of poses (step 4 of the paper's procedure, section III).
 
-use super::model::Model;
+use super::model::{Contradiction, Model};
 use super::outcome::{Refusal, deviation};
 use crate::kinematics::{BaseEdges, CableLengths};
 use crate::rig::{Parameters, Rig};
@@ -20,17 +20,11 @@ pub fn verify<T: Real>(rig: &Rig<T>, parameters: &Parameters<T>, poses: &[CableL
     let mut squares_mm2 = T::zero();
     for (index, lengths) in poses.iter().enumerate() {
         let pose = index as u16;
-        let hinges = base.coordinates(lengths).map_err(|error| Refusal::BadLength {
-            pose,
-            cable: error.cable,
-            fault: error.fault,
+        let laid = model.lay(&base, lengths).map_err(|contradiction| match contradiction {
+            Contradiction::Length(error) => Refusal::BadLength { pose, cable: error.cable, fault: error.fault },
+            Contradiction::NotClosing(error) => Refusal::NotClosing { pose, end_point: error.end_point, iteration: 0 },
         })?;
-        let equations = model.equations(&hinges, &parameters.radii_mm).map_err(|error| Refusal::NotClosing {
-            pose,
-            end_point: error.end_point,
-            iteration: 0,
-        })?;
-        squares_mm2 += equations.residuals_mm.iter().fold(T::zero(), |sum, r| sum + *r * *r);
+        squares_mm2 += laid.squares_mm2();
     }
     Ok(deviation(squares_mm2, poses.len()))
 }

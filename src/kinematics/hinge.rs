@@ -3,32 +3,39 @@
 //! The two cables of end-point P_i run to the two ends of one base edge. Their lengths alone fix how far along the
 //! edge P_i stands (ξ) and how far from it (ρ); what remains is one angle. Everything here is independent of the
 //! joint centre and computed once a pose.
+//!
+//! Points are reckoned in the **axes of the base plane**: from B1 along the first edge, towards the third attachment
+//! point, and upward to the platform. In them an edge and its outward normal lack the third component, so two numbers
+//! stand for the edge's direction and a third of all products is spared.
 
 use super::cable_length::{CableLengths, LengthError, LengthFault, cable_number};
 use crate::rig::{ATTACHMENTS, POINTS, Rig};
 use crate::scalar::Real;
-use nalgebra::Vector3;
+use crate::vector::{difference, image, image_transposed, sum};
+use nalgebra::{Matrix3, Vector3};
 
-/// One base edge with a right-angled triad: `along` the edge, `outward` in the base plane away from the third
-/// attachment point, `upward` normal to the base plane on the platform's side.
+/// One base edge, in the axes of the base plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BaseEdge<T> {
-    /// The attachment point of the end-point's first cable, in {B}, mm.
-    pub origin_mm: Vector3<T>,
-    /// Unit vector from the first to the second attachment point.
-    pub along: Vector3<T>,
-    /// Unit vector in the base plane, away from the third attachment point.
-    pub outward: Vector3<T>,
-    /// Unit normal of the base plane towards the platform.
-    pub upward: Vector3<T>,
+    /// The attachment point of the end-point's first cable, mm.
+    pub origin_mm: [T; 2],
+    /// Cosine and sine of the direction to the second attachment point; outward, away from the third, is
+    /// (sine, -cosine).
+    pub direction: [T; 2],
     /// Length of the edge, mm.
     pub length_mm: T,
     inverse_twice_length: T,
 }
 
-/// The three base edges, in the order of the end-points P1, P2, P3.
+/// The three base edges, in the order of the end-points P1, P2, P3, and the axes of their plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BaseEdges<T>([BaseEdge<T>; POINTS]);
+pub struct BaseEdges<T> {
+    edges: [BaseEdge<T>; POINTS],
+    /// The axes as rows, in {B}. A left-handed triad when the attachment points are numbered clockwise.
+    plane: Matrix3<T>,
+    /// B1 in {B}, mm.
+    origin_mm: Vector3<T>,
+}
 
 /// Where an end-point stands on its hinge: coordinate along the base edge and squared distance from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,53 +49,98 @@ pub struct HingeCoordinates<T> {
 impl<T: Real> BaseEdges<T> {
     /// The edges of a rig.
     pub fn new(rig: &Rig<T>) -> Self {
-        let upward = rig.base_normal();
         let base = rig.base_mm();
-        Self(core::array::from_fn(|i| {
-            let [first, second] = ATTACHMENTS[i];
-            let third = POINTS - first - second;
-            let edge = base[second] - base[first];
-            let length_mm = edge.norm_squared().root();
-            let along = edge / length_mm;
-            let across = along.cross(&upward);
-            let inwards = across.dot(&(base[third] - base[first])) > T::zero();
-            let outward = if inwards { -across } else { across };
-            let inverse_twice_length = T::one() / (length_mm + length_mm);
-            BaseEdge { origin_mm: base[first], along, outward, upward, length_mm, inverse_twice_length }
-        }))
+        let along = base[1] - base[0];
+        let along = along / along.norm_squared().root();
+        let upward = rig.base_normal();
+        let across = along.cross(&upward);
+        let inward = if across.dot(&(base[2] - base[0])) > T::zero() { across } else { -across };
+        let plane = Matrix3::from_rows(&[along.transpose(), inward.transpose(), upward.transpose()]);
+        let corners = base.map(|point| plane * (point - base[0]));
+        let edges = ATTACHMENTS.map(|[first, second]| BaseEdge::between(&corners[first], &corners[second]));
+        Self { edges, plane, origin_mm: base[0] }
     }
 
-    /// The edges in the order of the end-points.
-    pub fn iter(&self) -> impl Iterator<Item = &BaseEdge<T>> {
-        self.0.iter()
-    }
-
-    /// The three edges as an array.
+    /// The three edges in the order of the end-points.
     pub fn as_array(&self) -> &[BaseEdge<T>; POINTS] {
-        &self.0
+        &self.edges
+    }
+
+    /// A point of {B}, mm, in the axes of the base plane, from B1.
+    pub fn in_plane(&self, point_mm: &Vector3<T>) -> Vector3<T> {
+        image(&self.plane, &difference(point_mm, &self.origin_mm))
+    }
+
+    /// A point in the axes of the base plane, from B1, in {B}, mm.
+    pub fn point_in_base(&self, in_plane_mm: &Vector3<T>) -> Vector3<T> {
+        sum(&self.origin_mm, &self.in_base(in_plane_mm))
+    }
+
+    /// A vector in the axes of the base plane, in {B}.
+    #[inline(never)]
+    pub fn in_base(&self, in_plane: &Vector3<T>) -> Vector3<T> {
+        image_transposed(&self.plane, in_plane)
     }
 
     /// (ξ, ρ²) of the three end-points of a pose.
     ///
     /// # Errors
     /// The first end-point whose two cables and base edge do not make a triangle.
+    #[inline(always)]
     pub fn coordinates(&self, lengths: &CableLengths<T>) -> Result<[HingeCoordinates<T>; POINTS], LengthError> {
-        let mm = lengths.as_mm();
-        let coordinates = core::array::from_fn(|i| self.0[i].coordinates(mm[2 * i], mm[2 * i + 1]));
-        for (i, hinge) in coordinates.iter().enumerate() {
-            // Written so that an overflow to infinity or NaN counts as broken too.
-            let closes = hinge.distance_squared_mm2 > T::zero() && hinge.distance_squared_mm2.is_a_number();
-            if !closes {
-                return Err(LengthError { cable: cable_number(2 * i), fault: LengthFault::BreaksTriangle });
-            }
-        }
-        Ok(coordinates)
+        let coordinates = self.unchecked(lengths);
+        Self::first_broken(&coordinates).map_or(Ok(coordinates), Err)
+    }
+
+    /// The first end-point whose two cables and base edge do not make a triangle.
+    #[inline(always)]
+    pub fn first_broken([q1, q2, q3]: &[HingeCoordinates<T>; POINTS]) -> Option<LengthError> {
+        let broken = if !q1.closes() {
+            0
+        } else if !q2.closes() {
+            1
+        } else if !q3.closes() {
+            2
+        } else {
+            return None;
+        };
+        Some(LengthError { cable: cable_number(2 * broken), fault: LengthFault::BreaksTriangle })
+    }
+
+    /// (ξ, ρ²) of lengths that may break their triangles. ρ² is not a positive number then, and no tetrahedron closes.
+    #[inline(always)]
+    pub fn unchecked(&self, lengths: &CableLengths<T>) -> [HingeCoordinates<T>; POINTS] {
+        let [l1, l2, l3, l4, l5, l6] = *lengths.as_mm();
+        let [e1, e2, e3] = &self.edges;
+        [e1.coordinates(l1, l2), e2.coordinates(l3, l4), e3.coordinates(l5, l6)]
+    }
+}
+
+impl<T: Real> HingeCoordinates<T> {
+    /// The two cables and the base edge make a triangle. Written so that an overflow to infinity or NaN does not.
+    #[inline(always)]
+    fn closes(&self) -> bool {
+        self.distance_squared_mm2 > T::zero() && self.distance_squared_mm2.is_a_number()
     }
 }
 
 impl<T: Real> BaseEdge<T> {
+    /// The edge between two attachment points in the plane.
+    #[inline(never)]
+    fn between(first_mm: &Vector3<T>, second_mm: &Vector3<T>) -> Self {
+        let span = second_mm - first_mm;
+        let length_mm = span.norm_squared().root();
+        Self {
+            origin_mm: [first_mm.x, first_mm.y],
+            direction: [span.x / length_mm, span.y / length_mm],
+            length_mm,
+            inverse_twice_length: T::one() / (length_mm + length_mm),
+        }
+    }
+
     /// (ξ, ρ²) from the two cable lengths, mm: ξ = (L_a² - L_b² + b²) / 2b, ρ² = L_a² - ξ².
     /// ρ² is not positive when the lengths break the triangle.
+    #[inline(always)]
     pub fn coordinates(&self, first_mm: T, second_mm: T) -> HingeCoordinates<T> {
         // Differences as products: L_a² - L_b² in single precision would lose the digits that matter.
         let difference = (first_mm - second_mm) * (first_mm + second_mm);

@@ -12,8 +12,9 @@
 use super::cable_length::LengthError;
 use super::hinge::{BaseEdge, BaseEdges, HingeCoordinates};
 use crate::kinematics::CableLengths;
-use crate::rig::{EDGE_ENDS, POINTS, Rig};
+use crate::rig::{POINTS, Rig};
 use crate::scalar::Real;
+use crate::vector::{cross, difference, dot, scaled, square};
 use nalgebra::{Matrix3, Vector3};
 
 /// Newton steps after which a pose is given up. A regular pose takes five to six.
@@ -27,11 +28,24 @@ const START: (f64, f64) = (0.258_819_045_102_520_74, 0.965_925_826_289_068_3);
 /// lengths determine the pose too poorly to find a start from it.
 const REGULAR: f64 = 0.02;
 
-/// Cosine and sine of a hinge's angle from the base plane (outward) towards the platform.
+/// An end-point's arm, seen along its hinge, mm: length times cosine and sine of the angle from the base plane
+/// (outward) towards the platform.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct HingeAngle<T> {
-    cos: T,
-    sin: T,
+struct HingeArm<T> {
+    out: T,
+    up: T,
+}
+
+/// An end-point that turns about its base edge.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Hinged<T> {
+    /// Foot of the end-point on the edge's line, in the axes of the base plane, mm.
+    foot: [T; 2],
+    /// Cosine and sine of the edge's direction.
+    direction: [T; 2],
+    /// Length of the arm, mm.
+    length: T,
+    arm: HingeArm<T>,
 }
 
 /// Where the platform stands: its end-points and its axes.
@@ -102,81 +116,100 @@ impl<T: Real> Octahedron<T> {
     /// [`OctahedronError`] when a cable triangle is broken or no regular assembly is found.
     pub fn solve(&self, lengths: &CableLengths<T>) -> Result<PlatformPose<T>, OctahedronError> {
         let hinges = self.base.coordinates(lengths).map_err(OctahedronError::Length)?;
-        let start = HingeAngle { cos: T::of(START.0), sin: T::of(START.1) };
-        self.newton(&hinges, [start; POINTS]).ok_or(OctahedronError::DoesNotClose)
+        let [e1, e2, e3] = self.base.as_array();
+        let [h1, h2, h3] = &hinges;
+        self.newton([Hinged::new(e1, h1), Hinged::new(e2, h2), Hinged::new(e3, h3)])
+            .ok_or(OctahedronError::DoesNotClose)
     }
 
-    fn newton(
-        &self,
-        hinges: &[HingeCoordinates<T>; POINTS],
-        mut angles: [HingeAngle<T>; POINTS],
-    ) -> Option<PlatformPose<T>> {
-        let edges = self.base.as_array();
-        let feet: [Vector3<T>; POINTS] =
-            core::array::from_fn(|i| edges[i].origin_mm + edges[i].along * hinges[i].along_mm);
-        let arms: [T; POINTS] = core::array::from_fn(|i| hinges[i].distance_squared_mm2.root());
+    #[inline(always)]
+    fn newton(&self, [mut h1, mut h2, mut h3]: [Hinged<T>; POINTS]) -> Option<PlatformPose<T>> {
         // Half a thousandth of a millimetre on an edge; the step that follows squares the relative error.
         let close = self.edges_mm[0] * T::of(5e-4);
         for _ in 0..STEP_CAP {
-            let system = self.evaluate(edges, &feet, &arms, &angles);
+            let system = self.evaluate(&h1, &h2, &h3);
             let determinant = system.determinant();
-            let step = system.step(determinant);
-            for (angle, turn) in angles.iter_mut().zip(step) {
-                *angle = angle.turned(turn);
-            }
-            if system.value.iter().all(|v| v.abs() < close) {
+            let [turn1, turn2, turn3] = system.step(determinant);
+            h1.turn(turn1);
+            h2.turn(turn2);
+            h3.turn(turn3);
+            let [v1, v2, v3] = system.value;
+            if v1.abs() < close && v2.abs() < close && v3.abs() < close {
                 // Judged where the equations hold: on the home side the determinant is negative.
                 let regular = -determinant > system.scale() * T::of(REGULAR);
-                let points = core::array::from_fn(|i| feet[i] + angles[i].direction(&edges[i]) * arms[i]);
-                return regular.then(|| self.frame.pose(&points));
+                return regular.then(|| self.frame.pose(&self.base, &[h1.point(), h2.point(), h3.point()]));
             }
         }
         None
     }
 
-    fn evaluate(
-        &self,
-        edges: &[BaseEdge<T>; POINTS],
-        feet: &[Vector3<T>; POINTS],
-        arms: &[T; POINTS],
-        angles: &[HingeAngle<T>; POINTS],
-    ) -> EdgeSystem<T> {
-        let points: [Vector3<T>; POINTS] = core::array::from_fn(|i| feet[i] + angles[i].direction(&edges[i]) * arms[i]);
-        let tangents: [Vector3<T>; POINTS] = core::array::from_fn(|i| angles[i].tangent(&edges[i]) * arms[i]);
-        let mut system =
-            EdgeSystem { value: [T::zero(); POINTS], first: [T::zero(); POINTS], second: [T::zero(); POINTS] };
-        for (k, &[i, j]) in EDGE_ENDS.iter().enumerate() {
-            let span = points[i] - points[j];
-            system.value[k] = (span.norm_squared() - self.edges_mm[k] * self.edges_mm[k]) * T::of(0.5);
-            system.first[k] = span.dot(&tangents[i]);
-            system.second[k] = -span.dot(&tangents[j]);
+    #[inline(always)]
+    fn evaluate(&self, h1: &Hinged<T>, h2: &Hinged<T>, h3: &Hinged<T>) -> EdgeSystem<T> {
+        let (p1, p2, p3) = (h1.point(), h2.point(), h3.point());
+        let (t1, t2, t3) = (h1.tangent(), h2.tangent(), h3.tangent());
+        let (p12, p23, p31) = (difference(&p1, &p2), difference(&p2, &p3), difference(&p3, &p1));
+        let [e12, e23, e31] = self.edges_mm;
+        let half = T::of(0.5);
+        EdgeSystem {
+            value: [
+                (square(&p12) - e12 * e12) * half,
+                (square(&p23) - e23 * e23) * half,
+                (square(&p31) - e31 * e31) * half,
+            ],
+            first: [dot(&p12, &t1), dot(&p23, &t2), dot(&p31, &t3)],
+            second: [-dot(&p12, &t2), -dot(&p23, &t3), -dot(&p31, &t1)],
         }
-        system
     }
 }
 
-impl<T: Real> HingeAngle<T> {
-    fn direction(&self, edge: &BaseEdge<T>) -> Vector3<T> {
-        edge.outward * self.cos + edge.upward * self.sin
+impl<T: Real> Hinged<T> {
+    #[inline(always)]
+    fn new(edge: &BaseEdge<T>, hinge: &HingeCoordinates<T>) -> Self {
+        let [cos, sin] = edge.direction;
+        let [x, y] = edge.origin_mm;
+        let length = hinge.distance_squared_mm2.root();
+        Self {
+            foot: [x + cos * hinge.along_mm, y + sin * hinge.along_mm],
+            direction: edge.direction,
+            length,
+            arm: HingeArm { out: length * T::of(START.0), up: length * T::of(START.1) },
+        }
     }
 
-    /// Derivative of [`direction`](Self::direction) with the angle.
-    fn tangent(&self, edge: &BaseEdge<T>) -> Vector3<T> {
-        edge.upward * self.cos - edge.outward * self.sin
+    /// The end-point, in the axes of the base plane, mm.
+    #[inline(always)]
+    fn point(&self) -> Vector3<T> {
+        let ([x, y], [cos, sin]) = (self.foot, self.direction);
+        Vector3::new(x + self.arm.out * sin, y - self.arm.out * cos, self.arm.up)
     }
 
-    /// Turned by atan(`step`), so that no step passes 90 degrees.
-    fn turned(self, step: T) -> Self {
-        let limited = step.clamp(-T::one(), T::one());
-        let cos = self.cos - self.sin * limited;
-        let sin = self.sin + self.cos * limited;
-        let norm = (cos * cos + sin * sin).root();
-        Self { cos: cos / norm, sin: sin / norm }
+    /// Derivative of [`point`](Self::point) with the angle, mm/rad.
+    #[inline(always)]
+    fn tangent(&self) -> Vector3<T> {
+        let [cos, sin] = self.direction;
+        Vector3::new(-(self.arm.up * sin), self.arm.up * cos, self.arm.out)
+    }
+
+    /// Turns the arm by atan(`step`), so that no step passes 90 degrees.
+    #[inline(always)]
+    fn turn(&mut self, step: T) {
+        let limited = if step > T::one() {
+            T::one()
+        } else if step < -T::one() {
+            -T::one()
+        } else {
+            step
+        };
+        let out = self.arm.out - self.arm.up * limited;
+        let up = self.arm.up + self.arm.out * limited;
+        let scale = self.length / (out * out + up * up).root();
+        self.arm = HingeArm { out: out * scale, up: up * scale };
     }
 }
 
 impl<T: Real> EdgeSystem<T> {
     /// Determinant of [f0 s0 0; 0 f1 s1; s2 0 f2].
+    #[inline(always)]
     fn determinant(&self) -> T {
         let ([f0, f1, f2], [s0, s1, s2]) = (self.first, self.second);
         f0 * f1 * f2 + s0 * s1 * s2
@@ -184,11 +217,12 @@ impl<T: Real> EdgeSystem<T> {
 
     /// Product of the lengths of the rows: what the determinant is compared with.
     fn scale(&self) -> T {
-        let square = |k: usize| self.first[k] * self.first[k] + self.second[k] * self.second[k];
-        square(0).root() * square(1).root() * square(2).root()
+        let ([f0, f1, f2], [s0, s1, s2]) = (self.first, self.second);
+        (f0 * f0 + s0 * s0).root() * (f1 * f1 + s1 * s1).root() * (f2 * f2 + s2 * s2).root()
     }
 
     /// Newton's step by Cramer's rule.
+    #[inline(always)]
     fn step(&self, determinant: T) -> [T; POINTS] {
         let ([f0, f1, f2], [s0, s1, s2], [v0, v1, v2]) = (self.first, self.second, self.value);
         let minus_inverse = -T::one() / determinant;
@@ -201,16 +235,18 @@ impl<T: Real> EdgeSystem<T> {
 }
 
 impl<T: Real> PlatformFrame<T> {
-    /// Pose of the platform from its end-points, which keep their distances.
-    fn pose(&self, points: &[Vector3<T>; POINTS]) -> PlatformPose<T> {
+    /// Pose of the platform from its end-points in the axes of the base plane, which keep their distances.
+    fn pose(&self, base: &BaseEdges<T>, points: &[Vector3<T>; POINTS]) -> PlatformPose<T> {
         let [p1, p2, p3] = points;
-        let along = p2 - p1;
-        let x = along / along.norm_squared().root();
-        let third = p3 - p1;
-        let across = third - x * x.dot(&third);
-        let y = across / across.norm_squared().root();
-        let y = if self.third_y_mm > T::zero() { y } else { -y };
-        let z = x.cross(&y);
-        PlatformPose { origin_mm: *p1, rotation: Matrix3::from_columns(&[x, y, z]) }
+        let (along, third) = (base.in_base(&difference(p2, p1)), base.in_base(&difference(p3, p1)));
+        let x = scaled(&along, T::one() / square(&along).root());
+        let across = difference(&third, &scaled(&x, dot(&x, &third)));
+        let outwards = if self.third_y_mm > T::zero() { T::one() } else { -T::one() };
+        let y = scaled(&across, outwards / square(&across).root());
+        let z = cross(&x, &y);
+        PlatformPose {
+            origin_mm: base.point_in_base(p1),
+            rotation: Matrix3::new(x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z),
+        }
     }
 }

@@ -12,6 +12,8 @@
 //! where Y is the distance of O from the line. Its differential needs no 3x3 inverse: for the paper's A_i⁻¹ B_i only
 //! the last column `a3 = (inner + (d/h) normal) / Y` is wanted, because
 //! δOP = -δO + a3 (OP·δO + p δp), and -δO cancels in the difference of two end-points.
+//!
+//! Vectors are in the axes of the base plane (see [`hinge`](super::hinge)).
 
 use super::hinge::{BaseEdge, HingeCoordinates};
 use crate::scalar::Real;
@@ -20,66 +22,95 @@ use nalgebra::Vector3;
 /// The part of a tetrahedron that depends on the joint centre and the radius, but not on the pose: O-B_a-B_b.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TetrahedronBase<T> {
-    along: Vector3<T>,
-    inner: Vector3<T>,
-    normal: Vector3<T>,
+    /// Cosine and sine of `along` in the base plane.
+    direction: [T; 2],
+    /// `inner` = `out` outward + `up` upward, a unit vector; `normal` = `out` upward - `up` outward.
+    out: T,
+    up: T,
     /// o_x: coordinate of O along the edge, mm.
     centre_along_mm: T,
     /// Y: distance of O from the edge's line, mm.
     distance_mm: T,
-    inverse_distance: T,
+    /// 1/2Y, 1/mm.
+    half_inverse: T,
+    /// `out` / Y and `up` / Y, 1/mm.
+    out_gradient: T,
+    up_gradient: T,
     /// Y² - p², mm².
     power_mm2: T,
 }
 
-/// A closed tetrahedron: the end-point and what its differential needs.
+/// How a closed tetrahedron's end-point stands over the plane O-B_a-B_b.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Apex<T> {
-    /// OP_i, from the joint centre, in the axes of {B}, mm.
-    pub point_mm: Vector3<T>,
-    /// a3, 1/mm: how OP_i moves when OP·δO + p δp grows (the direction in which the hinge turns).
-    pub gradient: Vector3<T>,
+pub struct Foot<T> {
+    /// X: coordinate along the base edge from O, mm.
+    pub along_mm: T,
+    /// d: distance from the base edge towards O, measured in the plane, mm.
+    pub depth_mm: T,
+    /// h²: squared height over the plane, mm². Positive.
+    pub height_squared_mm2: T,
 }
 
 impl<T: Real> TetrahedronBase<T> {
-    /// The triangle O-B_a-B_b of one end-point with radius `radius_mm` about the centre at `centre_mm` in {B}.
-    /// Meaningless (not finite) when the centre lies on the base edge's line; no tetrahedron closes then.
+    /// The triangle O-B_a-B_b of one end-point with radius `radius_mm` about the centre at `centre_mm` in the axes of
+    /// the base plane. Meaningless (not finite) when the centre lies on the base edge's line; no tetrahedron closes
+    /// then.
+    #[inline(never)]
     pub fn new(edge: &BaseEdge<T>, centre_mm: &Vector3<T>, radius_mm: T) -> Self {
-        let from_origin = centre_mm - edge.origin_mm;
-        let centre_along_mm = from_origin.dot(&edge.along);
-        let out = -from_origin.dot(&edge.outward);
-        let up = -from_origin.dot(&edge.upward);
+        let [cos, sin] = edge.direction;
+        let (x, y) = (centre_mm.x - edge.origin_mm[0], centre_mm.y - edge.origin_mm[1]);
+        let centre_along_mm = x * cos + y * sin;
+        let (out, up) = (y * cos - x * sin, -centre_mm.z);
         let distance_mm = (out * out + up * up).root();
         let inverse_distance = T::one() / distance_mm;
+        // `normal` is `inner` turned by 90 degrees about the edge, from outward to upward: the side of the plane
+        // O-B_a-B_b on which the end-point lies at home. At large tilts (2 % of poses at 60 degrees) it changes sides.
         let (out, up) = (out * inverse_distance, up * inverse_distance);
         Self {
-            along: edge.along,
-            inner: edge.outward * out + edge.upward * up,
-            // `inner` turned by 90 degrees about the edge, from outward to upward: the side of the plane O-B_a-B_b on
-            // which the end-point lies at home. At large tilts (2 % of poses at 60 degrees) it changes sides.
-            normal: edge.upward * out - edge.outward * up,
+            direction: edge.direction,
+            out,
+            up,
             centre_along_mm,
             distance_mm,
-            inverse_distance,
+            half_inverse: inverse_distance * T::of(0.5),
+            out_gradient: out * inverse_distance,
+            up_gradient: up * inverse_distance,
             power_mm2: (distance_mm - radius_mm) * (distance_mm + radius_mm),
         }
     }
 
-    /// The end-point on the outer side of the plane O-B_a-B_b, or `None` when the tetrahedron does not close: no
-    /// point has these two cable lengths and this distance from the centre.
-    #[inline]
-    pub fn apex(&self, hinge: &HingeCoordinates<T>) -> Option<Apex<T>> {
-        let x = hinge.along_mm - self.centre_along_mm;
-        let squares = self.power_mm2 + hinge.distance_squared_mm2 + x * x;
-        let d = squares * T::of(0.5) * self.inverse_distance;
-        let height_squared = hinge.distance_squared_mm2 - d * d;
+    /// Where the end-point stands in the plane O-B_a-B_b, or `None` when the tetrahedron does not close: no point has
+    /// these two cable lengths and this distance from the centre.
+    #[inline(always)]
+    pub fn foot(&self, hinge: &HingeCoordinates<T>) -> Option<Foot<T>> {
+        let along_mm = hinge.along_mm - self.centre_along_mm;
+        let depth_mm = (self.power_mm2 + hinge.distance_squared_mm2 + along_mm * along_mm) * self.half_inverse;
+        let height_squared_mm2 = hinge.distance_squared_mm2 - depth_mm * depth_mm;
         // Also false for NaN. At exactly zero the differential is infinite: the two apices meet.
-        if !(height_squared > T::zero()) {
+        if !(height_squared_mm2 > T::zero()) {
             return None;
         }
-        let height = height_squared.root();
-        let point_mm = self.along * x + self.inner * (self.distance_mm - d) + self.normal * height;
-        let gradient = (self.inner + self.normal * (d / height)) * self.inverse_distance;
-        Some(Apex { point_mm, gradient })
+        Some(Foot { along_mm, depth_mm, height_squared_mm2 })
+    }
+
+    /// OP_i, from the joint centre, in the axes of the base plane, mm: the apex at height h over its foot, on the
+    /// outer side of the plane O-B_a-B_b.
+    #[inline(always)]
+    pub fn apex(&self, foot: &Foot<T>, height_mm: T) -> Vector3<T> {
+        let inwards = self.distance_mm - foot.depth_mm;
+        let outward = inwards * self.out - height_mm * self.up;
+        let upward = inwards * self.up + height_mm * self.out;
+        let [cos, sin] = self.direction;
+        Vector3::new(foot.along_mm * cos + outward * sin, foot.along_mm * sin - outward * cos, upward)
+    }
+
+    /// a3, 1/mm, in the axes of the base plane, from 1/h: OP_i moves along it when OP·δO + p δp grows.
+    #[inline(always)]
+    pub fn gradient(&self, foot: &Foot<T>, inverse_height: T) -> Vector3<T> {
+        let slope = foot.depth_mm * inverse_height;
+        let outward = self.out_gradient - slope * self.up_gradient;
+        let upward = self.up_gradient + slope * self.out_gradient;
+        let [cos, sin] = self.direction;
+        Vector3::new(outward * sin, -(outward * cos), upward)
     }
 }

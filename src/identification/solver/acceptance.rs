@@ -12,16 +12,22 @@ use crate::identification::uncertainty::{covariance_of_parameters, worst_centre_
 use crate::kinematics::{CableLengths, LengthEquations};
 use crate::rig::CABLES;
 use crate::scalar::Real;
+use crate::vector::{difference, image, square};
 use heapless::Vec;
+
+/// Square of the way that a pose moves the most common axis.
+fn moves<T: Real>(placement: &Placement<T>, sway: &Sway<T>) -> T {
+    square(&difference(&image(&placement.rotation(), &sway.axis_in_platform), &sway.axis))
+}
 
 impl<T: Real, const N: usize> Solver<T, N> {
     /// Rotations decide why the normal matrix has no inverse.
     pub(super) fn no_inverse(&self) -> Refusal {
-        self.degenerate(|p| p.is_placed()).err().unwrap_or(Refusal::Singular)
+        self.refuse_degenerate(|p| p.is_placed()).err().unwrap_or(Refusal::Singular)
     }
 
-    /// Refuses poses that turn about one axis or are all alike; else their sway, rad.
-    fn degenerate(&self, used: impl Fn(&Placement<T>) -> bool) -> Result<T, Refusal> {
+    /// Refuses poses that turn about one axis or are all alike; else tells how they sway.
+    fn refuse_degenerate(&self, used: impl Fn(&Placement<T>) -> bool) -> Result<Sway<T>, Refusal> {
         let mut rotations = RotationSum::default();
         for placement in self.placements.iter().filter(|p| used(p)) {
             rotations.add(&placement.rotation());
@@ -29,7 +35,7 @@ impl<T: Real, const N: usize> Solver<T, N> {
         let sway = rotations.sway();
         let supporting = self.poses_that_sway(&used, &sway);
         judgement::refuse_degenerate(&sway, supporting, self.settings.sway_limit_rad, self.settings.spread_limit_rad)?;
-        Ok(sway.least_rad)
+        Ok(sway)
     }
 
     /// How many poses move the most common axis, and of how many: a direction that one or two odd poses determine is
@@ -37,9 +43,15 @@ impl<T: Real, const N: usize> Solver<T, N> {
     fn poses_that_sway(&self, used: impl Fn(&Placement<T>) -> bool, sway: &Sway<T>) -> (usize, usize) {
         let considerable = sway.least_rad * sway.least_rad * T::of(0.25);
         self.placements.iter().filter(|p| used(p)).fold((0, 0), |(swaying, all), placement| {
-            let moved = (placement.rotation() * sway.axis_in_platform - sway.axis).norm_squared();
-            (swaying + usize::from(moved > considerable), all + 1)
+            (swaying + usize::from(moves(placement, sway) > considerable), all + 1)
         })
+    }
+
+    /// The pose that makes most of the sway, if one does.
+    fn makes_most_of_the_sway(&self, sway: &Sway<T>) -> Option<usize> {
+        let used = || self.placements.iter().enumerate().filter(|(_, p)| p.is_used());
+        let all = used().fold(T::zero(), |sum, (_, p)| sum + moves(p, sway));
+        used().find(|(_, p)| moves(p, sway) > all * T::of(judgement::MOST_OF_THE_SWAY)).map(|(pose, _)| pose)
     }
 
     /// Are the residuals no larger than the noise explains?
@@ -53,9 +65,14 @@ impl<T: Real, const N: usize> Solver<T, N> {
             Noise::EstimatedUpTo(most) => {
                 let estimate = (squares_mm2 / T::of_integer(freedom.max(1))).root();
                 let worst = self.placements.iter().fold(T::zero(), |worst, p| worst.max(p.misfit));
-                // `misfit` is in units of the present noise figure; outliers stand out against the others.
-                let floor = T::of(judgement::LEAST_NOISE_MM);
-                let unit = self.noise_mm / estimate.max(floor);
+                // A bad reading must not hide behind the noise that it pretends: the typical misfit is the measure,
+                // unless it is finer than the noise that the rig states. A handful has no typical misfit.
+                let typical = if self.placements.len() >= judgement::POSES_TO_ESTIMATE {
+                    self.typical_noise_mm().max(self.placer.rig_noise_mm).min(estimate)
+                } else {
+                    estimate
+                };
+                let unit = self.noise_mm / typical.max(T::of(judgement::LEAST_NOISE_MM));
                 estimate <= most && worst * unit * unit <= T::of(judgement::MISFIT_LIMIT)
             }
         }
@@ -67,6 +84,15 @@ impl<T: Real, const N: usize> Solver<T, N> {
         self.placements.iter().filter(|p| !(p.is_placed() && p.misfit <= limit)).count()
     }
 
+    /// Near the octahedron's fold two assemblies fit to within the noise. Where the residuals of the other poses vanish
+    /// (noise-free lengths), one that stands in the wrong one stands out though it is no outlier. Once a run: the misfit
+    /// beyond which poses are to be placed anew by the known centre.
+    pub(super) fn stands_beside_its_place(&mut self) -> Option<T> {
+        let limit = judgement::median_misfit(&mut self.placements) * T::of(judgement::STANDS_OUT);
+        let beside = self.placements.iter().any(|p| p.misfit > limit);
+        (beside && !self.doubted).then_some(limit)
+    }
+
     /// Is a pose's misfit far beyond those of the others, and beyond noise?
     pub(super) fn stands_out(&mut self) -> bool {
         let median = judgement::median_misfit(&mut self.placements);
@@ -75,14 +101,28 @@ impl<T: Real, const N: usize> Solver<T, N> {
         worst > typical * T::of(judgement::STANDS_OUT)
     }
 
+    /// An unknown noise, estimated from the typical misfit. Bad poses spoil all misfits until they are weighed down, so
+    /// the first estimates are too large: true while they fall by a fifth.
+    pub(super) fn noise_shrinks(&mut self) -> bool {
+        let Noise::EstimatedUpTo(most) = self.settings.noise else { return false };
+        let before = self.noise_mm;
+        self.noise_mm = self.typical_noise_mm().clamp(T::of(judgement::LEAST_NOISE_MM), most);
+        self.noise_mm < before * T::of(0.8)
+    }
+
+    /// The noise that the typical misfit speaks of, mm.
+    fn typical_noise_mm(&mut self) -> T {
+        let poses = T::of_integer(self.placements.len() as i32);
+        let median = judgement::median_misfit(&mut self.placements);
+        let typical = median / T::of(judgement::MEDIAN_OF_CHI_SQUARE_3) * poses / (poses - T::of(2.0));
+        self.noise_mm * typical.root()
+    }
+
     /// First scale of the annealing; with an unknown noise, its robust estimate too.
     pub(super) fn begin_annealing(&mut self) -> T {
         let median = judgement::median_misfit(&mut self.placements);
-        if let Noise::EstimatedUpTo(most) = self.settings.noise {
-            let poses = T::of_integer(self.placements.len() as i32);
-            let typical = median / T::of(judgement::MEDIAN_OF_CHI_SQUARE_3) * poses / (poses - T::of(2.0));
-            let noise = (self.noise_mm * typical.root()).clamp(T::of(judgement::LEAST_NOISE_MM), most);
-            self.noise_mm = noise;
+        if let Noise::EstimatedUpTo(_) = self.settings.noise {
+            self.noise_shrinks();
             return T::of(judgement::ANNEALED_SCALE * 8.0);
         }
         (median * T::of(3.0)).max(T::of(judgement::ANNEALED_SCALE))
@@ -110,7 +150,7 @@ impl<T: Real, const N: usize> Solver<T, N> {
     pub(super) fn look_for_wander(&mut self, poses: usize) -> Result<(), Refusal> {
         let rejected = self.contradicting();
         // What is wrong may still be the poses rather than the joint.
-        self.degenerate(|p| p.is_placed())?;
+        self.refuse_degenerate(|p| p.is_placed())?;
         match self.placements.iter().filter(|p| p.is_placed()).count() {
             0..FEWEST_POSES => Err(Refusal::TooManyOutliers { rejected: rejected as u16, poses: poses as u16 }),
             _ => {
@@ -120,32 +160,53 @@ impl<T: Real, const N: usize> Solver<T, N> {
         }
     }
 
-    /// The last gates, then the result; poses left out are explained next.
-    pub(super) fn accept(&mut self, poses: usize, squares_mm2: T) -> Result<(), Refusal> {
-        let sway_rad = self.degenerate(|p| p.is_used())?;
-        let reduced = self.sum.reduced().map_err(|_| Refusal::Singular)?;
-        let equations = reduced.as_ref().map_or(&self.sum.equations, |reduced| &reduced.equations);
-        let factors = Factors::of(&equations.matrix).map_err(|_| Refusal::Singular)?;
+    /// The noise, mm, and how much wider than it alone the error bar must be.
+    fn noise_of_error_bar(&self, squares_mm2: T) -> (T, T) {
         let freedom = T::of_integer((3 * self.sum.poses as i32 - UNKNOWNS as i32).max(1));
-        let noise_mm = match self.settings.noise {
-            // Residuals that sound sets leave only once in twenty widen the error bar (Birge's ratio).
-            Noise::Known(noise)
-                if squares_mm2 > noise * noise * judgement::chi_square_limit(freedom, judgement::WIDENING) =>
-            {
-                (squares_mm2 / freedom).root()
+        match self.settings.noise {
+            // Residuals that sound sets leave only once in twenty widen the error bar (Birge's ratio). Poses that were
+            // left out by a close call are counted in: of few poses, the worst leaves the others looking too good.
+            Noise::Known(noise) => {
+                let (squares, freedom) =
+                    self.close_calls().fold((squares_mm2, freedom), |(squares, freedom), misfit| {
+                        (squares + misfit * self.noise_mm * self.noise_mm, freedom + T::of(3.0))
+                    });
+                let limit = noise * noise * judgement::chi_square_limit(freedom, judgement::WIDENING);
+                (if squares > limit { (squares / freedom).root() } else { noise }, T::one())
             }
-            Noise::Known(noise) => noise,
             // A variance estimated from few residuals is too small too often: the rig's own noise is worth a few more.
+            // Residuals beyond the rig's noise may also be one bad reading's that few poses cannot show as such.
             Noise::EstimatedUpTo(_) => {
                 let prior = T::of(judgement::PRIOR_FREEDOM);
                 let rig = self.placer.rig_noise_mm;
-                ((squares_mm2 + prior * rig * rig) / (freedom + prior)).root()
+                let pooled = ((squares_mm2 + prior * rig * rig) / (freedom + prior)).root();
+                let beyond = squares_mm2 > rig * rig * judgement::chi_square_limit(freedom, judgement::FALSE_ALARM);
+                let few = self.sum.poses < judgement::POSES_TO_ESTIMATE;
+                let widening =
+                    if beyond && few { judgement::widening_for_one_bad_reading(self.sum.poses) } else { T::one() };
+                (pooled, widening)
             }
-        };
+        }
+    }
+
+    /// The misfits of the poses that were left out, but not by far.
+    fn close_calls(&self) -> impl Iterator<Item = T> {
+        let clear = T::of(judgement::CLEARLY_OUT);
+        self.placements.iter().filter(move |p| p.is_placed() && !p.is_used() && p.misfit <= clear).map(|p| p.misfit)
+    }
+
+    /// The last gates, then the result; poses left out are explained next.
+    pub(super) fn accept(&mut self, poses: usize, squares_mm2: T) -> Result<(), Refusal> {
+        let sway = self.refuse_degenerate(|p| p.is_used())?;
+        let reduced = self.sum.reduced().map_err(|_| Refusal::Singular)?;
+        let equations = reduced.as_ref().map_or(&self.sum.equations, |reduced| &reduced.equations);
+        let factors = Factors::of(&equations.matrix).map_err(|_| Refusal::Singular)?;
+        let (noise_mm, widening) = self.noise_of_error_bar(squares_mm2);
         let of_pivot = factors.inverse();
         let unit = covariance_of_parameters(&of_pivot, &self.pivot, &self.placer.points);
         // Noise-free lengths must not pass a geometry that noise would ruin.
-        let gate = noise_mm.max(self.placer.rig_noise_mm);
+        let bar = noise_mm * widening;
+        let gate = bar.max(self.placer.rig_noise_mm);
         let zeros_variance = reduced.map_or([T::zero(); CABLES], |reduced| reduced.zeros_variance(&of_pivot));
         self.refuse_weak(&unit, &zeros_variance, gate)?;
         let mut rejected = Vec::new();
@@ -156,7 +217,7 @@ impl<T: Real, const N: usize> Solver<T, N> {
         }
         self.result = Some(Identified {
             parameters: self.pivot.parameters(&self.placer.points),
-            covariance_mm2: unit.map(|entry| entry * noise_mm * noise_mm),
+            covariance_mm2: unit.map(|entry| entry * bar * bar),
             noise_mm,
             deviation_mm: deviation(squares_mm2, self.sum.poses),
             deviations_mm: self.deviations_mm.clone(),
@@ -164,16 +225,29 @@ impl<T: Real, const N: usize> Solver<T, N> {
             termination: Termination::Settled,
             poses: poses as u16,
             rejected,
-            sway_rad,
+            sway_rad: sway.least_rad,
             zeros_mm: self.zeros_mm,
-            zero_sigmas_mm: zeros_variance.map(|variance| variance.max(T::zero()).root() * noise_mm),
+            zero_sigmas_mm: zeros_variance.map(|variance| variance.max(T::zero()).root() * bar),
         });
-        self.next = 0;
-        self.phase = if self.settings.refuse_hanging && self.sum.poses <= judgement::FEW_POSES {
-            Phase::Check
-        } else {
-            Phase::Blame(Blame::new())
-        };
+        self.begin_check(&sway)
+    }
+
+    /// Which poses are to be doubted: all of a few, or the one that makes most of the sway.
+    fn begin_check(&mut self, sway: &Sway<T>) -> Result<(), Refusal> {
+        self.phase = Phase::Blame(Blame::new());
+        if !self.settings.refuse_hanging {
+            return Ok(());
+        }
+        if self.sum.poses <= FEWEST_POSES {
+            // Two poses never suffice; rounding may hide that in the equations that are left.
+            let first = self.placements.iter().position(Placement::is_used).unwrap_or(0);
+            return Err(Refusal::HangsOnOnePose { pose: first as u16 });
+        }
+        if self.sum.poses <= judgement::FEW_POSES {
+            (self.phase, self.next) = (Phase::Check { last: self.placements.len() }, 0);
+        } else if let Some(pose) = self.makes_most_of_the_sway(sway) {
+            (self.phase, self.next) = (Phase::Check { last: pose + 1 }, pose);
+        }
         Ok(())
     }
 
@@ -190,7 +264,7 @@ impl<T: Real, const N: usize> Solver<T, N> {
         without.add_information(&rotation, &-known.information, &-known.gradient_mm);
         let all = Factors::of(&self.sum.equations.matrix).map_err(|_| Refusal::Singular)?;
         let (limit, _) = worst_centre_direction(&all.inverse());
-        let limit = limit * T::of(judgement::WITHOUT_ONE_POSE);
+        let limit = limit * judgement::limit_without_one_pose(self.sum.poses);
         let stands = Factors::of(&without.matrix).is_ok_and(|rest| worst_centre_direction(&rest.inverse()).0 <= limit);
         if stands { Ok(()) } else { Err(Refusal::HangsOnOnePose { pose }) }
     }

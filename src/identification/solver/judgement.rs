@@ -12,16 +12,32 @@ use nalgebra::Vector3;
 /// poses.
 pub(super) const MISFIT_LIMIT: f64 = 25.0;
 
+/// Misfit beyond which a pose that is left out was certainly no sound one.
+pub(super) const CLEARLY_OUT: f64 = 100.0;
+
 /// A misfit this many times the typical one is no noise of any size.
 pub(super) const STANDS_OUT: f64 = 40.0;
 
-/// Sets of up to this many poses are checked pose by pose: would the result stand without it?
+/// Largest part of the centre's variance that one reading has, in units of the average reading's.
+pub(super) const LARGEST_SHARE: f64 = 6.0;
+
+/// Sets of up to this many poses are checked pose by pose: would the result stand without it? Of a larger set only the
+/// pose that makes most of the sway is.
 pub(super) const FEW_POSES: usize = 12;
 
+/// A pose that makes this part of the sway makes most of it.
+pub(super) const MOST_OF_THE_SWAY: f64 = 0.5;
+
 /// How much worse the centre may be determined without any one pose. A pose that improves the error bar more than
-/// this can be wrong by its full outlier without the others showing it. Refuses every set of three poses, 0.6 % of
-/// four random poses (tilt 45, torsion 30 degrees), none of five.
-pub(super) const WITHOUT_ONE_POSE: f64 = 30.0;
+/// this can be wrong by its full outlier without the others showing it. Refuses every set of three poses, 0.7 % of four
+/// random poses (tilt 45, torsion 30 degrees), one in a thousand of five and six, next to none of more.
+pub(super) fn limit_without_one_pose<T: Real>(poses: usize) -> T {
+    let spare = T::of_integer(poses as i32 - 3);
+    T::of(3.0) + T::of(27.0) / (spare * spare)
+}
+
+/// Poses from which the median of the misfits is good enough to take the noise from again, pass by pass.
+pub(super) const POSES_TO_ESTIMATE: usize = 10;
 
 /// The rig's stated noise counts as this many degrees of freedom where the noise is estimated.
 pub(super) const PRIOR_FREEDOM: f64 = 6.0;
@@ -67,6 +83,19 @@ pub(super) fn chi_square_limit<T: Real>(freedom: T, quantile: f64) -> T {
     freedom * root * root * root
 }
 
+/// How much wider the error bar is when all residuals may be due to one bad reading that is not seen as such.
+///
+/// A reading with redundancy `r` that is off by b leaves a square of r b², at most that of [`MISFIT_LIMIT`] or of all
+/// `freedom`; it moves the centre by b times its share, about a sixth of a pose's m-th part, of the variance.
+pub(super) fn widening_for_one_bad_reading<T: Real>(poses: usize) -> T {
+    let poses = T::of_integer(poses as i32);
+    let freedom = poses * T::of(3.0) - T::of(6.0);
+    let redundancy = freedom / (poses * T::of(6.0));
+    let seen = freedom.min(T::of(MISFIT_LIMIT));
+    let share = T::of(LARGEST_SHARE) / (poses * T::of(6.0));
+    (T::one() + seen * share / redundancy).root()
+}
+
 /// Median of the misfits of the placed poses; 0 without any.
 ///
 /// By bisection on the value: no copy, no reordering. Exact enough for a scale (1 %).
@@ -75,6 +104,9 @@ pub(super) fn median_misfit<T: Real>(placements: &mut [Placement<T>]) -> T {
     let half = placed().count().div_ceil(2);
     let (mut low, mut high) = (T::zero(), placed().fold(T::zero(), |most, p| most.max(p.misfit)));
     for _ in 0..40 {
+        if low * T::of(1.01) > high {
+            break;
+        }
         // Between the geometric and the arithmetic middle: misfits span many powers of ten.
         let middle = if low > T::zero() { (low * high).root() } else { high * T::of(1.0 / 64.0) };
         if placed().filter(|p| p.misfit <= middle).count() >= half {

@@ -14,8 +14,8 @@
 //!    maximum-likelihood estimate; its covariance is the inverse of the summed information.
 //! 3. **Judge**: when the residuals are larger than the noise, poses are weighed down by their misfit (Geman-McClure,
 //!    the scale lowered pass by pass) until those that contradict the others stand out, and are left out.
-//! 4. **Check**: with few poses, would the result stand without any one of them? If not, nothing could contradict that
-//!    pose, and the set is weak.
+//! 4. **Check**: would the result stand without any one of few poses, or without the one that makes most of the sway?
+//!    If not, nothing could contradict that pose, and the set is weak.
 //! 5. **Blame**: each pose left out is explained: which cable, left out of the pose, reconciles it with the centre.
 
 mod acceptance;
@@ -29,8 +29,9 @@ use self::accumulation::PassSum;
 use self::blame::Blame;
 use self::placement::{Placement, Placer};
 pub use self::settings::{Noise, SolverSettings};
-use super::normal_equations::{NormalEquations, Singular};
+use super::normal_equations::Singular;
 use super::outcome::{Identified, MOST_ITERATIONS, Progress, Refusal, deviation};
+use super::pivot_fit::PivotFit;
 use super::pose_buffer::DEFAULT_CAPACITY;
 use super::zeros::ZeroEquations;
 use crate::kinematics::{CableLengths, LengthFault, OctahedronError, Pivot};
@@ -67,8 +68,11 @@ enum Weighing<T> {
 enum Phase<T> {
     Place,
     Pass(Weighing<T>),
-    /// Would the result stand without any one of its poses? Few poses only.
-    Check,
+    /// Would the result stand without any one of its poses?
+    Check {
+        /// One past the last pose to be doubted.
+        last: usize,
+    },
     Blame(Blame<T>),
 }
 
@@ -81,13 +85,17 @@ pub struct Solver<T: Real, const N: usize = DEFAULT_CAPACITY> {
     placements: Vec<Placement<T>, N>,
     phase: Phase<T>,
     next: usize,
-    linear: NormalEquations<T>,
+    linear: PivotFit<T>,
     pivot: Pivot<T>,
     zeros_mm: [T; CABLES],
     sum: PassSum<T>,
     noise_mm: T,
     selected_before: usize,
     passes_in_weighing: u8,
+    /// Misfit beyond which the pass places a pose anew.
+    doubt: T,
+    /// Has a pose among vanishing residuals been placed anew?
+    doubted: bool,
     deviations_mm: Vec<T, { MOST_ITERATIONS + 1 }>,
     result: Option<Identified<T>>,
 }
@@ -108,12 +116,14 @@ impl<T: Real, const N: usize> Solver<T, N> {
             placements: Vec::new(),
             phase: Phase::Place,
             next: 0,
-            linear: NormalEquations::new(),
+            linear: PivotFit::default(),
             zeros_mm: [T::zero(); CABLES],
             sum: PassSum::new(None),
             noise_mm,
             selected_before: 0,
             passes_in_weighing: 0,
+            doubt: T::zero(),
+            doubted: false,
             deviations_mm: Vec::new(),
             result: None,
         }
@@ -125,7 +135,7 @@ impl<T: Real, const N: usize> Solver<T, N> {
         self.placements.clear();
         self.phase = Phase::Place;
         self.next = 0;
-        self.linear = NormalEquations::new();
+        self.linear = PivotFit::default();
         self.zeros_mm = [T::zero(); CABLES];
         self.sum = PassSum::new(None);
         if let Noise::EstimatedUpTo(_) = self.settings.noise {
@@ -133,6 +143,7 @@ impl<T: Real, const N: usize> Solver<T, N> {
         }
         self.selected_before = 0;
         self.passes_in_weighing = 0;
+        self.doubted = false;
         self.deviations_mm.clear();
         self.result = None;
     }
@@ -168,8 +179,8 @@ impl<T: Real, const N: usize> Solver<T, N> {
                 Ok(())
             }
             (Phase::Pass(weighing), None) => self.finish_pass(weighing, poses.len()),
-            (Phase::Check, Some(lengths)) => self.check_without(lengths),
-            (Phase::Check, None) => {
+            (Phase::Check { last }, Some(lengths)) if self.next < last => self.check_without(lengths),
+            (Phase::Check { .. }, _) => {
                 self.phase = Phase::Blame(Blame::new());
                 Ok(())
             }
@@ -192,7 +203,7 @@ impl<T: Real, const N: usize> Solver<T, N> {
     fn place(&mut self, lengths: &CableLengths<T>) {
         let placement = match self.placer.octahedron.solve(lengths) {
             Ok(pose) => {
-                self.linear.add_pivot(&pose);
+                self.linear.add(&pose);
                 Placement::at(&pose.rotation)
             }
             Err(OctahedronError::DoesNotClose) => Placement::unplaced(),
@@ -216,7 +227,7 @@ impl<T: Real, const N: usize> Solver<T, N> {
             });
         }
         match self.linear.solve() {
-            Ok(x) => self.pivot = Pivot::from_array(&x),
+            Ok(pivot) => self.pivot = pivot,
             Err(Singular) => return Err(self.no_inverse()),
         }
         self.begin_pass(Weighing::Equal);
@@ -231,6 +242,11 @@ impl<T: Real, const N: usize> Solver<T, N> {
         self.passes_in_weighing = if same { self.passes_in_weighing + 1 } else { 0 };
         self.phase = Phase::Pass(weighing);
         self.next = 0;
+        self.doubt = match weighing {
+            // A pose that fits nothing may stand on the wrong side of the fold: the known centre places it.
+            Weighing::Selected if self.passes_in_weighing < 2 => T::of(judgement::HOPELESS_MISFIT),
+            _ => T::of(f64::INFINITY),
+        };
         let prior = self.settings.zero_prior_mm;
         let zeros_take_part = prior > T::zero() && !matches!(weighing, Weighing::Wander { .. });
         self.sum = PassSum::new(zeros_take_part.then(|| {
@@ -244,21 +260,20 @@ impl<T: Real, const N: usize> Solver<T, N> {
         let variance = self.noise_mm * self.noise_mm;
         if let (Some(placement), Ok(lengths)) = (self.placements.get_mut(self.next), lengths.less(&self.zeros_mm)) {
             let lengths = &lengths;
-            // A pose that fits nothing may stand on the wrong side of the fold: the known centre places it.
-            let hopeless = placement.misfit > T::of(judgement::HOPELESS_MISFIT) || !placement.is_placed();
-            if weighing == Weighing::Selected && hopeless && self.passes_in_weighing < 2 {
+            let places_anew = self.doubt < T::of(f64::INFINITY);
+            if places_anew && (placement.misfit > self.doubt || !placement.is_placed()) {
                 self.placer.replace(placement, &self.pivot, lengths);
             }
             match weighing {
-                Weighing::Equal => self.sum.add(placement, &self.placer, &self.pivot, lengths, variance, |_| T::one()),
+                Weighing::Equal => self.sum.add(placement, &self.placer, &self.pivot, lengths, variance, &|_| T::one()),
                 Weighing::Annealed(scale) => {
-                    self.sum.add(placement, &self.placer, &self.pivot, lengths, variance, |misfit| {
+                    self.sum.add(placement, &self.placer, &self.pivot, lengths, variance, &|misfit| {
                         let weight = scale / (scale + misfit);
                         weight * weight
                     });
                 }
                 Weighing::Selected => {
-                    self.sum.add(placement, &self.placer, &self.pivot, lengths, variance, |misfit| {
+                    self.sum.add(placement, &self.placer, &self.pivot, lengths, variance, &|misfit| {
                         if misfit <= T::of(judgement::MISFIT_LIMIT) { T::one() } else { T::zero() }
                     });
                 }
@@ -290,7 +305,10 @@ impl<T: Real, const N: usize> Solver<T, N> {
         match weighing {
             Weighing::Equal => {
                 if settled && self.sum.poses == poses && self.residuals_are_noise(squares_mm2) {
-                    return self.accept(poses, squares_mm2);
+                    let Some(doubt) = self.stands_beside_its_place() else { return self.accept(poses, squares_mm2) };
+                    self.begin_pass(weighing);
+                    (self.doubt, self.doubted) = (doubt, true);
+                    return Ok(());
                 }
                 // A gross error would drag the next passes with it where its leverage is large.
                 if settled || self.stands_out() || self.passes_in_weighing >= self.most_equal_passes() {
@@ -302,7 +320,11 @@ impl<T: Real, const N: usize> Solver<T, N> {
             }
             Weighing::Annealed(scale) => {
                 let floor = T::of(judgement::ANNEALED_SCALE);
-                self.begin_pass(if scale <= floor {
+                // The median of a handful says nothing that the first estimate did not.
+                let shrinks = self.placements.len() >= judgement::POSES_TO_ESTIMATE && self.noise_shrinks();
+                self.begin_pass(if shrinks {
+                    weighing
+                } else if scale <= floor {
                     Weighing::Selected
                 } else {
                     Weighing::Annealed((scale * T::of(judgement::ANNEALING)).max(floor))

@@ -1,0 +1,118 @@
+//! The few operations on 3-vectors and 3x3 matrices that the work on each pose consists of, always inlined.
+//!
+//! The firmware is compiled for size, and there nalgebra's operators become calls: of a product of two numbers most
+//! would be moving them about (the paper's iteration takes three times as long). Written out here they keep their
+//! numbers in the FPU's registers, and everything that runs once a pass or once a run stays small.
+
+use crate::scalar::Real;
+use nalgebra::{Matrix3, Vector3};
+
+/// a · b.
+#[inline(always)]
+pub fn dot<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> T {
+    a.x * b.x + a.y * b.y + a.z * b.z
+}
+
+/// |a|².
+#[inline(always)]
+pub fn square<T: Real>(a: &Vector3<T>) -> T {
+    dot(a, a)
+}
+
+/// a × b.
+#[inline(always)]
+pub fn cross<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
+    Vector3::new(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
+}
+
+/// a + b.
+#[inline(always)]
+pub fn sum<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
+    Vector3::new(a.x + b.x, a.y + b.y, a.z + b.z)
+}
+
+/// a - b.
+#[inline(always)]
+pub fn difference<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
+    Vector3::new(a.x - b.x, a.y - b.y, a.z - b.z)
+}
+
+/// a s.
+#[inline(always)]
+pub fn scaled<T: Real>(a: &Vector3<T>, s: T) -> Vector3<T> {
+    Vector3::new(a.x * s, a.y * s, a.z * s)
+}
+
+/// a1 s1 + a2 s2 + a3 s3.
+#[inline(always)]
+pub fn combination<T: Real>([a1, a2, a3]: &[Vector3<T>; 3], [s1, s2, s3]: [T; 3]) -> Vector3<T> {
+    Vector3::new(
+        a1.x * s1 + a2.x * s2 + a3.x * s3,
+        a1.y * s1 + a2.y * s2 + a3.y * s3,
+        a1.z * s1 + a2.z * s2 + a3.z * s3,
+    )
+}
+
+/// a += b.
+#[inline(always)]
+pub fn add_to<T: Real>(a: &mut Vector3<T>, b: &Vector3<T>) {
+    a.x += b.x;
+    a.y += b.y;
+    a.z += b.z;
+}
+
+/// M a.
+#[inline(always)]
+pub fn image<T: Real>(m: &Matrix3<T>, a: &Vector3<T>) -> Vector3<T> {
+    Vector3::new(
+        m.m11 * a.x + m.m12 * a.y + m.m13 * a.z,
+        m.m21 * a.x + m.m22 * a.y + m.m23 * a.z,
+        m.m31 * a.x + m.m32 * a.y + m.m33 * a.z,
+    )
+}
+
+/// Mᵀ a.
+#[inline(always)]
+pub fn image_transposed<T: Real>(m: &Matrix3<T>, a: &Vector3<T>) -> Vector3<T> {
+    Vector3::new(
+        m.m11 * a.x + m.m21 * a.y + m.m31 * a.z,
+        m.m12 * a.x + m.m22 * a.y + m.m32 * a.z,
+        m.m13 * a.x + m.m23 * a.y + m.m33 * a.z,
+    )
+}
+
+/// A B.
+#[inline(always)]
+pub fn product<T: Real>(a: &Matrix3<T>, b: &Matrix3<T>) -> Matrix3<T> {
+    let x = image(a, &Vector3::new(b.m11, b.m21, b.m31));
+    let y = image(a, &Vector3::new(b.m12, b.m22, b.m32));
+    let z = image(a, &Vector3::new(b.m13, b.m23, b.m33));
+    Matrix3::new(x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z)
+}
+
+/// Aᵀ B.
+#[inline(always)]
+pub fn product_transposed<T: Real>(a: &Matrix3<T>, b: &Matrix3<T>) -> Matrix3<T> {
+    let x = image_transposed(a, &Vector3::new(b.m11, b.m21, b.m31));
+    let y = image_transposed(a, &Vector3::new(b.m12, b.m22, b.m32));
+    let z = image_transposed(a, &Vector3::new(b.m13, b.m23, b.m33));
+    Matrix3::new(x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z)
+}
+
+/// M s.
+#[inline(always)]
+pub fn scaled_matrix<T: Real>(m: &Matrix3<T>, s: T) -> Matrix3<T> {
+    Matrix3::new(m.m11 * s, m.m12 * s, m.m13 * s, m.m21 * s, m.m22 * s, m.m23 * s, m.m31 * s, m.m32 * s, m.m33 * s)
+}
+
+/// A + B.
+#[inline(always)]
+pub fn sum_of_matrices<T: Real>(a: &Matrix3<T>, b: &Matrix3<T>) -> Matrix3<T> {
+    #[rustfmt::skip]
+    let sum = Matrix3::new(
+        a.m11 + b.m11, a.m12 + b.m12, a.m13 + b.m13,
+        a.m21 + b.m21, a.m22 + b.m22, a.m23 + b.m23,
+        a.m31 + b.m31, a.m32 + b.m32, a.m33 + b.m33,
+    );
+    sum
+}
