@@ -94,6 +94,7 @@ pub enum Action {
 
 /// What is worth noting in a log.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum LogEntry {
     /// The procedure changed its state.
     State {
