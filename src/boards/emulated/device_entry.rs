@@ -36,6 +36,10 @@ pub fn write(entry: &LogEntry, f: &mut fmt::Formatter<'_>) -> fmt::Result {
             bits.iter().try_for_each(|bits| write!(f, " {bits:08x}"))
         }
         LogEntry::Loaded { run_id, reason } => write!(f, "record of run {run_id} loaded: {reason:?}"),
+        LogEntry::Slipped(report) => {
+            let [x, y, z] = report.moved_mm.map(thousandths);
+            write!(f, "{:?}, cable {}: {x} {y} {z} um", report.cause, report.cable)
+        }
         LogEntry::Stored { run_id, reason } => write!(f, "record of run {run_id} stored: {reason:?}"),
     }
 }
