@@ -90,11 +90,8 @@ impl<T: Real> Model<T> {
         let foot1 = t1.foot(q1).ok_or(NotClosing { end_point: 1 })?;
         let foot2 = t2.foot(q2).ok_or(NotClosing { end_point: 2 })?;
         let foot3 = t3.foot(q3).ok_or(NotClosing { end_point: 3 })?;
-        let heights_mm @ [h1, h2, h3] = [
-            foot1.height_squared_mm2.root(),
-            foot2.height_squared_mm2.root(),
-            foot3.height_squared_mm2.root(),
-        ];
+        let heights_mm @ [h1, h2, h3] =
+            [foot1.height_squared_mm2.root(), foot2.height_squared_mm2.root(), foot3.height_squared_mm2.root()];
         let points_mm @ [p1, p2, p3] = [t1.apex(&foot1, h1), t2.apex(&foot2, h2), t3.apex(&foot3, h3)];
         let spans_mm @ [s1, s2, s3] = [difference(&p1, &p2), difference(&p2, &p3), difference(&p3, &p1)];
         let computed_mm @ [c1, c2, c3] = [square(&s1).root(), square(&s2).root(), square(&s3).root()];
