@@ -46,6 +46,7 @@ impl Real for f32 {
     fn root(self) -> Self {
         sqrt_f32(self)
     }
+    #[inline(always)]
     fn is_a_number(self) -> bool {
         self.is_finite()
     }
@@ -70,6 +71,7 @@ impl Real for f64 {
     fn root(self) -> Self {
         libm::sqrt(self)
     }
+    #[inline(always)]
     fn is_a_number(self) -> bool {
         self.is_finite()
     }

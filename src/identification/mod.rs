@@ -13,6 +13,7 @@ pub mod outcome;
 pub mod paper;
 mod pass_sum;
 mod pivot_equations;
+pub mod pivot_fit;
 pub mod pose_buffer;
 pub mod pose_information;
 pub mod solver;

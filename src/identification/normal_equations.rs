@@ -18,6 +18,13 @@ const SMALLEST_PIVOT: f64 = 1e-6;
 /// The same in roundings, where those are coarser: in `f32` the rows' own rounding leaves more than the above.
 const SMALLEST_PIVOT_ROUNDINGS: f64 = 256.0;
 
+/// The smallest pivot that counts, as a share of the diagonal entry that it came from.
+#[inline(always)]
+pub(super) fn smallest_pivot<T: Real>() -> T {
+    let (share, rounded) = (T::of(SMALLEST_PIVOT), T::default_epsilon() * T::of(SMALLEST_PIVOT_ROUNDINGS));
+    if share > rounded { share } else { rounded }
+}
+
 /// DᵀD, DᵀY and YᵀY of the equations added so far (Eq. 15, 17).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NormalEquations<T> {
@@ -121,7 +128,7 @@ impl<T: Real> Factors<T> {
         for i in 0..UNKNOWNS {
             let entry = packed[at(i, i)];
             let mut pivot = entry;
-            let smallest = entry * T::of(SMALLEST_PIVOT).max(T::default_epsilon() * T::of(SMALLEST_PIVOT_ROUNDINGS));
+            let smallest = entry * smallest_pivot::<T>();
             let mut scaled = [T::zero(); UNKNOWNS];
             for j in 0..i {
                 let mut sum = packed[at(i, j)];
@@ -184,4 +191,55 @@ impl<T: Real> Factors<T> {
         }
         inverse
     }
+}
+
+/// The leading 3x3 block of the inverse, lower triangle: the covariance of the centre, the other three unknowns
+/// eliminated. A third of the work of the whole inverse.
+///
+/// # Errors
+/// [`Singular`] as for [`Factors::of`].
+#[inline(never)]
+pub fn centre_covariance<T: Real>(matrix: &[T; PACKED]) -> Result<[T; 6], Singular> {
+    #[rustfmt::skip]
+    let [
+        o11,
+        o21, o22,
+        o31, o32, o33,
+        m11, m12, m13, c11,
+        m21, m22, m23, c21, c22,
+        m31, m32, m33, c31, c32, c33,
+    ] = *matrix;
+    let [i11, i21, i22, i31, i32, i33] = inverse_of_three(&[c11, c21, c22, c31, c32, c33], [c11, c22, c33])?;
+    // S = O - Mᵀ C⁻¹ M, column by column of C⁻¹ M.
+    let through =
+        |a: T, b: T, c: T| (i11 * a + i21 * b + i31 * c, i21 * a + i22 * b + i32 * c, i31 * a + i32 * b + i33 * c);
+    let (a1, b1, c1) = through(m11, m21, m31);
+    let (a2, b2, c2) = through(m12, m22, m32);
+    let (a3, b3, c3) = through(m13, m23, m33);
+    let left = [
+        o11 - (m11 * a1 + m21 * b1 + m31 * c1),
+        o21 - (m12 * a1 + m22 * b1 + m32 * c1),
+        o22 - (m12 * a2 + m22 * b2 + m32 * c2),
+        o31 - (m13 * a1 + m23 * b1 + m33 * c1),
+        o32 - (m13 * a2 + m23 * b2 + m33 * c2),
+        o33 - (m13 * a3 + m23 * b3 + m33 * c3),
+    ];
+    inverse_of_three(&left, [o11, o22, o33])
+}
+
+/// Inverse of a packed symmetric 3x3 matrix, if its pivots are large enough against the entries that they came from.
+#[inline(never)]
+fn inverse_of_three<T: Real>(&[a11, a21, a22, a31, a32, a33]: &[T; 6], from: [T; 3]) -> Result<[T; 6], Singular> {
+    let smallest = smallest_pivot::<T>();
+    let (c11, c21, c31) = (a22 * a33 - a32 * a32, a31 * a32 - a21 * a33, a21 * a32 - a31 * a22);
+    let determinant = a11 * c11 + a21 * c21 + a31 * c31;
+    let minor = a11 * a22 - a21 * a21;
+    // The pivots are the quotients of the leading minors. Written as products, and so that NaN is refused.
+    let [f1, f2, f3] = from;
+    if !(a11 > smallest * f1 && minor > smallest * f2 * a11 && determinant > smallest * f3 * minor) {
+        return Err(Singular);
+    }
+    let scale = T::one() / determinant;
+    let (c22, c32, c33) = (a11 * a33 - a31 * a31, a21 * a31 - a11 * a32, minor);
+    Ok([c11 * scale, c21 * scale, c22 * scale, c31 * scale, c32 * scale, c33 * scale])
 }

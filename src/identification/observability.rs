@@ -6,6 +6,7 @@
 //! So a largest singular value of one means a common axis, and its left singular vector is that axis in {B}.
 
 use crate::scalar::Real;
+use crate::vector::{difference, image_transposed, product, scaled, scaled_matrix, square, sum, sum_of_matrices};
 use nalgebra::{Matrix3, Vector3};
 
 /// Sum of the rotations of a set of poses.
@@ -37,28 +38,33 @@ impl<T: Real> Default for RotationSum<T> {
 impl<T: Real> RotationSum<T> {
     /// Adds the rotation ({P} to {B}) of a pose.
     pub fn add(&mut self, rotation: &Matrix3<T>) {
-        self.sum += rotation;
+        self.sum = sum_of_matrices(&self.sum, rotation);
         self.poses += 1;
+    }
+
+    /// R̄, and the share of one pose in it; `None` without poses.
+    pub fn mean(&self) -> Option<(Matrix3<T>, T)> {
+        let share = T::one() / T::of_integer(self.poses as i32);
+        (self.poses > 0).then(|| (scaled_matrix(&self.sum, share), share))
     }
 
     /// The sway of the poses added. All zero when there are none.
     pub fn sway(&self) -> Sway<T> {
-        if self.poses == 0 {
+        let Some((mean, _)) = self.mean() else {
             let zero = T::zero();
             return Sway { axis: Vector3::z(), axis_in_platform: Vector3::z(), least_rad: zero, second_rad: zero };
-        }
-        let mean = self.sum / T::of_integer(self.poses as i32);
-        let (axes, squares) = eigen_of_symmetric(&(mean * mean.transpose()));
+        };
+        let (axes, squares) = eigen_of_symmetric(&product(&mean, &mean.transpose()));
         let axis = axes[0];
-        let image = mean.transpose() * axis;
-        let norm = image.norm_squared().root();
+        let image = image_transposed(&mean, &axis);
+        let norm = square(&image).root();
         let moved = |square: T| {
             let singular = square.max(T::zero()).root();
             ((T::one() - singular).max(T::zero()) * T::of(2.0)).root()
         };
         Sway {
             axis,
-            axis_in_platform: if norm > T::zero() { image / norm } else { image },
+            axis_in_platform: if norm > T::zero() { scaled(&image, T::one() / norm) } else { image },
             least_rad: moved(squares[0]),
             second_rad: moved(squares[1]),
         }
@@ -67,31 +73,37 @@ impl<T: Real> RotationSum<T> {
 
 /// Eigenvectors and eigenvalues of a symmetric 3x3 matrix, largest first, by cyclic Jacobi rotations: no
 /// trigonometric call, no failure, and accurate to the last digits that the sway hangs on.
+#[inline(never)]
 fn eigen_of_symmetric<T: Real>(matrix: &Matrix3<T>) -> ([Vector3<T>; 3], [T; 3]) {
-    let mut a = *matrix;
-    let mut axes = Matrix3::identity();
+    let mut values = [matrix.m11, matrix.m22, matrix.m33];
+    // off[k] couples the two others.
+    let mut off = [matrix.m32, matrix.m31, matrix.m21];
+    let zero = T::zero();
+    let one = T::one();
+    let mut axes = [Vector3::new(one, zero, zero), Vector3::new(zero, one, zero), Vector3::new(zero, zero, one)];
     // Convergence is quadratic: four sweeps reach the last digit of a double.
     for _ in 0..5 {
-        for (p, q) in [(0, 1), (0, 2), (1, 2)] {
-            let off = a[(p, q)];
-            if off == T::zero() {
-                continue;
-            }
-            let theta = (a[(q, q)] - a[(p, p)]) / (off + off);
-            let size = theta.abs() + (theta * theta + T::one()).root();
-            let tan = if theta < T::zero() { -T::one() / size } else { T::one() / size };
-            let cos = T::one() / (tan * tan + T::one()).root();
-            let sin = tan * cos;
-            let mut turn = Matrix3::identity();
-            turn[(p, p)] = cos;
-            turn[(q, q)] = cos;
-            turn[(p, q)] = sin;
-            turn[(q, p)] = -sin;
-            a = turn.transpose() * a * turn;
-            axes *= turn;
+        for _ in 0..3 {
+            // Turns p and q until nothing couples them; then the next pair comes to the front.
+            let ([p, q, r], [to_q, to_p, between]) = (values, off);
+            let (tan, cos, sin) = if between == zero {
+                (zero, one, zero)
+            } else {
+                let theta = (q - p) / (between + between);
+                let size = theta.abs() + (theta * theta + one).root();
+                let tan = if theta < zero { -one / size } else { one / size };
+                let cos = one / (tan * tan + one).root();
+                (tan, cos, tan * cos)
+            };
+            let [x, y, z] = &axes;
+            let turned_x = difference(&scaled(x, cos), &scaled(y, sin));
+            let turned_y = sum(&scaled(x, sin), &scaled(y, cos));
+            axes = [turned_y, *z, turned_x];
+            values = [q + tan * between, r, p - tan * between];
+            off = [to_p * cos - to_q * sin, zero, to_q * cos + to_p * sin];
         }
     }
     let mut order = [0, 1, 2];
-    order.sort_unstable_by(|&i, &j| a[(j, j)].partial_cmp(&a[(i, i)]).unwrap_or(core::cmp::Ordering::Equal));
-    (order.map(|i| axes.column(i).into_owned()), order.map(|i| a[(i, i)]))
+    order.sort_unstable_by(|&i, &j| values[j].partial_cmp(&values[i]).unwrap_or(core::cmp::Ordering::Equal));
+    (order.map(|i| axes[i]), order.map(|i| values[i]))
 }

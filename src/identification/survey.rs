@@ -3,10 +3,11 @@
 //! The information of a pose hangs on its geometry alone, so the covariance of the result is known before any residual
 //! is looked at. A therapist can be told after each pose how good the centre would be, and what is missing.
 
-use super::normal_equations::{Factors, NormalEquations};
-use super::observability::{RotationSum, Sway};
+use super::normal_equations::{NormalEquations, centre_covariance};
+use super::observability::Sway;
+use super::pivot_fit::PivotFit;
 use super::pose_information::PoseInformation;
-use super::uncertainty::worst_centre_direction;
+use super::uncertainty::worst_of_three;
 use crate::kinematics::{CableLengths, LengthEquations, Octahedron, OctahedronError, Pivot, PlatformPose, RigPoints};
 use crate::rig::Rig;
 use crate::scalar::Real;
@@ -18,9 +19,8 @@ pub struct Survey<T: Real> {
     points: RigPoints<T>,
     noise_mm: T,
     pivot: Pivot<T>,
-    linear: NormalEquations<T>,
+    linear: PivotFit<T>,
     information: NormalEquations<T>,
-    rotations: RotationSum<T>,
 }
 
 /// What an identification from the poses so far would be worth.
@@ -41,9 +41,8 @@ impl<T: Real> Survey<T> {
             pivot: Pivot::from_parameters(rig.nominal(), &points),
             points,
             noise_mm: rig.length_noise_mm(),
-            linear: NormalEquations::new(),
+            linear: PivotFit::default(),
             information: NormalEquations::new(),
-            rotations: RotationSum::default(),
         }
     }
 
@@ -52,29 +51,30 @@ impl<T: Real> Survey<T> {
     /// # Errors
     /// [`OctahedronError`] when the lengths give no platform pose; nothing is added then.
     pub fn add(&mut self, lengths: &CableLengths<T>) -> Result<PlatformPose<T>, OctahedronError> {
-        let pose = self.octahedron.solve(lengths)?;
-        self.rotations.add(&pose.rotation);
-        self.linear.add_pivot(&pose);
+        let solved = self.octahedron.solve(lengths);
+        // By reference, like the information below: taken out of the result it would be copied.
+        let Ok(pose) = &solved else { return solved };
+        self.linear.add(pose);
         // As soon as the poses tell a centre, theirs is better than the nominal one.
-        if let Ok(x) = self.linear.solve() {
-            self.pivot = Pivot::from_array(&x);
+        if let Ok(pivot) = self.linear.solve() {
+            self.pivot = pivot;
         }
         let equations = LengthEquations::new(&self.points, &self.pivot, &pose.rotation, lengths);
-        if let Some(known) = PoseInformation::of(&equations) {
+        if let Some(known) = &PoseInformation::of(&equations) {
             self.information.add_information(&pose.rotation, &known.information, &known.gradient_mm);
         }
-        Ok(pose)
+        solved
     }
 
     /// The error bar that the poses so far would give, or `None` while they leave the centre undetermined.
     pub fn foretold(&self) -> Option<Foretold<T>> {
-        let unit = Factors::of(&self.information.matrix).ok()?.inverse();
-        let (sigma, direction) = worst_centre_direction(&unit);
+        let centre = centre_covariance(&self.information.matrix).ok()?;
+        let (sigma, direction) = worst_of_three(&centre);
         Some(Foretold { sigma_mm: sigma * self.noise_mm, direction })
     }
 
     /// How far the poses so far are from turning about one axis, and about which.
     pub fn sway(&self) -> Sway<T> {
-        self.rotations.sway()
+        self.linear.rotations().sway()
     }
 }

@@ -3,11 +3,15 @@
 use super::normal_equations::{PACKED, UNKNOWNS, at};
 use crate::kinematics::{Pivot, RigPoints};
 use crate::scalar::Real;
-use nalgebra::Matrix3;
+use crate::vector::{dot, image, scaled, square};
+use nalgebra::{Matrix3, Vector3};
 
 /// Rounds of the power iteration. A direction that stands out by a factor of two in variance is exact to 1e-4 then;
 /// where none stands out, any of them is as weak as the other.
 const POWER_ROUNDS: usize = 24;
+
+/// The same by squaring.
+const SQUARINGS: usize = 5;
 
 /// Covariance of x, y, z, p1, p2, p3 from that of O and C: dp_i = -(s_i - C)·dC / p_i.
 pub fn covariance_of_parameters<T: Real>(
@@ -54,12 +58,55 @@ pub fn worst_direction<T: Real>(covariance: &[T; PACKED]) -> ([T; UNKNOWNS], T) 
 
 /// 1σ of the centre (first three unknowns) in its worst direction, and that direction as a unit vector in {B}.
 pub fn worst_centre_direction<T: Real>(covariance: &[T; PACKED]) -> (T, [T; 3]) {
-    let (direction, sigma) = worst::<T, 3>(covariance);
-    (sigma, direction)
+    let [xx, yx, yy, zx, zy, zz, ..] = *covariance;
+    worst_of_three(&[xx, yx, yy, zx, zy, zz])
 }
 
-/// Power iteration on the leading `K` x `K` block.
-fn worst<T: Real, const K: usize>(covariance: &[T; PACKED]) -> ([T; K], T) {
+/// 1σ in the direction of largest variance of a packed 3x3 covariance, and that direction.
+///
+/// The matrix is squared five times: 32 rounds of a power iteration in the time of six.
+#[inline(never)]
+pub fn worst_of_three<T: Real>(covariance: &[T; 6]) -> (T, [T; 3]) {
+    let zero = T::zero();
+    let mut power = *covariance;
+    for _ in 0..SQUARINGS {
+        let [xx, _, yy, _, _, zz] = power;
+        let scale = T::one() / (xx + yy + zz);
+        // A zero, an infinity or a NaN: there is no direction.
+        if !(scale > zero && scale.is_a_number()) {
+            break;
+        }
+        let [xx, yx, yy, zx, zy, zz] = power;
+        let (xx, yx, yy) = (xx * scale, yx * scale, yy * scale);
+        let (zx, zy, zz) = (zx * scale, zy * scale, zz * scale);
+        power = [
+            xx * xx + yx * yx + zx * zx,
+            yx * (xx + yy) + zy * zx,
+            yx * yx + yy * yy + zy * zy,
+            zx * (xx + zz) + zy * yx,
+            zy * (yy + zz) + zx * yx,
+            zx * zx + zy * zy + zz * zz,
+        ];
+    }
+    // Every column is along that direction; the longest holds the most digits.
+    let [xx, yx, yy, zx, zy, zz] = power;
+    let column = if xx >= yy && xx >= zz {
+        Vector3::new(xx, yx, zx)
+    } else if yy >= zz {
+        Vector3::new(yx, yy, zy)
+    } else {
+        Vector3::new(zx, zy, zz)
+    };
+    let norm = square(&column).root();
+    let direction = if norm > zero { scaled(&column, T::one() / norm) } else { column };
+    let [xx, yx, yy, zx, zy, zz] = *covariance;
+    let image = image(&Matrix3::new(xx, yx, zx, yx, yy, zy, zx, zy, zz), &direction);
+    (dot(&image, &direction).max(zero).root(), direction.into())
+}
+
+/// Power iteration.
+fn worst<T: Real>(covariance: &[T; PACKED]) -> ([T; UNKNOWNS], T) {
+    const K: usize = UNKNOWNS;
     let entry = |i: usize, j: usize| covariance[if i >= j { at(i, j) } else { at(j, i) }];
     // Begins with the column of the largest variance: never orthogonal to the direction that is looked for.
     let start = (0..K).fold(0, |best, i| if entry(i, i) > entry(best, best) { i } else { best });

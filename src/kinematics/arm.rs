@@ -8,6 +8,7 @@ use super::hinge::{BaseEdges, HingeCoordinates};
 use super::pivot::{LengthEquations, Pivot, RigPoints, inverse_of_symmetric};
 use crate::rig::CABLES;
 use crate::scalar::Real;
+use crate::vector::{add_to, cross, dot, image, scaled, square};
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 /// Gauss-Newton steps after which a start is given up.
@@ -61,22 +62,28 @@ impl<T: Real> Arm<'_, T> {
         // Single precision: 3e-4 rad. The error after a turn is about its square.
         let settled = T::default_epsilon();
         for _ in 0..STEP_CAP {
-            let rotation = attitude.to_rotation_matrix();
-            let equations = LengthEquations::new(self.points, self.pivot, rotation.matrix(), lengths);
-            let mut turning = Matrix3::zeros();
-            let mut torque = Vector3::zeros();
+            let equations = LengthEquations::new(self.points, self.pivot, &rotation_of(&attitude), lengths);
+            let [mut xx, mut yx, mut yy, mut zx, mut zy, mut zz] = [T::zero(); 6];
+            let mut torque = Vector3::new(T::zero(), T::zero(), T::zero());
             let mut squares_mm2 = T::zero();
-            for cable in (0..CABLES).filter(|cable| cables.has(*cable)) {
-                let (g, e) = (equations.moment_mm[cable], equations.residual_mm[cable]);
-                turning += g * g.transpose();
-                torque += g * e;
-                squares_mm2 += e * e;
+            for (cable, (g, e)) in equations.moment_mm.iter().zip(&equations.residual_mm).enumerate() {
+                if cables.has(cable) {
+                    xx += g.x * g.x;
+                    yx += g.y * g.x;
+                    yy += g.y * g.y;
+                    zx += g.z * g.x;
+                    zy += g.z * g.y;
+                    zz += g.z * g.z;
+                    add_to(&mut torque, &scaled(g, *e));
+                    squares_mm2 += *e * *e;
+                }
             }
-            let turn = inverse_of_symmetric(&turning)? * torque;
+            let turning = Matrix3::new(xx, yx, zx, yx, yy, zy, zx, zy, zz);
+            let turn = image(&inverse_of_symmetric(&turning)?, &torque);
             attitude = turned(&attitude, &turn);
-            if turn.norm_squared() <= settled {
+            if square(&turn) <= settled {
                 // What the turn has gained is taken off without another evaluation.
-                let squares_mm2 = (squares_mm2 - torque.dot(&turn)).max(T::zero());
+                let squares_mm2 = (squares_mm2 - dot(&torque, &turn)).max(T::zero());
                 return Some(Fit { attitude, squares_mm2 });
             }
         }
@@ -103,8 +110,10 @@ impl<T: Real> Arm<'_, T> {
         let mut best: Option<Fit<T>> = None;
         for a in &first {
             for b in &second {
-                let Some(space) = triad(a, b) else { continue };
-                let start = nearest_attitude(&(space * body.transpose()));
+                let Some([x, y, z]) = triad(a, b) else { continue };
+                let [u, v, w] = &body;
+                let rotation = Matrix3::from_fn(|i, j| x[i] * u[j] + y[i] * v[j] + z[i] * w[j]);
+                let start = nearest_attitude(&rotation);
                 let Some(fit) = self.fit_from(start, lengths, cables) else { continue };
                 if best.is_none_or(|best| fit.squares_mm2 < best.squares_mm2) {
                     best = Some(fit);
@@ -142,23 +151,68 @@ impl<T: Real> Arm<'_, T> {
 
 /// `attitude` turned by the small rotation vector `turn` (rad, axes of {B}), to second order and normalised.
 pub fn turned<T: Real>(attitude: &UnitQuaternion<T>, turn: &Vector3<T>) -> UnitQuaternion<T> {
-    let small = Quaternion::from_parts(T::one(), turn * T::of(0.5));
-    UnitQuaternion::new_normalize(small * attitude.quaternion())
+    let [x, y, z, w]: [T; 4] = attitude.coords.into();
+    let half = T::of(0.5);
+    let (a, b, c) = (turn.x * half, turn.y * half, turn.z * half);
+    normalised([
+        w - a * x - b * y - c * z,
+        x + a * w + b * z - c * y,
+        y + b * w + c * x - a * z,
+        z + c * w + a * y - b * x,
+    ])
 }
 
-/// The attitude of a rotation matrix whose columns are orthonormal up to rounding.
-pub fn nearest_attitude<T: Real>(matrix: &Matrix3<T>) -> UnitQuaternion<T> {
-    let rotation = nalgebra::Rotation3::from_matrix_unchecked(*matrix);
-    UnitQuaternion::new_normalize(UnitQuaternion::from_rotation_matrix(&rotation).into_inner())
+/// The unit quaternion along w, x, y, z.
+#[inline(always)]
+pub(crate) fn normalised<T: Real>([w, x, y, z]: [T; 4]) -> UnitQuaternion<T> {
+    let scale = T::one() / (w * w + x * x + y * y + z * z).root();
+    UnitQuaternion::new_unchecked(Quaternion::new(w * scale, x * scale, y * scale, z * scale))
+}
+
+/// The rotation matrix of an attitude.
+// nalgebra's own is the same formula in four times the instructions, where the compiler keeps code small.
+#[inline(never)]
+pub fn rotation_of<T: Real>(attitude: &UnitQuaternion<T>) -> Matrix3<T> {
+    let [x, y, z, w]: [T; 4] = attitude.coords.into();
+    let (x2, y2, z2) = (x + x, y + y, z + z);
+    let (xx, yy, zz) = (x * x2, y * y2, z * z2);
+    let (xy, xz, yz) = (x * y2, x * z2, y * z2);
+    let (wx, wy, wz) = (w * x2, w * y2, w * z2);
+    let one = T::one();
+    Matrix3::new(one - yy - zz, xy - wz, xz + wy, xy + wz, one - xx - zz, yz - wx, xz - wy, yz + wx, one - xx - yy)
+}
+
+/// The attitude of a rotation matrix whose columns are orthonormal up to rounding: the largest of the four components
+/// first (Shepperd 1978), so that nothing is divided by a small number.
+#[inline(never)]
+pub fn nearest_attitude<T: Real>(m: &Matrix3<T>) -> UnitQuaternion<T> {
+    let one = T::one();
+    let (w, x, y, z) = (
+        one + m.m11 + m.m22 + m.m33,
+        one + m.m11 - m.m22 - m.m33,
+        one - m.m11 + m.m22 - m.m33,
+        one - m.m11 - m.m22 + m.m33,
+    );
+    let (a, b, c) = (m.m32 - m.m23, m.m13 - m.m31, m.m21 - m.m12);
+    let (d, e, f) = (m.m32 + m.m23, m.m13 + m.m31, m.m21 + m.m12);
+    normalised(if w >= x && w >= y && w >= z {
+        [w, a, b, c]
+    } else if x >= y && x >= z {
+        [a, x, f, e]
+    } else if y >= z {
+        [b, f, y, d]
+    } else {
+        [c, e, d, z]
+    })
 }
 
 /// Orthonormal axes from two vectors, or `None` when they are parallel.
-fn triad<T: Real>(first: &Vector3<T>, second: &Vector3<T>) -> Option<Matrix3<T>> {
-    let normal = first.cross(second);
-    let (length, height) = (first.norm_squared().root(), normal.norm_squared().root());
+fn triad<T: Real>(first: &Vector3<T>, second: &Vector3<T>) -> Option<[Vector3<T>; 3]> {
+    let normal = cross(first, second);
+    let (length, height) = (square(first).root(), square(&normal).root());
     if !(length > T::zero() && height > T::zero()) {
         return None;
     }
-    let (x, z) = (first / length, normal / height);
-    Some(Matrix3::from_columns(&[x, z.cross(&x), z]))
+    let (x, z) = (scaled(first, T::one() / length), scaled(&normal, T::one() / height));
+    Some([x, cross(&z, &x), z])
 }

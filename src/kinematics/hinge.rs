@@ -86,19 +86,24 @@ impl<T: Real> BaseEdges<T> {
     ///
     /// # Errors
     /// The first end-point whose two cables and base edge do not make a triangle.
+    #[inline(always)]
     pub fn coordinates(&self, lengths: &CableLengths<T>) -> Result<[HingeCoordinates<T>; POINTS], LengthError> {
         let coordinates = self.unchecked(lengths);
         Self::first_broken(&coordinates).map_or(Ok(coordinates), Err)
     }
 
     /// The first end-point whose two cables and base edge do not make a triangle.
-    #[inline(never)]
-    pub fn first_broken(coordinates: &[HingeCoordinates<T>; POINTS]) -> Option<LengthError> {
-        // Written so that an overflow to infinity or NaN counts as broken too.
-        let closes = |hinge: &HingeCoordinates<T>| {
-            hinge.distance_squared_mm2 > T::zero() && hinge.distance_squared_mm2.is_a_number()
+    #[inline(always)]
+    pub fn first_broken([q1, q2, q3]: &[HingeCoordinates<T>; POINTS]) -> Option<LengthError> {
+        let broken = if !q1.closes() {
+            0
+        } else if !q2.closes() {
+            1
+        } else if !q3.closes() {
+            2
+        } else {
+            return None;
         };
-        let broken = coordinates.iter().position(|hinge| !closes(hinge))?;
         Some(LengthError { cable: cable_number(2 * broken), fault: LengthFault::BreaksTriangle })
     }
 
@@ -108,6 +113,14 @@ impl<T: Real> BaseEdges<T> {
         let [l1, l2, l3, l4, l5, l6] = *lengths.as_mm();
         let [e1, e2, e3] = &self.edges;
         [e1.coordinates(l1, l2), e2.coordinates(l3, l4), e3.coordinates(l5, l6)]
+    }
+}
+
+impl<T: Real> HingeCoordinates<T> {
+    /// The two cables and the base edge make a triangle. Written so that an overflow to infinity or NaN does not.
+    #[inline(always)]
+    fn closes(&self) -> bool {
+        self.distance_squared_mm2 > T::zero() && self.distance_squared_mm2.is_a_number()
     }
 }
 

@@ -12,8 +12,9 @@
 use super::cable_length::LengthError;
 use super::hinge::{BaseEdge, BaseEdges, HingeCoordinates};
 use crate::kinematics::CableLengths;
-use crate::rig::{EDGE_ENDS, POINTS, Rig};
+use crate::rig::{POINTS, Rig};
 use crate::scalar::Real;
+use crate::vector::{cross, difference, dot, scaled, square};
 use nalgebra::{Matrix3, Vector3};
 
 /// Newton steps after which a pose is given up. A regular pose takes five to six.
@@ -121,37 +122,43 @@ impl<T: Real> Octahedron<T> {
             .ok_or(OctahedronError::DoesNotClose)
     }
 
-    fn newton(&self, mut hinged: [Hinged<T>; POINTS]) -> Option<PlatformPose<T>> {
+    #[inline(always)]
+    fn newton(&self, [mut h1, mut h2, mut h3]: [Hinged<T>; POINTS]) -> Option<PlatformPose<T>> {
         // Half a thousandth of a millimetre on an edge; the step that follows squares the relative error.
         let close = self.edges_mm[0] * T::of(5e-4);
         for _ in 0..STEP_CAP {
-            let system = self.evaluate(&hinged);
+            let system = self.evaluate(&h1, &h2, &h3);
             let determinant = system.determinant();
-            let step = system.step(determinant);
-            for (hinged, turn) in hinged.iter_mut().zip(step) {
-                hinged.turn(turn);
-            }
-            if system.value.iter().all(|v| v.abs() < close) {
+            let [turn1, turn2, turn3] = system.step(determinant);
+            h1.turn(turn1);
+            h2.turn(turn2);
+            h3.turn(turn3);
+            let [v1, v2, v3] = system.value;
+            if v1.abs() < close && v2.abs() < close && v3.abs() < close {
                 // Judged where the equations hold: on the home side the determinant is negative.
                 let regular = -determinant > system.scale() * T::of(REGULAR);
-                return regular.then(|| self.frame.pose(&self.base, &hinged.map(|hinged| hinged.point())));
+                return regular.then(|| self.frame.pose(&self.base, &[h1.point(), h2.point(), h3.point()]));
             }
         }
         None
     }
 
-    fn evaluate(&self, hinged: &[Hinged<T>; POINTS]) -> EdgeSystem<T> {
-        let points = hinged.map(|hinged| hinged.point());
-        let tangents = hinged.map(|hinged| hinged.tangent());
-        let mut system =
-            EdgeSystem { value: [T::zero(); POINTS], first: [T::zero(); POINTS], second: [T::zero(); POINTS] };
-        for (k, &[i, j]) in EDGE_ENDS.iter().enumerate() {
-            let span = points[i] - points[j];
-            system.value[k] = (span.norm_squared() - self.edges_mm[k] * self.edges_mm[k]) * T::of(0.5);
-            system.first[k] = span.dot(&tangents[i]);
-            system.second[k] = -span.dot(&tangents[j]);
+    #[inline(always)]
+    fn evaluate(&self, h1: &Hinged<T>, h2: &Hinged<T>, h3: &Hinged<T>) -> EdgeSystem<T> {
+        let (p1, p2, p3) = (h1.point(), h2.point(), h3.point());
+        let (t1, t2, t3) = (h1.tangent(), h2.tangent(), h3.tangent());
+        let (p12, p23, p31) = (difference(&p1, &p2), difference(&p2, &p3), difference(&p3, &p1));
+        let [e12, e23, e31] = self.edges_mm;
+        let half = T::of(0.5);
+        EdgeSystem {
+            value: [
+                (square(&p12) - e12 * e12) * half,
+                (square(&p23) - e23 * e23) * half,
+                (square(&p31) - e31 * e31) * half,
+            ],
+            first: [dot(&p12, &t1), dot(&p23, &t2), dot(&p31, &t3)],
+            second: [-dot(&p12, &t2), -dot(&p23, &t3), -dot(&p31, &t1)],
         }
-        system
     }
 }
 
@@ -186,7 +193,13 @@ impl<T: Real> Hinged<T> {
     /// Turns the arm by atan(`step`), so that no step passes 90 degrees.
     #[inline(always)]
     fn turn(&mut self, step: T) {
-        let limited = step.clamp(-T::one(), T::one());
+        let limited = if step > T::one() {
+            T::one()
+        } else if step < -T::one() {
+            -T::one()
+        } else {
+            step
+        };
         let out = self.arm.out - self.arm.up * limited;
         let up = self.arm.up + self.arm.out * limited;
         let scale = self.length / (out * out + up * up).root();
@@ -196,6 +209,7 @@ impl<T: Real> Hinged<T> {
 
 impl<T: Real> EdgeSystem<T> {
     /// Determinant of [f0 s0 0; 0 f1 s1; s2 0 f2].
+    #[inline(always)]
     fn determinant(&self) -> T {
         let ([f0, f1, f2], [s0, s1, s2]) = (self.first, self.second);
         f0 * f1 * f2 + s0 * s1 * s2
@@ -203,11 +217,12 @@ impl<T: Real> EdgeSystem<T> {
 
     /// Product of the lengths of the rows: what the determinant is compared with.
     fn scale(&self) -> T {
-        let square = |k: usize| self.first[k] * self.first[k] + self.second[k] * self.second[k];
-        square(0).root() * square(1).root() * square(2).root()
+        let ([f0, f1, f2], [s0, s1, s2]) = (self.first, self.second);
+        (f0 * f0 + s0 * s0).root() * (f1 * f1 + s1 * s1).root() * (f2 * f2 + s2 * s2).root()
     }
 
     /// Newton's step by Cramer's rule.
+    #[inline(always)]
     fn step(&self, determinant: T) -> [T; POINTS] {
         let ([f0, f1, f2], [s0, s1, s2], [v0, v1, v2]) = (self.first, self.second, self.value);
         let minus_inverse = -T::one() / determinant;
@@ -223,12 +238,15 @@ impl<T: Real> PlatformFrame<T> {
     /// Pose of the platform from its end-points in the axes of the base plane, which keep their distances.
     fn pose(&self, base: &BaseEdges<T>, points: &[Vector3<T>; POINTS]) -> PlatformPose<T> {
         let [p1, p2, p3] = points;
-        let (along, third) = (base.in_base(&(p2 - p1)), base.in_base(&(p3 - p1)));
-        let x = along / along.norm_squared().root();
-        let across = third - x * x.dot(&third);
-        let y = across / across.norm_squared().root();
-        let y = if self.third_y_mm > T::zero() { y } else { -y };
-        let z = x.cross(&y);
-        PlatformPose { origin_mm: base.point_in_base(p1), rotation: Matrix3::from_columns(&[x, y, z]) }
+        let (along, third) = (base.in_base(&difference(p2, p1)), base.in_base(&difference(p3, p1)));
+        let x = scaled(&along, T::one() / square(&along).root());
+        let across = difference(&third, &scaled(&x, dot(&x, &third)));
+        let outwards = if self.third_y_mm > T::zero() { T::one() } else { -T::one() };
+        let y = scaled(&across, outwards / square(&across).root());
+        let z = cross(&x, &y);
+        PlatformPose {
+            origin_mm: base.point_in_base(p1),
+            rotation: Matrix3::new(x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z),
+        }
     }
 }

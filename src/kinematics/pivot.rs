@@ -7,8 +7,9 @@
 //! nothing here is singular at a flat tetrahedron or at the octahedron's fold.
 
 use super::cable_length::CableLengths;
-use crate::rig::{ATTACHMENTS, CABLES, POINTS, Parameters, Rig};
+use crate::rig::{CABLES, POINTS, Parameters, Rig};
 use crate::scalar::Real;
+use crate::vector::{cross, difference, image, scaled, square, sum};
 use nalgebra::{Matrix3, Vector3};
 
 /// The joint centre in both bodies: the six unknowns in the form in which every pose is linear in them.
@@ -86,30 +87,51 @@ pub struct LengthEquations<T> {
 
 impl<T: Real> LengthEquations<T> {
     /// The equations of the pose with rotation `rotation` ({P} to {B}) about the pivot.
+    // One copy of it, with the end-points in words: filling the arrays in a loop would write them three times.
+    #[inline(never)]
     pub fn new(points: &RigPoints<T>, pivot: &Pivot<T>, rotation: &Matrix3<T>, lengths: &CableLengths<T>) -> Self {
-        let mut equations = Self {
-            direction: [Vector3::zeros(); CABLES],
-            moment_mm: [Vector3::zeros(); CABLES],
-            residual_mm: [T::zero(); CABLES],
-        };
-        for (point, ends) in ATTACHMENTS.iter().enumerate() {
-            let arm = rotation * (points.platform_mm[point] - pivot.in_platform_mm);
-            let end_point = pivot.in_base_mm + arm;
-            for (side, &attachment) in ends.iter().enumerate() {
-                let cable = 2 * point + side;
-                let span = end_point - points.base_mm[attachment];
-                let computed = span.norm_squared().root();
-                let direction = span * (T::one() / computed);
-                equations.direction[cable] = direction;
-                equations.moment_mm[cable] = arm.cross(&direction);
-                equations.residual_mm[cable] = lengths.as_mm()[cable] - computed;
-            }
+        let [b1, b2, b3] = &points.base_mm;
+        let [s1, s2, s3] = &points.platform_mm;
+        let [l1, l2, l3, l4, l5, l6] = *lengths.as_mm();
+        // The attachment points of each end-point's two cables: as in `ATTACHMENTS`.
+        let [(d1, m1, e1), (d2, m2, e2)] = pivot.cables(rotation, s1, [b1, b2], [l1, l2]);
+        let [(d3, m3, e3), (d4, m4, e4)] = pivot.cables(rotation, s2, [b2, b3], [l3, l4]);
+        let [(d5, m5, e5), (d6, m6, e6)] = pivot.cables(rotation, s3, [b3, b1], [l5, l6]);
+        Self {
+            direction: [d1, d2, d3, d4, d5, d6],
+            moment_mm: [m1, m2, m3, m4, m5, m6],
+            residual_mm: [e1, e2, e3, e4, e5, e6],
         }
-        equations
     }
 }
 
+impl<T: Real> Pivot<T> {
+    /// Direction, moment and residual of the two cables of an end-point.
+    #[inline(always)]
+    fn cables(
+        &self,
+        rotation: &Matrix3<T>,
+        point_mm: &Vector3<T>,
+        attachments_mm: [&Vector3<T>; 2],
+        lengths_mm: [T; 2],
+    ) -> [(Vector3<T>, Vector3<T>, T); 2] {
+        let arm = image(rotation, &difference(point_mm, &self.in_platform_mm));
+        let end_point = sum(&self.in_base_mm, &arm);
+        let ([first, second], [l1, l2]) = (attachments_mm, lengths_mm);
+        [cable(&arm, &difference(&end_point, first), l1), cable(&arm, &difference(&end_point, second), l2)]
+    }
+}
+
+/// Direction, moment and residual of the cable along `span`.
+#[inline(always)]
+fn cable<T: Real>(arm: &Vector3<T>, span: &Vector3<T>, measured_mm: T) -> (Vector3<T>, Vector3<T>, T) {
+    let computed = square(span).root();
+    let direction = scaled(span, T::one() / computed);
+    (direction, cross(arm, &direction), measured_mm - computed)
+}
+
 /// Inverse of a symmetric positive definite 3x3 matrix by cofactors; `None` when its determinant has no digits left.
+#[inline(never)]
 pub fn inverse_of_symmetric<T: Real>(matrix: &Matrix3<T>) -> Option<Matrix3<T>> {
     let (a, b, c) = (matrix.m11, matrix.m22, matrix.m33);
     let (d, e, f) = (matrix.m21, matrix.m31, matrix.m32);

@@ -11,6 +11,7 @@ use crate::kinematics::pivot::inverse_of_symmetric;
 use crate::kinematics::{CableLengths, LengthEquations, Pivot};
 use crate::rig::CABLES;
 use crate::scalar::Real;
+use crate::vector::{scaled, scaled_matrix};
 use nalgebra::Matrix3;
 
 /// Ridge on a pose's information when its own centre is asked for: keeps the direction that a pose near the fold does
@@ -70,6 +71,7 @@ impl<T: Real> PassSum<T> {
     }
 
     /// Adds one pose with the weight that `weight` gives to its misfit, and refines its rotation.
+    #[inline(never)]
     pub fn add(
         &mut self,
         placement: &mut Placement<T>,
@@ -77,14 +79,15 @@ impl<T: Real> PassSum<T> {
         pivot: &Pivot<T>,
         lengths: &CableLengths<T>,
         variance_mm2: T,
-        weight: impl Fn(T) -> T,
+        weight: &dyn Fn(T) -> T,
     ) {
         if !placement.is_placed() {
             return;
         }
         let rotation = placement.rotation();
         let equations = LengthEquations::new(&placer.points, pivot, &rotation, lengths);
-        let Some(pose) = PoseInformation::of(&equations) else {
+        // By reference, here and elsewhere: moved out of the option it would be copied.
+        let Some(pose) = &PoseInformation::of(&equations) else {
             placement.set_used(false);
             return;
         };
@@ -95,9 +98,10 @@ impl<T: Real> PassSum<T> {
         if weight > T::zero() {
             self.poses += 1;
             self.equations.squares += pose.squares_mm2 * weight;
-            self.equations.add_information(&rotation, &(pose.information * weight), &(pose.gradient_mm * weight));
+            let (information, gradient) = (scaled_matrix(&pose.information, weight), scaled(&pose.gradient_mm, weight));
+            self.equations.add_information(&rotation, &information, &gradient);
             if let Some(zeros) = &mut self.zeros {
-                zeros.add(&rotation, &equations, &pose, weight);
+                zeros.add(&rotation, &equations, pose, weight);
             }
         }
     }

@@ -29,8 +29,9 @@ use self::accumulation::PassSum;
 use self::blame::Blame;
 use self::placement::{Placement, Placer};
 pub use self::settings::{Noise, SolverSettings};
-use super::normal_equations::{NormalEquations, Singular};
+use super::normal_equations::Singular;
 use super::outcome::{Identified, MOST_ITERATIONS, Progress, Refusal, deviation};
+use super::pivot_fit::PivotFit;
 use super::pose_buffer::DEFAULT_CAPACITY;
 use super::zeros::ZeroEquations;
 use crate::kinematics::{CableLengths, LengthFault, OctahedronError, Pivot};
@@ -84,7 +85,7 @@ pub struct Solver<T: Real, const N: usize = DEFAULT_CAPACITY> {
     placements: Vec<Placement<T>, N>,
     phase: Phase<T>,
     next: usize,
-    linear: NormalEquations<T>,
+    linear: PivotFit<T>,
     pivot: Pivot<T>,
     zeros_mm: [T; CABLES],
     sum: PassSum<T>,
@@ -115,7 +116,7 @@ impl<T: Real, const N: usize> Solver<T, N> {
             placements: Vec::new(),
             phase: Phase::Place,
             next: 0,
-            linear: NormalEquations::new(),
+            linear: PivotFit::default(),
             zeros_mm: [T::zero(); CABLES],
             sum: PassSum::new(None),
             noise_mm,
@@ -134,7 +135,7 @@ impl<T: Real, const N: usize> Solver<T, N> {
         self.placements.clear();
         self.phase = Phase::Place;
         self.next = 0;
-        self.linear = NormalEquations::new();
+        self.linear = PivotFit::default();
         self.zeros_mm = [T::zero(); CABLES];
         self.sum = PassSum::new(None);
         if let Noise::EstimatedUpTo(_) = self.settings.noise {
@@ -202,7 +203,7 @@ impl<T: Real, const N: usize> Solver<T, N> {
     fn place(&mut self, lengths: &CableLengths<T>) {
         let placement = match self.placer.octahedron.solve(lengths) {
             Ok(pose) => {
-                self.linear.add_pivot(&pose);
+                self.linear.add(&pose);
                 Placement::at(&pose.rotation)
             }
             Err(OctahedronError::DoesNotClose) => Placement::unplaced(),
@@ -226,7 +227,7 @@ impl<T: Real, const N: usize> Solver<T, N> {
             });
         }
         match self.linear.solve() {
-            Ok(x) => self.pivot = Pivot::from_array(&x),
+            Ok(pivot) => self.pivot = pivot,
             Err(Singular) => return Err(self.no_inverse()),
         }
         self.begin_pass(Weighing::Equal);
@@ -264,15 +265,15 @@ impl<T: Real, const N: usize> Solver<T, N> {
                 self.placer.replace(placement, &self.pivot, lengths);
             }
             match weighing {
-                Weighing::Equal => self.sum.add(placement, &self.placer, &self.pivot, lengths, variance, |_| T::one()),
+                Weighing::Equal => self.sum.add(placement, &self.placer, &self.pivot, lengths, variance, &|_| T::one()),
                 Weighing::Annealed(scale) => {
-                    self.sum.add(placement, &self.placer, &self.pivot, lengths, variance, |misfit| {
+                    self.sum.add(placement, &self.placer, &self.pivot, lengths, variance, &|misfit| {
                         let weight = scale / (scale + misfit);
                         weight * weight
                     });
                 }
                 Weighing::Selected => {
-                    self.sum.add(placement, &self.placer, &self.pivot, lengths, variance, |misfit| {
+                    self.sum.add(placement, &self.placer, &self.pivot, lengths, variance, &|misfit| {
                         if misfit <= T::of(judgement::MISFIT_LIMIT) { T::one() } else { T::zero() }
                     });
                 }

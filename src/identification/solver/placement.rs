@@ -1,6 +1,6 @@
 //! Where each pose stands: its rotation, and how badly it fits.
 
-use crate::kinematics::arm::{Arm, CableSet, nearest_attitude};
+use crate::kinematics::arm::{Arm, CableSet, nearest_attitude, rotation_of};
 use crate::kinematics::{BaseEdges, CableLengths, Octahedron, Pivot, RigPoints};
 use crate::rig::Rig;
 use crate::scalar::Real;
@@ -69,7 +69,7 @@ impl<T: Real> Placement<T> {
     }
 
     pub fn rotation(&self) -> Matrix3<T> {
-        *self.attitude.to_rotation_matrix().matrix()
+        rotation_of(&self.attitude)
     }
 
     pub fn attitude(&self) -> &UnitQuaternion<T> {
