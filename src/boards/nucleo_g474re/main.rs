@@ -36,8 +36,10 @@ use cortex::{faults, kept, stack};
 use encoders::{Encoders, Wiring};
 use flash::ChipFlash;
 
-/// Longest time without food for the watchdog, us: ten times what storing a record takes.
+/// Longest time without food for the watchdog, us. It is the last resort: a main loop that stands still is seen before,
+/// by the sampling.
 const PATIENCE_US: u32 = 500_000;
+const _: () = assert!(PATIENCE_US > sampling::STANDSTILL_MS * 1_000);
 /// Frames that are handled before the clock is looked at again.
 const FRAMES_A_TURN: usize = 4;
 
@@ -160,6 +162,7 @@ impl Board {
             self.last_sample_ms = now_ms;
             // reached only while both the loop and the sampling are alive
             self.watchdog.pet();
+            sampling::note_taken(now_ms);
             self.handle(now_ms, Event::Counts(sample.counts));
             self.handle(now_ms, Event::Button { down: sample.button_down });
             self.watch_bus(now_ms);
