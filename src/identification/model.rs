@@ -157,8 +157,8 @@ fn reciprocals<T: Real>([a, b, c]: [T; 3]) -> [T; 3] {
 #[cold]
 #[inline(never)]
 fn contradiction<T: Real>(base: &BaseEdges<T>, lengths: &CableLengths<T>, error: NotClosing) -> Contradiction {
-    match BaseEdges::first_broken(&base.unchecked(lengths)) {
-        Some(length) => Contradiction::Length(length),
-        None => Contradiction::NotClosing(error),
+    match base.coordinates(lengths) {
+        Err(length) => Contradiction::Length(length),
+        Ok(_) => Contradiction::NotClosing(error),
     }
 }

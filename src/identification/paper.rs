@@ -7,6 +7,7 @@ use super::pass_sum::PassSum;
 use crate::kinematics::{BaseEdges, CableLengths};
 use crate::rig::{CABLES, Parameters, Rig};
 use crate::scalar::Real;
+use core::hint::black_box;
 use heapless::Vec;
 
 /// Fewest poses that can determine the centre. The paper's bound of two is not enough: for two poses the centre is
@@ -101,13 +102,14 @@ impl<T: Real> PaperIteration<T> {
     #[inline(never)]
     fn add_poses(&mut self, left: &[CableLengths<T>]) -> Result<(), Refusal> {
         let slice = left.get(..POSES_A_SLICE).unwrap_or(left);
-        // The sums by value: in place, each of them would be stored twice a pose.
-        let (mut sum, mut closing) = (self.sum, self.closing);
         for (index, lengths) in slice.iter().enumerate() {
-            match self.model.lay(&self.base, lengths) {
-                Ok(pose) => match &mut closing {
+            // Hidden from the compiler: it would copy the model and the sums to the stack before the loop, and back.
+            // There are more of them than registers, so that they are loaded from memory anyway.
+            let Self { base, model, sum, closing, .. } = black_box(&mut *self);
+            match model.lay(base, lengths) {
+                Ok(pose) => match closing {
                     Some(squares_mm2) => *squares_mm2 += pose.squares_mm2(),
-                    None => sum.add(&pose, &self.model.turns(&pose)),
+                    None => sum.add(&pose, &model.turns(&pose)),
                 },
                 Err(contradiction) => {
                     self.next_pose += index;
@@ -115,7 +117,6 @@ impl<T: Real> PaperIteration<T> {
                 }
             }
         }
-        (self.sum, self.closing) = (sum, closing);
         self.next_pose += slice.len();
         Ok(())
     }

@@ -89,23 +89,26 @@ impl<T: Real> PassSum<T> {
     /// The normal equations of x, y, z (in {B}), p1, p2, p3 at the radii of the pass, mm.
     pub fn normal_equations(&self, base: &BaseEdges<T>, radii_mm: &[T; POINTS]) -> NormalEquations<T> {
         let [c11, c21, c22, c31, c32, c33] = self.centre;
-        let columns = [Vector3::new(c11, c21, c31), Vector3::new(c21, c22, c32), Vector3::new(c31, c32, c33)];
-        let half = columns.map(|column| base.in_base(&column));
-        let centre = [0, 1, 2].map(|i| base.in_base(&Vector3::new(half[0][i], half[1][i], half[2][i])));
-        let centre_gradient = base.in_base(&self.centre_gradient);
+        let [v1, v2, v3] = self.mixed;
+        let in_plane = [Vector3::new(c11, c21, c31), Vector3::new(c21, c22, c32), Vector3::new(c31, c32, c33), v1, v2, v3];
+        let mut rows = [[T::zero(); 3]; UNKNOWNS];
+        for (row, vector) in rows.iter_mut().zip(&in_plane) {
+            *row = base.in_base(vector).into();
+        }
         let mut matrix = [T::zero(); PACKED];
         let mut gradient = [T::zero(); UNKNOWNS];
-        for i in 0..3 {
-            let mixed = base.in_base(&self.mixed[i]);
-            for j in 0..=i {
-                matrix[at(i, j)] = centre[i][j];
+        let centre_gradient = base.in_base(&self.centre_gradient);
+        for j in 0..3 {
+            let column = base.in_base(&Vector3::new(rows[0][j], rows[1][j], rows[2][j]));
+            for i in j..3 {
+                matrix[at(i, j)] = column[i];
                 matrix[at(3 + i, 3 + j)] = self.turns[at(i, j)] * radii_mm[i] * radii_mm[j];
             }
-            for j in 0..3 {
-                matrix[at(3 + i, j)] = mixed[j] * radii_mm[i];
+            for i in 0..3 {
+                matrix[at(3 + i, j)] = rows[3 + i][j] * radii_mm[i];
             }
-            gradient[i] = centre_gradient[i];
-            gradient[3 + i] = self.turn_gradient[i] * radii_mm[i];
+            gradient[j] = centre_gradient[j];
+            gradient[3 + j] = self.turn_gradient[j] * radii_mm[j];
         }
         NormalEquations { matrix, gradient, squares: self.squares }
     }

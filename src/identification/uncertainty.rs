@@ -3,7 +3,7 @@
 use super::normal_equations::{PACKED, UNKNOWNS, at};
 use crate::kinematics::{Pivot, RigPoints};
 use crate::scalar::Real;
-use crate::vector::{dot, image, scaled, square};
+use crate::vector::{difference, dot, image, image_transposed, scaled, square};
 use nalgebra::{Matrix3, Vector3};
 
 /// Rounds of the power iteration. A direction that stands out by a factor of two in variance is exact to 1e-4 then;
@@ -19,28 +19,30 @@ pub fn covariance_of_parameters<T: Real>(
     pivot: &Pivot<T>,
     points: &RigPoints<T>,
 ) -> [T; PACKED] {
-    let block = |row: usize, column: usize| {
-        Matrix3::from_fn(|i, j| {
-            let (i, j) = (3 * row + i, 3 * column + j);
-            of_pivot[if i >= j { at(i, j) } else { at(j, i) }]
-        })
-    };
-    let rows = points.platform_mm.map(|s| {
-        let arm = pivot.in_platform_mm - s;
-        (arm / arm.norm_squared().root()).transpose()
-    });
-    let jacobian = Matrix3::from_rows(&rows);
-    let centre = block(0, 0);
-    let mixed = jacobian * block(1, 0);
-    let radii = jacobian * block(1, 1) * jacobian.transpose();
+    #[rustfmt::skip]
+    let [
+        o11,
+        o21, o22,
+        o31, o32, o33,
+        m11, m12, m13, c11,
+        m21, m22, m23, c21, c22,
+        m31, m32, m33, c31, c32, c33,
+    ] = *of_pivot;
+    let mixed = Matrix3::new(m11, m12, m13, m21, m22, m23, m31, m32, m33);
+    let inner = Matrix3::new(c11, c21, c31, c21, c22, c32, c31, c32, c33);
     let mut packed = [T::zero(); PACKED];
+    let [p11, p21, p22, p31, p32, p33, ..] = &mut packed;
+    [*p11, *p21, *p22, *p31, *p32, *p33] = [o11, o21, o22, o31, o32, o33];
+    let mut rows = [Vector3::zeros(); 3];
     for i in 0..3 {
-        for j in 0..=i {
-            packed[at(i, j)] = centre[(i, j)];
-            packed[at(3 + i, 3 + j)] = radii[(i, j)];
-        }
+        let arm = difference(&pivot.in_platform_mm, &points.platform_mm[i]);
+        rows[i] = scaled(&arm, T::one() / square(&arm).root());
+        let (with_centre, with_pivot) = (image_transposed(&mixed, &rows[i]), image(&inner, &rows[i]));
         for j in 0..3 {
-            packed[at(3 + i, j)] = mixed[(i, j)];
+            packed[at(3 + i, j)] = with_centre[j];
+        }
+        for j in 0..=i {
+            packed[at(3 + i, 3 + j)] = dot(&with_pivot, &rows[j]);
         }
     }
     packed

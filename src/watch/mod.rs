@@ -119,6 +119,15 @@ impl<T: Real> Watch<T> {
         self.evidence = Evidence::new();
     }
 
+    /// Nothing was seen for a while: the arm may be anywhere now. A suspicion is dropped; a warning stays.
+    pub fn interrupted(&mut self) {
+        self.attitude = None;
+        self.counted = None;
+        if self.state == Watching::Suspicious {
+            self.rearm();
+        }
+    }
+
     /// Takes in a sample of raw lengths. Returns a warning once, when it is sure of one.
     ///
     /// Cost: comparing six lengths while the arm is still; else one rotation fit from the sample before and one
