@@ -19,11 +19,16 @@ fn main() -> io::Result<()> {
     println!("cargo::rerun-if-changed=build.rs");
     println!("cargo::rerun-if-changed=memory.x");
     let for_board = env::var("CARGO_CFG_TARGET_OS").is_ok_and(|os| os == "none");
+    if for_board && env::var_os("CARGO_FEATURE_NUCLEO_G474RE").is_some() {
+        // device.x comes with the chip's register crate
+        link_image("nucleo-g474re", 0x0800_0000, None);
+        println!("cargo::rustc-link-arg-bin=nucleo-g474re=-Tdefmt.x");
+    }
     if for_board && env::var_os("CARGO_FEATURE_EMULATED").is_some() {
         let out_dir = PathBuf::from(env::var_os("OUT_DIR").unwrap_or_default());
         fs::write(out_dir.join("device.x"), DEVICE_X)?;
-        link_image("emulated", 0x0000_0000, &out_dir);
-        link_image("speed", 0x0000_0000, &out_dir);
+        link_image("emulated", 0x0000_0000, Some(&out_dir));
+        link_image("speed", 0x0000_0000, Some(&out_dir));
         let [lengths, rig] = PROBLEM;
         println!("cargo::rerun-if-changed={lengths}");
         println!("cargo::rerun-if-changed={rig}");
@@ -36,10 +41,13 @@ fn main() -> io::Result<()> {
     Ok(())
 }
 
-/// Links the binary `name` with cortex-m-rt's script for flash at `flash_origin`.
-fn link_image(name: &str, flash_origin: u32, scripts: &Path) {
+/// Links the binary `name` with cortex-m-rt's script for flash at `flash_origin`. `scripts` holds what that script asks
+/// for and no crate brings along.
+fn link_image(name: &str, flash_origin: u32, scripts: Option<&Path>) {
+    if let Some(scripts) = scripts {
+        println!("cargo::rustc-link-arg-bin={name}=-L{}", scripts.display());
+    }
     for argument in [
-        format!("-L{}", scripts.display()),
         format!("-L{}", env::var("CARGO_MANIFEST_DIR").unwrap_or_default()),
         format!("--defsym=FLASH_ORIGIN={flash_origin:#x}"),
         "-Tlink.x".to_owned(),

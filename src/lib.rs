@@ -15,6 +15,7 @@
 
 pub mod can;
 pub mod device;
+pub mod drive_board;
 pub mod identification;
 pub mod kinematics;
 pub mod line;

@@ -20,6 +20,8 @@ mod outliers;
 mod paper;
 mod precision;
 mod wander;
+mod watch;
+mod zeros;
 
 pub use findings::{Findings, Plan, Problem, Table, Target};
 
@@ -51,4 +53,6 @@ pub const ALL: &[Study] = &[
     wander::STUDY,
     adversarial::STUDY,
     precision::STUDY,
+    zeros::STUDY,
+    watch::STUDY,
 ];

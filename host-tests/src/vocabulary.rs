@@ -3,8 +3,9 @@
 use glenoid::can::health::{BusHealth, LastStop, StopText};
 use glenoid::can::message::Message;
 use glenoid::can::report::{LeftOut, OutcomeReport, PoseReport, RawLength};
-use glenoid::can::result::{Axis, Parameter, Quality, VerificationReport, WeakDirection};
+use glenoid::can::result::{Axis, Parameter, Quality, VerificationReport, WeakDirection, ZeroError};
 use glenoid::can::status::{Answer, Counters, Fault, Flags, Heartbeat, Versions};
+use glenoid::can::watch::WatchReport;
 use glenoid::procedure::{Guidance, PoseSet, Reason, StateName};
 use glenoid::restart::ResetCause;
 use rand::Rng;
@@ -36,6 +37,9 @@ pub fn fields(message: &Message) -> (&'static str, Vec<Field>) {
         Message::BusHealth(m) => ("BusHealth", bus_health(m)),
         Message::LastStop(m) => ("LastStop", last_stop(m)),
         Message::StopText(m) => ("StopText", stop_text(m)),
+        Message::CandidateZero(m) => ("CandidateZero", zero(m)),
+        Message::LiveZero(m) => ("LiveZero", zero(m)),
+        Message::Watch(m) => ("Watch", watch(m)),
     }
 }
 
@@ -208,8 +212,17 @@ fn stop_text(m: &StopText) -> Vec<Field> {
     [("index", m.index.into())].into_iter().chain(characters).collect()
 }
 
+fn zero(m: &ZeroError) -> Vec<Field> {
+    vec![run_id(m.run_id), ("cable", m.cable.into()), ("value", m.value_mm.into()), ("sigma", m.sigma_mm.into())]
+}
+
+fn watch(m: &WatchReport) -> Vec<Field> {
+    let moved = ["x", "y", "z"].into_iter().zip(m.moved_mm.map(f64::from));
+    [run_id(m.run_id), ("cause", m.cause.code().into()), ("cable", m.cable.into())].into_iter().chain(moved).collect()
+}
+
 /// How many kinds of messages the device sends.
-pub const KINDS: u8 = 20;
+pub const KINDS: u8 = 23;
 
 /// A random message of a kind, 0 to [`KINDS`] - 1 in the order of the identifiers. Values are random within what
 /// their fields can hold, and not rounded to the fields' steps.
@@ -311,7 +324,15 @@ pub fn random_message(kind: u8, random: &mut impl Rng) -> Message {
             line: any.0.random(),
             address: any.0.random(),
         }),
-        _ => Message::StopText(StopText { index: any.0.random(), text: any.0.random() }),
+        19 => Message::StopText(StopText { index: any.0.random(), text: any.0.random() }),
+        20 => Message::CandidateZero(any.zero()),
+        21 => Message::LiveZero(any.zero()),
+        _ => Message::Watch(WatchReport {
+            run_id: any.0.random(),
+            cause: any.reason(),
+            cable: any.below(7),
+            moved_mm: std::array::from_fn(|_| any.around_zero(63.9)),
+        }),
     }
 }
 
@@ -352,6 +373,15 @@ impl<R: Rng> Random<'_, R> {
             index: self.below(3),
             value_mm: self.around_zero(1_023.9),
             sigma_mm: self.up_to(7.9),
+        }
+    }
+
+    fn zero(&mut self) -> ZeroError {
+        ZeroError {
+            run_id: self.0.random(),
+            cable: self.below(7),
+            value_mm: self.around_zero(1_023.9),
+            sigma_mm: self.up_to(63.9),
         }
     }
 

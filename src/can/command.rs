@@ -9,6 +9,8 @@ const RESERVED: Field = Field::integer(8, 8);
 const NONCE: Field = Field::integer(16, 16);
 const RUN_ID: Field = Field::integer(32, 16);
 const ARGUMENT: Field = Field::integer(48, 16);
+/// One step of the argument of [`Opcode::SetZeroPrior`], mm: 2^-10.
+pub const ZERO_PRIOR_STEP_MM: f32 = 1.0 / 1024.0;
 /// In the argument of [`Opcode::ReadPose`]: the second set is meant.
 const HELD_OUT: u16 = 0x100;
 
@@ -37,11 +39,13 @@ pub enum Opcode {
     ReadPose = 9,
     /// Send everything that is known: versions, counters, live centre, the report of the run.
     Query = 10,
+    /// How well the encoder zeros are known in the runs to come. Argument: 1σ in steps of 2^-10 mm; 0 = exactly.
+    SetZeroPrior = 11,
 }
 
 impl Opcode {
     /// All opcodes in order.
-    pub const ALL: [Opcode; 10] = [
+    pub const ALL: [Opcode; 11] = [
         Self::Start,
         Self::Capture,
         Self::Identify,
@@ -52,6 +56,7 @@ impl Opcode {
         Self::Acknowledge,
         Self::ReadPose,
         Self::Query,
+        Self::SetZeroPrior,
     ];
 
     /// The opcode with this number.
@@ -67,7 +72,7 @@ impl Opcode {
 
     /// May the command name a run at all?
     const fn may_name_run(self) -> bool {
-        !matches!(self, Self::Start | Self::Query)
+        !matches!(self, Self::Start | Self::Query | Self::SetZeroPrior)
     }
 }
 
@@ -100,6 +105,11 @@ pub enum Order {
     },
     /// Send everything that is known.
     Query,
+    /// The zeros of the runs to come are known to so many steps of [`ZERO_PRIOR_STEP_MM`], 1σ; 0 = exactly.
+    SetZeroPrior {
+        /// Steps.
+        steps: u16,
+    },
 }
 
 impl Request {
@@ -159,6 +169,7 @@ impl Request {
                 set: if argument & HELD_OUT == 0 { PoseSet::Identification } else { PoseSet::HeldOut },
                 index: (argument & 0xFF) as u8,
             },
+            (Opcode::SetZeroPrior, steps) => Order::SetZeroPrior { steps },
             (_, argument) if argument != 0 => return Err(Reason::BadArgument),
             (Opcode::Capture, _) => Order::Procedure(Command::Capture),
             (Opcode::Identify, _) => Order::Procedure(Command::Identify),

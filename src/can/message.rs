@@ -4,8 +4,9 @@ use super::frame::Frame;
 use super::health::{BusHealth, LastStop, StopText};
 use super::payload::{PackError, Payload};
 use super::report::{LeftOut, OutcomeReport, PoseReport, RawLength};
-use super::result::{Axis, Parameter, Quality, VerificationReport, WeakDirection};
+use super::result::{Axis, Parameter, Quality, VerificationReport, WeakDirection, ZeroError};
 use super::status::{Answer, Counters, Fault, Heartbeat, Versions};
+use super::watch::WatchReport;
 use embedded_can::StandardId;
 
 /// Number of this vocabulary, sent in [`Versions`]. It grows when a message changes its meaning.
@@ -98,6 +99,9 @@ pub enum Message {
     BusHealth(BusHealth),
     LastStop(LastStop),
     StopText(StopText),
+    CandidateZero(ZeroError),
+    LiveZero(ZeroError),
+    Watch(WatchReport),
 }
 
 impl Message {
@@ -124,6 +128,9 @@ impl Message {
             Self::BusHealth(_) => 18,
             Self::LastStop(_) => 19,
             Self::StopText(_) => 20,
+            Self::CandidateZero(_) => 21,
+            Self::LiveZero(_) => 22,
+            Self::Watch(_) => 23,
         }
     }
 
@@ -152,6 +159,8 @@ impl Message {
             Self::BusHealth(m) => m.pack(),
             Self::LastStop(m) => m.pack(),
             Self::StopText(m) => m.pack(),
+            Self::CandidateZero(m) | Self::LiveZero(m) => m.pack()?,
+            Self::Watch(m) => m.pack()?,
         };
         Ok(Frame::of_eight(base.at(self.offset()), payload.to_bytes()))
     }
@@ -187,6 +196,9 @@ impl Message {
             18 => Some(Self::BusHealth(BusHealth::unpack(payload))),
             19 => LastStop::unpack(payload).map(Self::LastStop),
             20 => Some(Self::StopText(StopText::unpack(payload))),
+            21 => Some(Self::CandidateZero(ZeroError::unpack(payload))),
+            22 => Some(Self::LiveZero(ZeroError::unpack(payload))),
+            23 => WatchReport::unpack(payload).map(Self::Watch),
             _ => return Err(UnpackError::Foreign),
         };
         message.ok_or(UnpackError::UnknownCode)

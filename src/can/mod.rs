@@ -12,6 +12,7 @@ pub mod report;
 pub mod result;
 pub mod rounding;
 pub mod status;
+pub mod watch;
 
 pub use command::{Opcode, Order, Request};
 pub use frame::{Frame, FrameError};

@@ -50,6 +50,46 @@ impl Parameter {
     }
 }
 
+/// The zero error of one encoder, found with the centre.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct ZeroError {
+    /// The run that identified it.
+    pub run_id: u16,
+    /// Cable, 1 to 6.
+    pub cable: u8,
+    /// What the cable's length reads too much, mm.
+    pub value_mm: f32,
+    /// Its standard deviation, mm, up to 64: no prior is wider.
+    pub sigma_mm: f32,
+}
+
+mod zero {
+    use super::{Field, LENGTH, Scale};
+    pub(super) const CABLE: Field = Field::integer(16, 4);
+    pub(super) const VALUE: Field = Field::scaled(20, LENGTH);
+    pub(super) const SIGMA: Field = Field::scaled(48, Scale::unsigned(16, -10));
+}
+
+impl ZeroError {
+    pub(super) fn pack(&self) -> Result<Payload, PackError> {
+        Payload::new()
+            .with(RUN, self.run_id)
+            .with(zero::CABLE, self.cable)
+            .with_value(zero::VALUE, self.value_mm)?
+            .with_value(zero::SIGMA, self.sigma_mm)
+    }
+
+    pub(super) fn unpack(payload: Payload) -> Self {
+        Self {
+            run_id: payload.get_u16(RUN),
+            cable: payload.get_u8(zero::CABLE),
+            value_mm: payload.get_value(zero::VALUE),
+            sigma_mm: payload.get_value(zero::SIGMA),
+        }
+    }
+}
+
 /// How well the first set of poses fits the new centre.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

@@ -1,6 +1,7 @@
 //! The centre in use across power-down: from the record at power-up, to the record when a new one is accepted; and a
 //! seal on it in between, since a centre that changes in memory is a wrong one.
 
+use super::guard::Guard;
 use super::{Action, Device, LogEntry, status};
 use crate::identification::outcome::MOST_REJECTED;
 use crate::identification::{Identified, Rejected, Termination};
@@ -27,6 +28,7 @@ impl Device {
             Ok(record) => {
                 self.procedure.resume(candidate(&record));
                 self.keeping.seal = self.live_checksum();
+                self.guard = Guard::over(self.procedure.rig(), self.procedure.live());
                 Reason::Fine
             }
             Err(error) => reason_of_load(error),

@@ -20,6 +20,8 @@ pub enum LampPattern {
     Failed,
     /// An encoder, a cable or the button is at fault: five flashes in four seconds.
     Fault,
+    /// Idle, but the watch warns that something has slipped: two long and two short flashes in four seconds.
+    Slipped,
     /// For a moment: the pose was taken. On, with two winks a second.
     Captured,
     /// For a moment: what was asked for was refused. Two short flashes a second.
@@ -32,7 +34,7 @@ pub enum LampPattern {
 
 impl LampPattern {
     /// All patterns.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::Ready,
         Self::InUse,
         Self::Collecting,
@@ -41,6 +43,7 @@ impl LampPattern {
         Self::Review,
         Self::Failed,
         Self::Fault,
+        Self::Slipped,
         Self::Captured,
         Self::Refused,
         Self::LongPress,
@@ -61,6 +64,7 @@ impl LampPattern {
             Self::Review => 0xFEFE_FEFE,
             Self::Failed => 0x0015_0015,
             Self::Fault => 0b1_0101_0101,
+            Self::Slipped => 0x0005_0F0F,
             Self::Captured => 0x7777_7777,
             Self::Refused => 0x1111_1111,
             Self::LongPress => 0xFFFF_FFFF,

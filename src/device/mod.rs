@@ -14,6 +14,7 @@
 pub mod button;
 mod faults;
 mod fingerprint;
+mod guard;
 mod keeping;
 pub mod lamp;
 mod presses;
@@ -28,6 +29,7 @@ pub use lamp::LampPattern;
 use crate::can::command::Request;
 use crate::can::health::BusHealth;
 use crate::can::status::{Answer, Counters, Versions};
+use crate::can::watch::WatchReport;
 use crate::can::{BaseId, Frame, Message};
 use crate::procedure::{Limits, PoseNotice, Procedure, Reason, StateName};
 use crate::record::{LoadError, Record, StoreError};
@@ -35,13 +37,14 @@ use crate::restart::{LastWords, ResetCause, Restart};
 use crate::rig::{CABLES, Rig};
 use button::Button;
 use faults::FaultWatch;
+use guard::Guard;
 use keeping::Keeping;
 use report::Reporter;
 use status::Pace;
 
-/// Most frames that one event causes, all at once: two poses (held and asked for by the button), a fault, two heartbeats
-/// (due, and change of state), two frames of a report. Usually none or one.
-pub const MOST_FRAMES: usize = 7;
+/// Most frames that one event causes, all at once: two poses (held and asked for by the button), a fault with what the
+/// watch says of it, two heartbeats (due, and change of state), two frames of a report. Usually none or one.
+pub const MOST_FRAMES: usize = 8;
 
 /// What happens to the board.
 // A record is ten times the size of the rest. It comes once, by value: there is no heap to box it on.
@@ -91,6 +94,7 @@ pub enum Action {
 
 /// What is worth noting in a log.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum LogEntry {
     /// The procedure changed its state.
     State {
@@ -133,6 +137,8 @@ pub enum LogEntry {
         /// Why it was refused.
         reason: Reason,
     },
+    /// The watch warns of a slip.
+    Slipped(WatchReport),
     /// The record was stored, or why not.
     Stored {
         /// The run of the record.
@@ -184,6 +190,8 @@ pub struct Device {
     record_fault: FaultWatch,
     bus_off: FaultWatch,
     restarted: FaultWatch,
+    guard: Guard,
+    slip: FaultWatch,
     /// The firmware stopped before this start, and nobody has asked about it yet.
     restart_is_news: bool,
     /// The last request, its answer and its time: a repeated frame is answered again and not obeyed again.
@@ -215,6 +223,8 @@ impl Device {
             record_fault: FaultWatch::new(),
             bus_off: FaultWatch::new(),
             restarted: FaultWatch::new(),
+            guard: Guard::default(),
+            slip: FaultWatch::new(),
             restart_is_news: config.restart.cause.is_fault(),
             answered: None,
         }
@@ -227,7 +237,10 @@ impl Device {
         match event {
             Event::PowerUp(loaded) => self.power_up(loaded, out),
             Event::Tick => self.tick(now_ms, out),
-            Event::Counts(counts) => self.procedure.sample(now_ms, &counts),
+            Event::Counts(counts) => {
+                self.procedure.sample(now_ms, &counts);
+                self.guard_sample(now_ms, &counts, out);
+            }
             Event::Button { down } => self.button.level(now_ms, down),
             Event::Can(frame) => self.receive(now_ms, &frame, out),
             Event::ReceiveOverrun { lost } => {

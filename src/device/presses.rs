@@ -1,5 +1,6 @@
 //! What a press of the button asks for in each state, and commands from wherever they come.
 
+use super::guard::Guard;
 use super::{Action, Device, LogEntry, Press};
 use crate::procedure::{Command, Reason, StateName};
 
@@ -7,7 +8,7 @@ use crate::procedure::{Command, Reason, StateName};
 ///
 /// | | short | long | very long |
 /// |---|---|---|---|
-/// | idle | | start | |
+/// | idle | (acknowledge a warning of the watch) | start | |
 /// | collecting | capture | identify | abort |
 /// | identifying | | | abort |
 /// | verifying | capture | verify | abort |
@@ -29,7 +30,12 @@ pub(super) const fn command_of(press: Press, state: StateName) -> Option<Command
 
 impl Device {
     pub(super) fn press(&mut self, now_ms: u32, press: Press, out: &mut impl FnMut(Action)) {
-        let reason = match command_of(press, self.procedure.state()) {
+        let asked = match (press, self.procedure.state()) {
+            // A short press says that the watch's warning has been seen.
+            (Press::Short, StateName::Idle) if self.guard.warning().is_some() => Some(Command::Acknowledge),
+            (press, state) => command_of(press, state),
+        };
+        let reason = match asked {
             Some(command) => self.command(now_ms, command, out).0,
             None => Reason::WrongState,
         };
@@ -47,9 +53,11 @@ impl Device {
         }
         if command == Command::Acknowledge && reply.reason == Reason::Fine {
             self.reporter.stop_repeating();
+            self.guard.acknowledge();
         }
         if command == Command::Accept && reply.reason == Reason::Fine {
             self.keep(out);
+            self.guard = Guard::over(self.procedure.rig(), self.procedure.live());
         }
         (reply.reason, reply.detail)
     }

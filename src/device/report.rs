@@ -3,7 +3,7 @@
 use crate::can::Message;
 use crate::can::health::{BusHealth, LastStop, StopText};
 use crate::can::report::{LeftOut, OutcomeReport, RawLength};
-use crate::can::result::{Axis, Parameter, Quality, VerificationReport, WeakDirection};
+use crate::can::result::{Axis, Parameter, Quality, VerificationReport, WeakDirection, ZeroError};
 use crate::can::status::{Counters, Versions};
 use crate::identification::Identified;
 use crate::procedure::{Candidate, PoseSet, Procedure, Reason, StateName};
@@ -39,8 +39,10 @@ const BUS: u8 = 2;
 const LAST_STOP: u8 = 3;
 const STOP_TEXT: u8 = 4;
 const LIVE: u8 = STOP_TEXT + StopText::MOST_PARTS;
-const CANDIDATE: u8 = LIVE + 6;
-const QUALITY: u8 = CANDIDATE + 6;
+const LIVE_ZEROS: u8 = LIVE + 6;
+const CANDIDATE: u8 = LIVE_ZEROS + 6;
+const CANDIDATE_ZEROS: u8 = CANDIDATE + 6;
+const QUALITY: u8 = CANDIDATE_ZEROS + 6;
 const VERIFICATION: u8 = QUALITY + 1;
 const WEAK_DIRECTION: u8 = VERIFICATION + 1;
 const AXIS: u8 = WEAK_DIRECTION + 1;
@@ -135,10 +137,14 @@ fn part(position: u8, parts: Parts, procedure: &Procedure, about: &About) -> Opt
         BUS if parts.device => Some(Message::BusHealth(*about.bus)),
         LAST_STOP if parts.device => Some(Message::LastStop(LastStop::of(about.last_words?))),
         STOP_TEXT..LIVE if parts.device => StopText::of(about.last_words?, position - STOP_TEXT).map(Message::StopText),
-        LIVE..CANDIDATE if parts.live => {
+        LIVE..LIVE_ZEROS if parts.live => {
             let Candidate { run_id, identified, .. } = procedure.live()?;
             let (is_radius, parameter) = parameter(*run_id, identified, position - LIVE)?;
             Some(if is_radius { Message::LiveRadius(parameter) } else { Message::LiveCentre(parameter) })
+        }
+        LIVE_ZEROS..CANDIDATE if parts.live => {
+            let Candidate { run_id, identified, .. } = procedure.live()?;
+            zero(*run_id, identified, position - LIVE_ZEROS).map(Message::LiveZero)
         }
         CANDIDATE..=OUTCOME if parts.run => part_of_run(position, procedure),
         _ => None,
@@ -164,7 +170,10 @@ fn part_of_run(position: u8, procedure: &Procedure) -> Option<Message> {
         OUTCOME => return outcome(procedure),
         _ => {}
     }
-    if (CANDIDATE..QUALITY).contains(&position) {
+    if (CANDIDATE_ZEROS..QUALITY).contains(&position) {
+        return zero(run_id, procedure.identified()?, position - CANDIDATE_ZEROS).map(Message::CandidateZero);
+    }
+    if (CANDIDATE..CANDIDATE_ZEROS).contains(&position) {
         let (is_radius, parameter) = parameter(run_id, procedure.identified()?, position - CANDIDATE)?;
         return Some(if is_radius { Message::CandidateRadius(parameter) } else { Message::CandidateCentre(parameter) });
     }
@@ -201,6 +210,13 @@ fn parameter(run_id: u16, identified: &Identified<f32>, index: u8) -> Option<(bo
     let value_mm = *identified.parameters.to_array().get(usize::from(index))?;
     let sigma_mm = *identified.sigma_mm().get(usize::from(index))?;
     Some((index >= 3, Parameter { run_id, index: index % 3, value_mm, sigma_mm }))
+}
+
+/// The zero error of the `index`-th cable, from 0; None when the zeros were known: then there is nothing to say.
+fn zero(run_id: u16, identified: &Identified<f32>, index: u8) -> Option<ZeroError> {
+    let value_mm = *identified.zeros_mm.get(usize::from(index))?;
+    let sigma_mm = *identified.zero_sigmas_mm.get(usize::from(index))?;
+    (sigma_mm > 0.0).then_some(ZeroError { run_id, cable: index + 1, value_mm, sigma_mm })
 }
 
 /// How the run ended. In the review its reason is [`Reason::Fine`]: nothing is decided yet.

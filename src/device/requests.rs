@@ -2,7 +2,7 @@
 
 use super::report::Parts;
 use super::{Action, Device, LogEntry};
-use crate::can::command::{Order, Request};
+use crate::can::command::{Order, Request, ZERO_PRIOR_STEP_MM};
 use crate::can::status::Answer;
 use crate::can::{Frame, Message, Opcode};
 use crate::procedure::{PoseSet, Reason};
@@ -52,6 +52,9 @@ impl Device {
             Err(reason) => (reason, 0),
             Ok(Order::Procedure(command)) => self.command(now_ms, command, out),
             Ok(Order::ReadPose { set, index }) => (self.read_out(set, index), u16::from(index)),
+            Ok(Order::SetZeroPrior { steps }) => {
+                (self.procedure.set_zero_prior(f32::from(steps) * ZERO_PRIOR_STEP_MM), 0)
+            }
             Ok(Order::Query) => {
                 // the report that follows says all about it
                 self.restart_is_news = false;

@@ -80,13 +80,15 @@ impl Device {
             .refused_press
             .filter(|(_, at_ms)| now_ms.wrapping_sub(*at_ms) < SHOWN_MS)
             .map(|(reason, _)| reason);
+        let in_use = self.procedure.state() == StateName::Idle;
+        let slipped = self.slipped().filter(|_| in_use).map(|(reason, _)| reason);
         let heartbeat = Heartbeat {
             run_id: self.procedure.run_id(),
             state: self.procedure.state(),
             guidance: self.procedure.guidance(now_ms),
             poses: self.procedure.pose_count(),
             progress_percent: self.procedure.progress_percent(),
-            reason: refused_press.unwrap_or(self.procedure.reason(now_ms)),
+            reason: refused_press.or(slipped).unwrap_or(self.procedure.reason(now_ms)),
             flags: Flags {
                 live: self.procedure.live().is_some(),
                 still: arm.is_ok(),
@@ -120,7 +122,14 @@ impl Device {
             4 => self.unsendable.tell(now_ms, run_id, Reason::ReportOutOfRange),
             5 => self.bus_off.tell(now_ms, run_id, Reason::BusOff),
             6 => self.restarted.update(now_ms, run_id, self.restart_is_news.then_some((Reason::Restarted, 0))),
-            _ => None,
+            _ => {
+                let slipped = self.slipped();
+                let told = self.slip.update(now_ms, run_id, slipped);
+                if told.is_some() {
+                    self.tell_slip(out);
+                }
+                told
+            }
         };
         if let Some(fault) = told {
             self.send(&Message::Fault(fault), out);
@@ -214,6 +223,7 @@ impl Device {
         let faulty = self.procedure.fault(now_ms).is_some();
         match self.procedure.state() {
             StateName::Idle | StateName::Collecting | StateName::Verifying if faulty => LampPattern::Fault,
+            StateName::Idle if self.guard.warning().is_some() => LampPattern::Slipped,
             StateName::Idle if self.procedure.live().is_some() => LampPattern::InUse,
             StateName::Idle => LampPattern::Ready,
             StateName::Collecting => LampPattern::Collecting,

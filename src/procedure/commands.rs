@@ -136,7 +136,7 @@ impl Procedure {
     /// Hands the first set to the solver.
     pub(super) fn identify(&mut self, now_ms: u32) {
         if self.go(now_ms, Trigger::Identify, State::Identifying) {
-            self.work = Work::new(&self.rig);
+            self.work = Work::new(&self.rig, self.zero_prior_mm);
             self.run.attempts = self.run.attempts.saturating_add(1);
             self.run.attempted_poses = self.poses.count();
             self.run.detail = None;

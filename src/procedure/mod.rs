@@ -134,6 +134,8 @@ struct Run {
 pub struct Procedure {
     rig: Rig<f32>,
     limits: Limits,
+    /// How well the encoder zeros are known in the runs to come, 1σ, mm; 0 = exactly.
+    zero_prior_mm: f32,
     arm: Arm,
     state: State,
     work: Work,
@@ -153,7 +155,8 @@ impl Procedure {
     pub fn new(rig: Rig<f32>, limits: Limits) -> Self {
         Self {
             arm: Arm::new(&limits),
-            work: Work::new(&rig),
+            work: Work::new(&rig, 0.0),
+            zero_prior_mm: limits.settings().zero_prior_mm,
             survey: Survey::new(&rig),
             rig,
             limits,
@@ -173,6 +176,33 @@ impl Procedure {
             self.run.id = live.run_id;
             self.live = Some(live);
         }
+    }
+
+    /// Sets how well the encoder zeros are known in the runs to come, 1σ, mm, until power-down; 0 = exactly. Not while a
+    /// run is under way: its poses were collected for another question.
+    ///
+    /// Every run begins from the raw lengths, never from lengths corrected by the zeros in use: an error in these cannot
+    /// get into the next centre, and the error bar of a run hangs on its own poses and the stated prior alone.
+    pub fn set_zero_prior(&mut self, prior_mm: f32) -> Reason {
+        if !matches!(self.state, State::Idle | State::Failed) {
+            return Reason::AlreadyRunning;
+        }
+        if !(prior_mm >= 0.0 && prior_mm.is_finite()) {
+            return Reason::BadArgument;
+        }
+        self.zero_prior_mm = prior_mm;
+        Reason::Fine
+    }
+
+    /// Poses in the first set before it can be good enough: more when the zeros must be found from them as well.
+    fn enough_poses(&self) -> u8 {
+        let settings = self.limits.settings();
+        if self.zero_prior_mm > 0.0 { settings.enough_poses_with_zeros } else { settings.enough_poses }
+    }
+
+    /// The machine.
+    pub const fn rig(&self) -> &Rig<f32> {
+        &self.rig
     }
 
     /// Takes in one sample of the six counts. Every sample counts: silence is a fault.

@@ -13,7 +13,7 @@ impl Procedure {
         match &self.state {
             State::Idle | State::Failed => 0,
             State::Collecting => {
-                let counted = share(f32::from(self.poses.count()), f32::from(settings.enough_poses));
+                let counted = share(f32::from(self.poses.count()), f32::from(self.enough_poses()));
                 let sharpened = self.predicted_sigma_mm().map_or(0.0, |sigma| share(settings.target_sigma_mm, sigma));
                 // sharpness says nothing before there are poses enough to have any
                 (25.0 * counted + 25.0 * counted.min(sharpened)) as u8

@@ -23,7 +23,9 @@ pub enum Band {
     Ending,
     /// 112-127: the device itself.
     Device,
-    /// 128-255: not assigned.
+    /// 128-143: the watch over the centre in use.
+    Watch,
+    /// 144-255: not assigned.
     Unassigned,
 }
 
@@ -39,7 +41,8 @@ impl Band {
             80..=95 => Self::Verification,
             96..=111 => Self::Ending,
             112..=127 => Self::Device,
-            128..=255 => Self::Unassigned,
+            128..=143 => Self::Watch,
+            144..=255 => Self::Unassigned,
         }
     }
 }
@@ -126,6 +129,7 @@ reasons! {
     Singular = 55, "the equations have no single solution", "move the arm in another plane as well";
     NotFinite = 56, "the arithmetic left the range of numbers", "read out the poses and report them";
     TooAlike = 57, "all poses are alike", "move the arm further between the poses";
+    ZeroNotDetermined = 58, "the centre hangs on the named encoder's zero, which the poses do not determine", "capture more and wider poses, or home the encoders";
 
     VerificationFailed = 80, "the second set of poses deviates too much", "calibrate again; tighten strap and cables before";
     VerificationDoesNotClose = 81, "a pose of the second set does not fit the identified centre", "look for a slack cable, calibrate again";
@@ -151,6 +155,12 @@ reasons! {
     FlashLayout = 123, "the flash is divided otherwise than the firmware expects, so nothing is stored", "set the option byte that the first-power-up notes name";
     BusOff = 124, "the CAN controller had left the bus because of errors, and came back", "check wiring, termination and bit rate";
     Restarted = 125, "the firmware stopped and was restarted; a run under way is lost", "read Versions and LastStop for the cause, and report it";
+
+    StrapSlipped = 128, "the joint centre has moved in the base: the strap slipped", "put the strap right, then calibrate again";
+    CuffSlipped = 129, "the joint centre has moved in the platform: the cuff slipped on the arm", "put the cuff right, then calibrate again";
+    CableSlipped = 130, "the named cable has slipped on its drum or stretched", "look at the cable and its drum, home it, then calibrate again";
+    CentreDrifts = 131, "the joint centre moves with the arm's elevation: not a ball joint", "tighten the strap, keep the shoulder blade still";
+    CentreMoved = 132, "the cables no longer fit the centre in use, and no single cause explains it", "look at strap, cuff and cables, then calibrate again";
 }
 
 impl Reason {

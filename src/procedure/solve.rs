@@ -16,11 +16,12 @@ pub struct Work {
 const USUAL_PASSES: u32 = 4;
 
 impl Work {
-    /// A solver at its beginning.
+    /// A solver at its beginning. `zero_prior_mm`: how well the encoder zeros are known, 1σ; 0 = exactly.
     // Inlined so that it is built where it stays: 13 KB of temporary copies on the stack otherwise.
     #[inline(always)]
-    pub fn new(rig: &Rig<f32>) -> Self {
-        Self { solver: Solver::new(rig, SolverSettings::for_rig(rig)), slices: 0 }
+    pub fn new(rig: &Rig<f32>, zero_prior_mm: f32) -> Self {
+        let settings = SolverSettings { zero_prior_mm, ..SolverSettings::for_rig(rig) };
+        Self { solver: Solver::new(rig, settings), slices: 0 }
     }
 
     /// One slice of work: at most the placing of one pose.
@@ -84,7 +85,7 @@ impl From<Refusal> for Detail {
             }
             Refusal::HangsOnOnePose { pose } => Self::about_pose(Reason::Weak, pose),
             Refusal::ZeroNotDetermined { cable, sigma_mm } => {
-                Self { cable, size_mm: Some(sigma_mm), ..Self::of(Reason::Weak) }
+                Self { cable, size_mm: Some(sigma_mm), ..Self::of(Reason::ZeroNotDetermined) }
             }
             Refusal::TooManyOutliers { .. } => Self::of(Reason::TooManyOutliers),
             Refusal::NotABall { wander_mm } => Self { size_mm: Some(wander_mm), ..Self::of(Reason::NotABall) },
@@ -100,6 +101,7 @@ pub const fn is_cured_by_more_poses(reason: Reason) -> bool {
             | Reason::OneAxis
             | Reason::TooAlike
             | Reason::Weak
+            | Reason::ZeroNotDetermined
             | Reason::Singular
             | Reason::NotConverged
             | Reason::TooManyOutliers

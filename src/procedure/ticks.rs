@@ -87,7 +87,7 @@ impl Procedure {
     fn is_enough(&self) -> bool {
         let settings = self.limits.settings();
         !self.run.by_command_only
-            && self.poses.count() >= settings.enough_poses
+            && self.poses.count() >= self.enough_poses()
             && self.predicted_sigma_mm().is_some_and(|sigma| sigma <= settings.target_sigma_mm)
     }
 
@@ -142,12 +142,14 @@ impl Procedure {
         let limit_mm = self.limits.settings().verification_deviation_mm;
         let State::Verifying(Verifying { identified, judging: Some(judging) }) = &mut self.state else { return };
         if let Some(pose) = self.held_out.lengths().get(usize::from(judging.next)) {
-            match verify(&self.rig, &identified.parameters, core::slice::from_ref(pose)) {
-                Ok(deviation_mm) => {
+            let corrected = pose.less(&identified.zeros_mm).ok();
+            let deviation = corrected.and_then(|pose| verify(&self.rig, &identified.parameters, &[pose]).ok());
+            match deviation {
+                Some(deviation_mm) => {
                     judging.squares_mm2 += deviation_mm * deviation_mm;
                     judging.next += 1;
                 }
-                Err(_) => {
+                None => {
                     let pose = Some(judging.next);
                     let detail = Detail { pose, ..Detail::of(Reason::VerificationDoesNotClose) };
                     self.run.detail = Some(detail);

@@ -95,8 +95,9 @@ impl<T: Real> Evidence<T> {
             let after = self.left(explained, unknowns) / variance_mm2;
             if after <= T::of(EXPLAINED) && after < best.misfit[1] {
                 let first = best.cause == Cause::Unknown;
-                // A richer cause must explain clearly more than a simpler one that already does.
-                if first || after * T::of(1.5) < best.misfit[1] {
+                // A richer cause must explain clearly more than a simpler one that already does. What is left below
+                // the noise tells nothing: the cables may be better than they were said to be.
+                if first || after.max(T::one()) * T::of(1.5) < best.misfit[1] {
                     best = Warning { cause, misfit: [before, after] };
                 }
             }

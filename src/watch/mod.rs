@@ -32,9 +32,9 @@ use crate::rig::{CABLES, Parameters, Rig};
 use crate::scalar::Real;
 use nalgebra::{UnitQuaternion, Vector3};
 
-/// A sample counts when a cable has moved by this much since the last one that did, mm: 0.5 degrees of the arm, and
-/// twenty counts of the encoder.
-const MOVED_MM: f64 = 1.0;
+/// A sample counts when a cable has moved by this much since the last one that did, mm: 0.25 degrees of the arm, and
+/// twenty counts of the encoder; more than ±0.1 mm of noise in both samples can feign.
+const MOVED_MM: f64 = 0.5;
 
 /// Share of a new sample in the running mean of the misfit.
 const SHARE: f64 = 1.0 / 16.0;
@@ -117,6 +117,15 @@ impl<T: Real> Watch<T> {
         self.state = Watching::Quiet;
         self.misfit = T::one();
         self.evidence = Evidence::new();
+    }
+
+    /// Nothing was seen for a while: the arm may be anywhere now. A suspicion is dropped; a warning stays.
+    pub fn interrupted(&mut self) {
+        self.attitude = None;
+        self.counted = None;
+        if self.state == Watching::Suspicious {
+            self.rearm();
+        }
     }
 
     /// Takes in a sample of raw lengths. Returns a warning once, when it is sure of one.

@@ -86,7 +86,8 @@ const METHOD: &str = "A trial is a set of 4 to 100 poses (half of the sets have 
     family with up to three odd poses, exchanged cables in some or all poses, one huge glitch. A set counts under \
     the evils it holds.";
 
-fn is_false(answer: &Answer, scene: &Scene) -> bool {
+/// Whether an accepted centre is further off than its error bar allows.
+pub(super) fn is_false(answer: &Answer, scene: &Scene) -> bool {
     let error_mm = libm::sqrt(answer.centre_error_mm(scene).norm_squared());
     // A NaN is false too.
     !(error_mm <= SIGMAS * answer.centre_sigma_mm() + SLACK_MM)

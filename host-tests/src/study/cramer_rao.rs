@@ -1,11 +1,15 @@
 //! The Cramér-Rao bound of the joint centre, from all six lengths of all poses, written out the long way.
 //!
-//! Unknown are the six parameters (x, y, z, p1, p2, p3) and three rotations a pose. Every length contributes one row to
+//! Unknown are the six parameters (x, y, z, p1, p2, p3), the six encoder zeros if nobody homed the machine, and three
+//! rotations a pose. Every length contributes one row to
 //! the Jacobian; noise of equal variance on every length makes the Fisher information JᵀJ / σ². Nothing is
 //! shared with the library: derivatives are taken in {B}, with the platform's shape at home.
 
 use super::scene::Scene;
-use nalgebra::{Matrix3, Matrix3x6, Matrix6, Rotation3, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix6, Rotation3, SMatrix, SVector, Vector3};
+
+/// The six parameters and the six encoder zeros.
+const ALL: usize = 12;
 
 /// End-point and attachment point of each cable, from 0: L1 = P1 B1, L2 = P1 B2, L3 = P2 B2, L4 = P2 B3, L5 = P3 B3,
 /// L6 = P3 B1 (Eq. 2, 3, 5, 6, 8, 9).
@@ -14,12 +18,36 @@ const CABLES: [(usize, usize); 6] = [(0, 0), (0, 1), (1, 1), (1, 2), (2, 2), (2,
 /// Smallest covariance that any unbiased estimate of (x, y, z, p1, p2, p3) can have, mm², with noise of standard
 /// deviation `noise_mm` on every length. `None` when the poses do not determine the parameters.
 pub fn bound(scene: &Scene, rotations: &[Rotation3<f64>], noise_mm: f64) -> Option<Matrix6<f64>> {
+    let known: Matrix6<f64> = information(scene, rotations)?.fixed_view::<6, 6>(0, 0).into();
+    Some(known.cholesky()?.inverse() * (noise_mm * noise_mm))
+}
+
+/// The same for (x, y, z, p1, p2, p3, z1, …, z6) when every length reads too much by a zero z of which nothing is known
+/// (`prior_mm` is `None`), or which is drawn from a normal distribution of that standard deviation (the bound of van
+/// Trees 1968, on the mean square over the draws).
+pub fn bound_with_zeros(
+    scene: &Scene,
+    rotations: &[Rotation3<f64>],
+    noise_mm: f64,
+    prior_mm: Option<f64>,
+) -> Option<SMatrix<f64, ALL, ALL>> {
+    let mut information = information(scene, rotations)? / (noise_mm * noise_mm);
+    if let Some(prior_mm) = prior_mm {
+        for zero in 6..ALL {
+            information[(zero, zero)] += 1.0 / (prior_mm * prior_mm);
+        }
+    }
+    Some(information.cholesky()?.inverse())
+}
+
+/// Fisher information on the parameters and the zeros for noise of 1 mm, the rotations eliminated.
+fn information(scene: &Scene, rotations: &[Rotation3<f64>]) -> Option<SMatrix<f64, ALL, ALL>> {
     let shape = shape_by_radii(scene)?;
-    let mut information = Matrix6::zeros();
+    let mut information = SMatrix::zeros();
     for rotation in rotations {
         // The rows of this pose: [global | its own rotation]; then its rotation is eliminated (Schur complement).
-        let mut global = Matrix6::zeros();
-        let mut mixed = Matrix3x6::zeros();
+        let mut global = SMatrix::<f64, ALL, ALL>::zeros();
+        let mut mixed = SMatrix::<f64, 3, ALL>::zeros();
         let mut own = Matrix3::zeros();
         for (by_global, by_turn) in rows(scene, &shape, rotation) {
             global += by_global * by_global.transpose();
@@ -28,17 +56,21 @@ pub fn bound(scene: &Scene, rotations: &[Rotation3<f64>], noise_mm: f64) -> Opti
         }
         information += global - mixed.transpose() * own.try_inverse()? * mixed;
     }
-    Some(information.cholesky()?.inverse() * (noise_mm * noise_mm))
+    Some(information)
 }
 
-/// The six rows of a pose: derivatives of the lengths with the six parameters, and with a small turn about axes of {B}.
-fn rows(scene: &Scene, shape: &Matrix3<f64>, rotation: &Rotation3<f64>) -> [(Vector6<f64>, Vector3<f64>); 6] {
-    CABLES.map(|(end_point, attachment)| {
+/// The six rows of a pose: derivatives of the lengths with the six parameters and the six zeros, and with a small turn
+/// about axes of {B}.
+fn rows(scene: &Scene, shape: &Matrix3<f64>, rotation: &Rotation3<f64>) -> [(SVector<f64, ALL>, Vector3<f64>); 6] {
+    std::array::from_fn(|k| {
+        let (end_point, attachment) = CABLES[k];
         let arm = rotation * scene.end_points_mm[end_point];
         let cable = scene.centre_mm + arm - scene.rig().base_mm()[attachment];
         let along = cable / cable.norm();
-        let by_radii = shape.transpose() * (rotation.inverse() * along);
-        let by_global = Vector6::new(along.x, along.y, along.z, by_radii.x, by_radii.y, by_radii.z);
+        let mut by_global = SVector::<f64, ALL>::zeros();
+        by_global.fixed_rows_mut::<3>(0).copy_from(&along);
+        by_global.fixed_rows_mut::<3>(3).copy_from(&(shape.transpose() * (rotation.inverse() * along)));
+        by_global[6 + k] = 1.0;
         (by_global, arm.cross(&along))
     })
 }
@@ -76,13 +108,10 @@ mod tests {
         CABLES.map(|(end, attachment)| (centre + rotation * ends[end] - scene.rig().base_mm()[attachment]).norm())
     }
 
-    #[test]
-    fn the_bound_is_that_of_the_whole_jacobian_by_differences() {
-        let mut random = random(5, "cramer-rao", 0);
-        let scene = Scene::random(&mut random, &Spread::ANY_RIG).unwrap();
-        let rotations: Vec<_> = (0..7).map(|_| Reach::USUAL.rotation(&mut random)).collect();
-        let unknowns = 6 + 3 * rotations.len();
-        let mut jacobian = DMatrix::zeros(6 * rotations.len(), unknowns);
+    /// All lengths in all parameters, zeros and rotations, by differences; the zeros' columns stand last.
+    fn whole_jacobian(scene: &Scene, rotations: &[Rotation3<f64>]) -> DMatrix<f64> {
+        let turns = 6 + 3 * rotations.len();
+        let mut jacobian = DMatrix::zeros(6 * rotations.len(), turns + 6);
         let h = 1e-4;
         for (pose, rotation) in rotations.iter().enumerate() {
             for unknown in (0..6).chain(6 + 3 * pose..9 + 3 * pose) {
@@ -94,14 +123,31 @@ mod tests {
                     } else {
                         turn[unknown - 6 - 3 * pose] = step / 100.0
                     }
-                    lengths(&scene, rotation, &moved, turn)
+                    lengths(scene, rotation, &moved, turn)
                 };
                 let scale = if unknown < 6 { 1.0 } else { 100.0 };
                 for (row, (after, before)) in at(h).iter().zip(at(-h)).enumerate() {
                     jacobian[(6 * pose + row, unknown)] = (after - before) / (2.0 * h) * scale;
                 }
             }
+            for row in 0..6 {
+                jacobian[(6 * pose + row, turns + row)] = 1.0;
+            }
         }
+        jacobian
+    }
+
+    fn random_poses(poses: usize) -> (Scene, Vec<Rotation3<f64>>) {
+        let mut random = random(5, "cramer-rao", 0);
+        let scene = Scene::random(&mut random, &Spread::ANY_RIG).unwrap();
+        let rotations = (0..poses).map(|_| Reach::USUAL.rotation(&mut random)).collect();
+        (scene, rotations)
+    }
+
+    #[test]
+    fn the_bound_is_that_of_the_whole_jacobian_by_differences() {
+        let (scene, rotations) = random_poses(7);
+        let jacobian = whole_jacobian(&scene, &rotations).columns(0, 6 + 3 * rotations.len()).into_owned();
         let dense = (jacobian.transpose() * &jacobian).try_inverse().unwrap() * (0.05 * 0.05);
         let bound = bound(&scene, &rotations, 0.05).unwrap();
         for i in 0..6 {
@@ -110,6 +156,37 @@ mod tests {
                 assert!((bound[(i, j)] - dense[(i, j)]).abs() < 1e-5 * scale, "{i} {j}");
             }
         }
+    }
+
+    #[test]
+    fn the_bound_with_unknown_zeros_is_that_of_the_whole_jacobian_too() {
+        let (scene, rotations) = random_poses(20);
+        let jacobian = whole_jacobian(&scene, &rotations);
+        let turns = 6 + 3 * rotations.len();
+        let place = |i: usize| if i < 6 { i } else { turns + i - 6 };
+        for prior_mm in [None, Some(0.5)] {
+            let mut information = jacobian.transpose() * &jacobian / (0.05 * 0.05);
+            for zero in 0..6 {
+                information[(turns + zero, turns + zero)] += prior_mm.map_or(0.0, |prior: f64| 1.0 / (prior * prior));
+            }
+            let dense = information.try_inverse().unwrap();
+            let bound = bound_with_zeros(&scene, &rotations, 0.05, prior_mm).unwrap();
+            for i in 0..ALL {
+                for j in 0..ALL {
+                    let expected = dense[(place(i), place(j))];
+                    let scale = (dense[(place(i), place(i))] * dense[(place(j), place(j))]).sqrt();
+                    assert!((bound[(i, j)] - expected).abs() < 1e-4 * scale, "{i} {j} {prior_mm:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn zeros_that_are_nearly_known_bound_the_centre_as_known_ones() {
+        let (scene, rotations) = random_poses(10);
+        let known = bound(&scene, &rotations, 0.05).unwrap();
+        let nearly = bound_with_zeros(&scene, &rotations, 0.05, Some(1e-5)).unwrap();
+        assert!((0..6).all(|i| (nearly[(i, i)] / known[(i, i)] - 1.0).abs() < 1e-3));
     }
 
     #[test]

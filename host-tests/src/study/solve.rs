@@ -61,6 +61,10 @@ pub struct Answer {
     pub rejected: Vec<Rejected>,
     /// Distance from turning about one axis, rad.
     pub sway_rad: f64,
+    /// Zero error of each encoder, mm; 0 when the zeros are told to be known.
+    pub zeros_mm: [f64; CABLES],
+    /// 1σ of the same, mm.
+    pub zero_sigmas_mm: [f64; CABLES],
 }
 
 impl Answer {
@@ -72,6 +76,8 @@ impl Answer {
             deviation_mm: identified.deviation_mm.to_f64(),
             rejected: identified.rejected.to_vec(),
             sway_rad: identified.sway_rad.to_f64(),
+            zeros_mm: identified.zeros_mm.map(Real::to_f64),
+            zero_sigmas_mm: identified.zero_sigmas_mm.map(Real::to_f64),
         }
     }
 
@@ -112,11 +118,25 @@ pub fn lengths_in<T: Real>(poses_mm: &[[f64; CABLES]]) -> Result<Vec<CableLength
 /// # Errors
 /// The solver's refusal.
 pub fn solve<T: Precision>(scene: &Scene, poses_mm: &[[f64; CABLES]], told: Told) -> Result<Answer, Refusal> {
+    solve_with_zeros::<T>(scene, poses_mm, told, 0.0)
+}
+
+/// The same with encoder zeros that are known to `zero_prior_mm` only, 1σ, mm.
+///
+/// # Errors
+/// The solver's refusal.
+pub fn solve_with_zeros<T: Precision>(
+    scene: &Scene,
+    poses_mm: &[[f64; CABLES]],
+    told: Told,
+    zero_prior_mm: f64,
+) -> Result<Answer, Refusal> {
     let rig = T::rig(scene);
     let mut settings = SolverSettings::for_rig(rig);
     if told == Told::Nothing {
         settings.noise = Noise::EstimatedUpTo(T::of(MOST_NOISE_MM));
     }
+    settings.zero_prior_mm = T::of(zero_prior_mm);
     settings.refuse_hanging = told != Told::NoiseAndSoundPoses;
     Solver::<T, DEFAULT_CAPACITY>::new(rig, settings).run(&lengths_in(poses_mm)?).map(Answer::of)
 }

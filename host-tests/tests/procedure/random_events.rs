@@ -30,6 +30,7 @@ fn settings() -> Settings {
         // poses are far apart in time here, not in space
         sample_jitter_ms: 2_000,
         enough_poses: 4,
+        enough_poses_with_zeros: 4,
         target_sigma_mm: 0.5,
         verification_poses: 1,
         verification_deviation_mm: 5.0,
@@ -129,7 +130,7 @@ impl World {
             }
             40..50 => self.command(Opcode::Start as u8, 0, 0),
             50..75 => {
-                let opcode = self.random.random_range(1..=10);
+                let opcode = self.random.random_range(1..=11);
                 let named = matches!(opcode, 5 | 6 | 8 | 9);
                 // abort and reject end most runs early: let them be rarer
                 if !matches!(opcode, 6 | 7) || self.random.random_ratio(1, 4) {

@@ -10,7 +10,9 @@ fn reasons_in_the_dbc() {
     let expected: BTreeMap<u8, String> = Reason::ALL.iter().map(|r| (r.code(), r.name().to_owned())).collect();
     assert_eq!(expected.len(), Reason::ALL.len(), "a code is used twice");
     let database = Database::load();
-    for (id, signal) in [(0x301, "code"), (0x302, "reason"), (0x303, "code"), (0x304, "reason"), (0x305, "reason")] {
+    for (id, signal) in
+        [(0x301, "code"), (0x302, "reason"), (0x303, "code"), (0x304, "reason"), (0x305, "reason"), (0x317, "cause")]
+    {
         assert_eq!(database.values[&(id, signal.to_owned())], expected, "{id:x}.{signal}");
     }
 }
@@ -79,6 +81,7 @@ fn reasons_are_never_renumbered() {
         (55, "Singular"),
         (56, "NotFinite"),
         (57, "TooAlike"),
+        (58, "ZeroNotDetermined"),
         (80, "VerificationFailed"),
         (81, "VerificationDoesNotClose"),
         (96, "Accepted"),
@@ -101,6 +104,11 @@ fn reasons_are_never_renumbered() {
         (123, "FlashLayout"),
         (124, "BusOff"),
         (125, "Restarted"),
+        (128, "StrapSlipped"),
+        (129, "CuffSlipped"),
+        (130, "CableSlipped"),
+        (131, "CentreDrifts"),
+        (132, "CentreMoved"),
     ];
     let now: Vec<(u8, &str)> = Reason::ALL.iter().map(|reason| (reason.code(), reason.name())).collect();
     assert_eq!(now, released);

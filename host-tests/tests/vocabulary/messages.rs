@@ -125,6 +125,9 @@ fn spoil(message: &mut Message, wrong: f32) -> bool {
         Message::WeakDirection(m) => m.direction[5] = wrong,
         Message::Axis(m) => m.axis[2] = wrong,
         Message::RawLength(m) => m.length_mm = wrong,
+        Message::CandidateZero(m) => m.value_mm = wrong,
+        Message::LiveZero(m) => m.sigma_mm = wrong,
+        Message::Watch(m) => m.moved_mm[1] = wrong,
         _ => return false,
     }
     true

@@ -8,6 +8,7 @@ use glenoid::rig_link::RigLinkError;
 use glenoid::slcan::SlcanError;
 
 use super::cortex::stack;
+use super::device_entry;
 
 /// One line of the log.
 pub enum Entry {
@@ -46,7 +47,10 @@ impl fmt::Display for Entry {
             Self::Memory { device, poses, solver } => {
                 write!(f, "memory: {device} bytes of device, {poses} of them for poses, {solver} for the solver")
             }
-            Self::Device(entry) => write!(f, "device: {entry:?}"),
+            Self::Device(entry) => {
+                f.write_str("device: ")?;
+                device_entry::write(entry, f)
+            }
             Self::Lamp(pattern) => write!(f, "lamp: {pattern:?}"),
             Self::SlcanRefused { last, so_far } => {
                 write!(f, "slcan: {so_far} lines refused so far, last: {last} ({})", last.code())

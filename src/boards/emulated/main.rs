@@ -13,6 +13,7 @@ mod clock;
 mod cmsdk;
 #[path = "../cortex_m/mod.rs"]
 mod cortex;
+mod device_entry;
 mod entry;
 mod flash;
 mod log;

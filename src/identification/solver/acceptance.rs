@@ -181,7 +181,9 @@ impl<T: Real, const N: usize> Solver<T, N> {
                 let rig = self.placer.rig_noise_mm;
                 let pooled = ((squares_mm2 + prior * rig * rig) / (freedom + prior)).root();
                 let beyond = squares_mm2 > rig * rig * judgement::chi_square_limit(freedom, judgement::FALSE_ALARM);
-                let widening = if beyond { judgement::widening_for_one_bad_reading(self.sum.poses) } else { T::one() };
+                let few = self.sum.poses < judgement::POSES_TO_ESTIMATE;
+                let widening =
+                    if beyond && few { judgement::widening_for_one_bad_reading(self.sum.poses) } else { T::one() };
                 (pooled, widening)
             }
         }
@@ -262,7 +264,7 @@ impl<T: Real, const N: usize> Solver<T, N> {
         without.add_information(&rotation, &-known.information, &-known.gradient_mm);
         let all = Factors::of(&self.sum.equations.matrix).map_err(|_| Refusal::Singular)?;
         let (limit, _) = worst_centre_direction(&all.inverse());
-        let limit = limit * T::of(judgement::WITHOUT_ONE_POSE);
+        let limit = limit * judgement::limit_without_one_pose(self.sum.poses);
         let stands = Factors::of(&without.matrix).is_ok_and(|rest| worst_centre_direction(&rest.inverse()).0 <= limit);
         if stands { Ok(()) } else { Err(Refusal::HangsOnOnePose { pose }) }
     }

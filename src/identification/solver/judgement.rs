@@ -29,9 +29,12 @@ pub(super) const FEW_POSES: usize = 12;
 pub(super) const MOST_OF_THE_SWAY: f64 = 0.5;
 
 /// How much worse the centre may be determined without any one pose. A pose that improves the error bar more than
-/// this can be wrong by its full outlier without the others showing it. Refuses every set of three poses, 0.6 % of
-/// four random poses (tilt 45, torsion 30 degrees), none of five.
-pub(super) const WITHOUT_ONE_POSE: f64 = 30.0;
+/// this can be wrong by its full outlier without the others showing it. Refuses every set of three poses, 0.7 % of four
+/// random poses (tilt 45, torsion 30 degrees), one in a thousand of five and six, next to none of more.
+pub(super) fn limit_without_one_pose<T: Real>(poses: usize) -> T {
+    let spare = T::of_integer(poses as i32 - 3);
+    T::of(3.0) + T::of(27.0) / (spare * spare)
+}
 
 /// Poses from which the median of the misfits is good enough to take the noise from again, pass by pass.
 pub(super) const POSES_TO_ESTIMATE: usize = 10;

@@ -1,0 +1,189 @@
+//! FDCAN1: classic frames at 500 kbit/s, in and out through queues, so that neither waits for the main loop.
+//!
+//! embassy-stm32 sets the controller up and brings it back after bus-off. Its frames are moved here, in a second handler
+//! of the same interrupt: the driver's own queues lose frames without a word.
+
+use core::sync::atomic::{AtomicBool, AtomicU16, Ordering};
+
+use embassy_stm32::can::config::{GlobalFilter, NominalBitTiming, NonMatchingFilter, TxBufferMode};
+use embassy_stm32::can::filter::{Action, FilterType, StandardFilter, StandardFilterSlot};
+use embassy_stm32::can::{Can, CanConfigurator, IT0InterruptHandler, IT1InterruptHandler};
+use embassy_stm32::interrupt::Priority;
+use embassy_stm32::interrupt::typelevel::{FDCAN1_IT0, Handler, Interrupt};
+use embassy_stm32::peripherals::{FDCAN1, PA11, PA12};
+use embassy_stm32::{Peri, bind_interrupts, pac};
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::channel::Channel;
+use glenoid::can::health::BusHealth;
+use glenoid::can::{BaseId, Frame};
+use glenoid::drive_board::can_memory::{ELEMENT_WORDS, ELEMENTS, USED_WORDS, frame_of, words_of};
+use glenoid::drive_board::clock::{CAN_BIT_HZ, CORE_HZ};
+use glenoid::drive_board::{BitTiming, CanFilter};
+
+/// Where the bit is sampled, thousandths of it (CiA 601-3 recommends 80 to 87.5 % at this rate).
+const SAMPLE_PERMILLE: u32 = 850;
+
+const TIMING: BitTiming = match BitTiming::new(CORE_HZ, CAN_BIT_HZ, SAMPLE_PERMILLE) {
+    Ok(timing) => timing,
+    Err(_) => panic!("no bit timing for this clock"),
+};
+
+/// Commands that may wait: what the bus brings while a record is stored is far less.
+static RECEIVED: Channel<CriticalSectionRawMutex, Frame, 16> = Channel::new();
+/// Frames that may wait to be sent: a whole report.
+static TO_SEND: Channel<CriticalSectionRawMutex, Frame, 64> = Channel::new();
+
+/// Frames lost on the way in since it was last asked.
+static LOST: AtomicU16 = AtomicU16::new(0);
+/// Times that the controller has left the bus.
+static BUS_OFFS: AtomicU16 = AtomicU16::new(0);
+/// The controller is off the bus.
+static IS_OFF: AtomicBool = AtomicBool::new(false);
+
+bind_interrupts!(struct Handlers {
+    // in this order: the driver clears the flags, then the frames are moved, so that none comes unseen in between
+    FDCAN1_IT0 => IT0InterruptHandler<FDCAN1>, Mover;
+    FDCAN1_IT1 => IT1InterruptHandler<FDCAN1>;
+});
+
+/// The controller on the bus. Dropping it would take it off.
+pub struct Bus {
+    _driver: Can<'static>,
+    dropped: u16,
+}
+
+impl Bus {
+    /// Joins the bus, with the filter of a device's identifiers.
+    pub fn join(
+        controller: Peri<'static, FDCAN1>,
+        receive: Peri<'static, PA11>,
+        transmit: Peri<'static, PA12>,
+        base: BaseId,
+    ) -> Self {
+        // below the sampling, which is at P0
+        FDCAN1_IT0::set_priority(Priority::P8);
+        let mut configurator = CanConfigurator::new(controller, receive, transmit, Handlers);
+        let CanFilter { id, mask } = CanFilter::of_block(base);
+        let filter = StandardFilter { filter: FilterType::BitMask { filter: id, mask }, action: Action::StoreInFifo0 };
+        configurator.properties().set_standard_filter(StandardFilterSlot::_0, filter);
+        let config = configurator
+            .config()
+            .set_nominal_bit_timing(NominalBitTiming {
+                prescaler: TIMING.prescaler,
+                seg1: TIMING.segment_1,
+                seg2: TIMING.segment_2,
+                sync_jump_width: TIMING.jump,
+            })
+            .set_global_filter(GlobalFilter {
+                handle_standard_frames: NonMatchingFilter::Reject,
+                handle_extended_frames: NonMatchingFilter::Reject,
+                reject_remote_standard_frames: true,
+                reject_remote_extended_frames: true,
+            })
+            // by priority, two frames of one identifier could overtake each other
+            .set_tx_buffer_mode(TxBufferMode::Fifo)
+            .set_automatic_bus_off_recovery(true);
+        configurator.set_config(config);
+        Self { _driver: configurator.into_normal_mode(), dropped: 0 }
+    }
+
+    /// The oldest frame received.
+    pub fn receive(&mut self) -> Option<Frame> {
+        RECEIVED.try_receive().ok()
+    }
+
+    /// Queues a frame. Without room, because nobody takes the frames, it is dropped and counted.
+    pub fn send(&mut self, frame: Frame) {
+        if TO_SEND.try_send(frame).is_err() {
+            self.dropped = self.dropped.saturating_add(1);
+        }
+        FDCAN1_IT0::pend();
+    }
+
+    /// Frames lost on the way in since the last call.
+    pub fn take_lost(&mut self) -> u16 {
+        LOST.swap(0, Ordering::Relaxed)
+    }
+
+    /// How the controller fares.
+    pub fn health(&self) -> BusHealth {
+        let errors = pac::FDCAN1.ecr().read();
+        BusHealth {
+            bus_off: BUS_OFFS.load(Ordering::Relaxed),
+            dropped: self.dropped,
+            transmit_errors: errors.tec(),
+            receive_errors: errors.rec(),
+            error_passive: pac::FDCAN1.psr().read().ep(),
+        }
+    }
+}
+
+/// Moves frames between the controller's memory and the queues.
+struct Mover;
+
+impl Handler<FDCAN1_IT0> for Mover {
+    unsafe fn on_interrupt() {
+        watch_bus_off();
+        take_received();
+        hand_over();
+    }
+}
+
+/// The interrupt comes at both ends of a bus-off.
+fn watch_bus_off() {
+    let is_off = pac::FDCAN1.psr().read().bo();
+    if is_off && !IS_OFF.load(Ordering::Relaxed) {
+        add(&BUS_OFFS, 1);
+    }
+    IS_OFF.store(is_off, Ordering::Relaxed);
+}
+
+fn take_received() {
+    let registers = pac::FDCAN1;
+    if registers.ir().read().rfl(0) {
+        registers.ir().write(|w| w.set_rfl(0, true));
+        // the controller does not say how many
+        add(&LOST, 1);
+    }
+    for _ in 0..ELEMENTS {
+        let status = registers.rxfs(0).read();
+        if status.ffl() == 0 {
+            return;
+        }
+        let element = status.fgi();
+        let mut words = [0; USED_WORDS];
+        for (offset, word) in words.iter_mut().enumerate() {
+            *word = pac::FDCANRAM1.rxfifo0(usize::from(element) * ELEMENT_WORDS + offset).read();
+        }
+        registers.rxfa(0).write(|w| w.set_fai(element));
+        if let Some(frame) = frame_of(&words)
+            && RECEIVED.try_send(frame).is_err()
+        {
+            add(&LOST, 1);
+        }
+    }
+    // what came meanwhile is taken the next time, after the sampling had its turn
+    FDCAN1_IT0::pend();
+}
+
+fn hand_over() {
+    let registers = pac::FDCAN1;
+    for _ in 0..ELEMENTS {
+        let status = registers.txfqs().read();
+        if status.tfqf() {
+            return;
+        }
+        let Ok(frame) = TO_SEND.try_receive() else { return };
+        let buffer = usize::from(status.tfqpi());
+        for (offset, word) in words_of(&frame).into_iter().enumerate() {
+            pac::FDCANRAM1.txbuf(buffer * ELEMENT_WORDS + offset).write_value(word);
+        }
+        registers.txbar().write(|w| w.set_ar(buffer, true));
+    }
+}
+
+/// Only this interrupt's handler adds, and the main loop takes all at once or none: nothing is lost between the two steps
+/// but what saturates.
+fn add(counter: &AtomicU16, times: u16) {
+    counter.store(counter.load(Ordering::Relaxed).saturating_add(times), Ordering::Relaxed);
+}

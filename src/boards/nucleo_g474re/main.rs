@@ -1,0 +1,254 @@
+//! The real drive board: a NUCLEO-G474RE with six encoders and a CAN transceiver. `docs/nucleo-g474re.md` says how it is
+//! wired and first switched on.
+//!
+//! No decision is taken here: registers become events, the [`Device`] decides, actions become registers. What there is
+//! of arithmetic lies in [`glenoid::drive_board`], where the host tests it.
+#![no_std]
+#![no_main]
+
+#[cfg(not(target_os = "none"))]
+compile_error!("this image is for the Cortex-M4F: use `cargo build-nucleo`");
+
+mod can;
+mod clock;
+#[path = "../cortex_m/mod.rs"]
+mod cortex;
+mod encoders;
+mod flash;
+mod sampling;
+
+use cortex_m::{asm, singleton};
+use defmt_rtt as _;
+use embassy_stm32::gpio::{Input, Level, Output, Pull, Speed};
+use embassy_stm32::pac;
+use embassy_stm32::peripherals::IWDG;
+use embassy_stm32::wdg::IndependentWatchdog;
+use glenoid::can::health::BusHealth;
+use glenoid::device::{Action, Config, Device, Event, LampPattern, LogEntry, fingerprint};
+use glenoid::drive_board::flash_layout::{EccVerdict, ecc_verdict};
+use glenoid::drive_board::reset;
+use glenoid::record::{LoadError, RecordStore, StoreError};
+use glenoid::restart::{LastWords, ResetCause};
+use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, Rig};
+
+use can::Bus;
+use cortex::{faults, kept, stack};
+use encoders::{Encoders, Wiring};
+use flash::ChipFlash;
+
+/// Longest time without food for the watchdog, us: ten times what storing a record takes.
+const PATIENCE_US: u32 = 500_000;
+/// Frames that are handled before the clock is looked at again.
+const FRAMES_A_TURN: usize = 4;
+
+/// Everything that actions go out through.
+struct Outside {
+    bus: Bus,
+    lamp: LampPattern,
+    /// None: the flash is divided otherwise than expected.
+    record: Option<RecordStore<ChipFlash>>,
+    /// How the store of the record went, which the device is still to be told.
+    stored: Option<Result<(), StoreError>>,
+    /// The deepest calls of this firmware, or its longest standstill, lie just behind us.
+    measure: bool,
+}
+
+impl Outside {
+    fn carry_out(&mut self, action: Action) {
+        match action {
+            Action::Send(frame) => self.bus.send(frame),
+            Action::Lamp(pattern) => self.lamp = pattern,
+            Action::Store(record) => {
+                let result = self.record.as_mut().map_or(Err(StoreError::FlashLayout), |store| store.store(&record));
+                self.stored = Some(result);
+            }
+            Action::Stop(cause) => faults::stop(cause, 0, 0, format_args!("the centre in use changed in memory")),
+            Action::Log(entry) => {
+                self.measure |= matches!(entry, LogEntry::Identified { .. } | LogEntry::Stored { .. });
+                defmt::info!("device: {}", entry);
+            }
+        }
+    }
+}
+
+struct Board {
+    device: &'static mut Device,
+    outside: Outside,
+    lamp: Output<'static>,
+    watchdog: IndependentWatchdog<'static, IWDG>,
+    bus_health: BusHealth,
+    last_sample_ms: u32,
+    _encoders: Encoders,
+    _button: Input<'static>,
+}
+
+impl Board {
+    /// None if it was called before: the peripherals and the device exist once.
+    ///
+    /// Never inlined: the device passes through this function's frame on its way to its place, and `main` would keep
+    /// that room for ever.
+    #[inline(never)]
+    fn start(config: Config) -> Option<Self> {
+        let core = cortex_m::Peripherals::take()?;
+        stack::protect(core.MPU);
+        let device = singleton!(: Device = Device::new(config))?;
+        let chip = embassy_stm32::init(clock::config());
+        // a core that a debugger holds does not starve the watchdog
+        pac::DBGMCU.apb1lfzr().modify(|w| w.set_iwdg(true));
+        let encoders = Encoders::start(Wiring {
+            cable_1: (chip.TIM1, chip.PC0, chip.PC1),
+            cable_2: (chip.TIM2, chip.PA0, chip.PA1),
+            cable_3: (chip.TIM3, chip.PA6, chip.PA7),
+            cable_4: (chip.TIM4, chip.PB6, chip.PB7),
+            cable_5: (chip.TIM5, chip.PB2, chip.PC12),
+            cable_6: (chip.TIM8, chip.PC6, chip.PC7),
+        });
+        let record = match ChipFlash::open(chip.FLASH) {
+            Ok((flash, from)) => Some(RecordStore::new(flash, from)),
+            Err(error) => {
+                defmt::error!("flash: {}, so nothing is kept", error);
+                None
+            }
+        };
+        let bus = Bus::join(chip.FDCAN1, chip.PA11, chip.PA12, config.base);
+        let mut board = Self {
+            device,
+            outside: Outside { bus, lamp: LampPattern::Ready, record, stored: None, measure: false },
+            lamp: Output::new(chip.PA5, Level::Low, Speed::Low),
+            watchdog: IndependentWatchdog::new(chip.IWDG, PATIENCE_US),
+            bus_health: BusHealth::default(),
+            last_sample_ms: 0,
+            _encoders: encoders,
+            // closed, it connects the pin to the supply (UM2505, "Push-buttons")
+            _button: Input::new(chip.PC13, Pull::Down),
+        };
+        board.power_up(&config);
+        let (mut scb, mut dcb) = (core.SCB, core.DCB);
+        sampling::start(core.SYST, &mut scb, &mut dcb, core.DWT);
+        board.watchdog.unleash();
+        Some(board)
+    }
+
+    fn power_up(&mut self, config: &Config) {
+        defmt::info!("board: started by {}", config.restart.cause);
+        if let Some(words) = config.restart.last_words {
+            defmt::warn!("board: its last words were: {=str}, at {=u32:#x}", words.text(), words.address);
+        }
+        let record = self.outside.record.as_mut();
+        let loaded = record.map_or(Err(LoadError::FlashLayout), |store| store.load(fingerprint(&config.rig)));
+        self.handle(0, Event::PowerUp(loaded));
+        let usage = stack::usage();
+        defmt::info!("board: ready, {=usize} of {=usize} bytes of stack used", usage.used_bytes, usage.size_bytes);
+    }
+
+    fn handle(&mut self, now_ms: u32, event: Event) {
+        let Self { device, outside, .. } = self;
+        device.handle(now_ms, event, &mut |action| outside.carry_out(action));
+        if let Some(result) = self.outside.stored.take() {
+            self.handle(now_ms, Event::Stored(result));
+        }
+    }
+
+    /// One turn of the main loop; false if there was nothing to do.
+    fn turn(&mut self) -> bool {
+        let heard = self.hear_bus();
+        let sample = sampling::latest();
+        let busy = self.device.is_busy();
+        let now_ms = sample.at_ms;
+        let sampled = now_ms != self.last_sample_ms;
+        if sampled {
+            self.last_sample_ms = now_ms;
+            // reached only while both the loop and the sampling are alive
+            self.watchdog.pet();
+            self.handle(now_ms, Event::Counts(sample.counts));
+            self.handle(now_ms, Event::Button { down: sample.button_down });
+            self.watch_bus(now_ms);
+            self.lamp.set_level(Level::from(self.outside.lamp.is_lit(now_ms)));
+        }
+        if sampled || busy {
+            self.handle(now_ms, Event::Tick);
+        }
+        if !busy && core::mem::take(&mut self.outside.measure) {
+            let usage = stack::usage();
+            defmt::info!("stack: {=usize} of {=usize} bytes used at most", usage.used_bytes, usage.size_bytes);
+            defmt::info!("sampling: {=u32} cycles between two samples at most", sample.longest_cycles);
+        }
+        heard || sampled || busy
+    }
+
+    fn hear_bus(&mut self) -> bool {
+        let now_ms = self.last_sample_ms;
+        for turn in 0..FRAMES_A_TURN {
+            let Some(frame) = self.outside.bus.receive() else { return turn != 0 };
+            self.handle(now_ms, Event::Can(frame));
+        }
+        true
+    }
+
+    fn watch_bus(&mut self, now_ms: u32) {
+        let lost = self.outside.bus.take_lost();
+        if lost != 0 {
+            self.handle(now_ms, Event::ReceiveOverrun { lost });
+        }
+        let health = self.outside.bus.health();
+        if health != self.bus_health {
+            self.bus_health = health;
+            self.handle(now_ms, Event::Bus(health));
+        }
+    }
+}
+
+/// Called by [`cortex`] just before a reset.
+fn say(words: &LastWords) {
+    defmt::error!("stop: {}, at {=u32:#x}: {=str}", words.cause, words.address, words.text());
+}
+
+/// Called by [`cortex`]: the flash has met a word that it cannot correct, or something this firmware never switched on
+/// has struck.
+fn on_nmi(address: u32) {
+    let eccr = pac::FLASH.eccr().read();
+    match ecc_verdict(eccr.0) {
+        EccVerdict::RecordWord => {
+            // written back, the flags that are set are cleared
+            pac::FLASH.eccr().write_value(eccr);
+            flash::note_bad_word();
+        }
+        EccVerdict::ProgramWord => {
+            faults::stop(ResetCause::MemoryError, address, 0, format_args!("flash, ECCR {:#x}", eccr.0))
+        }
+        EccVerdict::NotFlash => faults::stop(ResetCause::UnexpectedInterrupt, address, 0, format_args!("NMI")),
+    }
+}
+
+/// Why the chip started; the flags are cleared for the next time.
+fn reset_cause() -> ResetCause {
+    let flags = pac::RCC.csr().read();
+    pac::RCC.csr().modify(|w| w.set_rmvf(true));
+    reset::cause(flags.0)
+}
+
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    let restart = kept::take(Some(reset_cause()));
+    stack::paint();
+    let config = match Rig::shoulder(ASSUMED_BASE_RADIUS_MM as f32) {
+        Ok(rig) => Config { restart, ..Config::for_rig(rig) },
+        Err(error) => give_up(error.text()),
+    };
+    let Some(mut board) = Board::start(config) else { give_up("started twice") };
+    // what is measured from here on is the work, not the start
+    stack::paint();
+    loop {
+        if !board.turn() {
+            asm::wfi();
+        }
+    }
+}
+
+/// Stands still, dark and silent: another start would find the same.
+fn give_up(reason: &str) -> ! {
+    defmt::error!("board: {=str}", reason);
+    loop {
+        asm::wfi();
+    }
+}

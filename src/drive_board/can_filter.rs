@@ -1,0 +1,32 @@
+//! Which frames the CAN controller lets through: those of the device's own block of identifiers.
+//!
+//! The command, which the device obeys, is one of them; any other frame of the block is somebody else who sends in the
+//! device's name, which the device counts as foreign. What is outside of the block is dropped by the hardware and costs
+//! the board nothing, however crowded the bus is.
+
+use crate::can::BaseId;
+use crate::can::message::BLOCK;
+
+/// All bits of a standard identifier.
+const ID_BITS: u16 = 0x7FF;
+
+/// A classic filter: identifier and mask, a mask bit of 1 is compared (RM0440, 44.3.11: SFT = 0b10).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct CanFilter {
+    /// What the compared bits must be.
+    pub id: u16,
+    /// Which bits are compared.
+    pub mask: u16,
+}
+
+impl CanFilter {
+    /// The filter of a device's block of identifiers.
+    pub fn of_block(base: BaseId) -> Self {
+        Self { id: base.command().as_raw(), mask: ID_BITS & !(BLOCK - 1) }
+    }
+
+    /// What the hardware does with this filter: does it let the identifier through?
+    pub const fn accepts(self, raw_id: u16) -> bool {
+        (raw_id ^ self.id) & self.mask == 0
+    }
+}
