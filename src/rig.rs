@@ -4,6 +4,7 @@
 //! the moving platform.
 
 use crate::scalar::Real;
+use crate::vector::{cross, difference, scaled, square};
 use nalgebra::Vector3;
 
 /// Number of cables, of base attachment points and of platform end-points.
@@ -265,10 +266,10 @@ impl<T: Real> Rig<T> {
 
     /// Unit normal of the base plane, on the platform's side (+z of {B}).
     pub fn base_normal(&self) -> Vector3<T> {
-        let [b1, b2, b3] = self.base_mm;
-        let normal = (b2 - b1).cross(&(b3 - b1));
-        let towards = if normal.z < T::zero() { -normal } else { normal };
-        towards / normal.norm_squared().root()
+        let [b1, b2, b3] = &self.base_mm;
+        let normal = cross(&difference(b2, b1), &difference(b3, b1));
+        let length = square(&normal).root();
+        scaled(&normal, T::one() / if normal.z < T::zero() { -length } else { length })
     }
 
     /// The end-points in {P}, mm: P1 at the origin, P2 on the x axis, P3 in the xy plane on the side that makes the

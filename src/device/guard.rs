@@ -29,7 +29,9 @@ impl Guard {
     pub fn over(rig: &Rig<f32>, live: Option<&Candidate>) -> Self {
         let watch = live.map(|live| {
             let identified = &live.identified;
-            Watch::new(rig, &identified.parameters, &identified.zeros_mm, rig.length_noise_mm())
+            // A calibration whose residuals were larger than the rig's noise has shown that the cables are noisier.
+            let noise_mm = rig.length_noise_mm().max(identified.noise_mm);
+            Watch::new(rig, &identified.parameters, &identified.zeros_mm, noise_mm)
         });
         Self { watch, ..Self::default() }
     }
@@ -51,10 +53,13 @@ impl Guard {
 impl Device {
     /// Lets the watch look at a sample of the encoders.
     pub(super) fn guard_sample(&mut self, now_ms: u32, counts: &[i32; CABLES], out: &mut impl FnMut(Action)) {
+        let Some(watch) = self.guard.watch.as_mut() else { return };
         let in_use = matches!(self.procedure.state(), StateName::Idle | StateName::Failed);
-        let Some(watch) = self.guard.watch.as_mut().filter(|_| in_use) else { return };
-        let too_soon = self.guard.looked_at_ms.is_some_and(|at_ms| now_ms.wrapping_sub(at_ms) < PERIOD_MS);
-        if too_soon || self.procedure.fault(now_ms).is_some() {
+        if !in_use || self.procedure.fault(now_ms).is_some() {
+            watch.interrupted();
+            return;
+        }
+        if self.guard.looked_at_ms.is_some_and(|at_ms| now_ms.wrapping_sub(at_ms) < PERIOD_MS) {
             return;
         }
         self.guard.looked_at_ms = Some(now_ms);

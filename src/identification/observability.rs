@@ -103,7 +103,16 @@ fn eigen_of_symmetric<T: Real>(matrix: &Matrix3<T>) -> ([Vector3<T>; 3], [T; 3])
             off = [to_p * cos - to_q * sin, zero, to_q * cos + to_p * sin];
         }
     }
-    let mut order = [0, 1, 2];
-    order.sort_unstable_by(|&i, &j| values[j].partial_cmp(&values[i]).unwrap_or(core::cmp::Ordering::Equal));
-    (order.map(|i| axes[i]), order.map(|i| values[i]))
+    // Sorted by three exchanges of neighbours.
+    let ([p, q, r], [x, y, z]) = (values, axes);
+    let (mut first, mut second, mut third) = ((p, x), (q, y), (r, z));
+    let sort = |larger: &mut (T, Vector3<T>), smaller: &mut (T, Vector3<T>)| {
+        if smaller.0 > larger.0 {
+            core::mem::swap(larger, smaller);
+        }
+    };
+    sort(&mut first, &mut second);
+    sort(&mut second, &mut third);
+    sort(&mut first, &mut second);
+    ([first.1, second.1, third.1], [first.0, second.0, third.0])
 }

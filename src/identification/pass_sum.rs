@@ -5,7 +5,7 @@
 //! at its end: 144 operations a pose instead of 189 with the rows of D, and fewer sums to load and store.
 
 use super::model::{LaidPose, Turns};
-use super::normal_equations::{NormalEquations, PACKED, UNKNOWNS, at};
+use super::normal_equations::{NormalEquations, at};
 use crate::kinematics::BaseEdges;
 use crate::rig::POINTS;
 use crate::scalar::Real;
@@ -30,6 +30,7 @@ pub struct PassSum<T> {
 
 impl<T: Real> PassSum<T> {
     /// No poses yet.
+    #[inline(never)]
     pub fn new() -> Self {
         let zero = T::zero();
         Self {
@@ -88,25 +89,28 @@ impl<T: Real> PassSum<T> {
 
     /// The normal equations of x, y, z (in {B}), p1, p2, p3 at the radii of the pass, mm.
     pub fn normal_equations(&self, base: &BaseEdges<T>, radii_mm: &[T; POINTS]) -> NormalEquations<T> {
+        // Written where they stay: a matrix on the stack beside that of the caller would be the deepest of all.
+        let mut equations = NormalEquations::new();
+        equations.squares = self.squares;
         let [c11, c21, c22, c31, c32, c33] = self.centre;
-        let columns = [Vector3::new(c11, c21, c31), Vector3::new(c21, c22, c32), Vector3::new(c31, c32, c33)];
-        let half = columns.map(|column| base.in_base(&column));
-        let centre = [0, 1, 2].map(|i| base.in_base(&Vector3::new(half[0][i], half[1][i], half[2][i])));
+        // Rows turned first, columns then.
+        let x = base.in_base(&Vector3::new(c11, c21, c31));
+        let y = base.in_base(&Vector3::new(c21, c22, c32));
+        let z = base.in_base(&Vector3::new(c31, c32, c33));
         let centre_gradient = base.in_base(&self.centre_gradient);
-        let mut matrix = [T::zero(); PACKED];
-        let mut gradient = [T::zero(); UNKNOWNS];
         for i in 0..3 {
+            let row = base.in_base(&Vector3::new(x[i], y[i], z[i]));
             let mixed = base.in_base(&self.mixed[i]);
-            for j in 0..=i {
-                matrix[at(i, j)] = centre[i][j];
-                matrix[at(3 + i, 3 + j)] = self.turns[at(i, j)] * radii_mm[i] * radii_mm[j];
-            }
             for j in 0..3 {
-                matrix[at(3 + i, j)] = mixed[j] * radii_mm[i];
+                equations.matrix[at(3 + i, j)] = mixed[j] * radii_mm[i];
+                if j <= i {
+                    equations.matrix[at(i, j)] = row[j];
+                    equations.matrix[at(3 + i, 3 + j)] = self.turns[at(i, j)] * radii_mm[i] * radii_mm[j];
+                }
             }
-            gradient[i] = centre_gradient[i];
-            gradient[3 + i] = self.turn_gradient[i] * radii_mm[i];
+            equations.gradient[i] = centre_gradient[i];
+            equations.gradient[3 + i] = self.turn_gradient[i] * radii_mm[i];
         }
-        NormalEquations { matrix, gradient, squares: self.squares }
+        equations
     }
 }

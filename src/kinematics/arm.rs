@@ -4,8 +4,9 @@
 //! octahedron cannot place (beyond its fold, or with a bad length).
 
 use super::cable_length::CableLengths;
-use super::hinge::{BaseEdges, HingeCoordinates};
+use super::hinge::BaseEdges;
 use super::pivot::{LengthEquations, Pivot, RigPoints, inverse_of_symmetric};
+use super::tetrahedron::TetrahedronBase;
 use crate::rig::CABLES;
 use crate::scalar::Real;
 use crate::vector::{add_to, cross, dot, image, scaled, square};
@@ -127,25 +128,18 @@ impl<T: Real> Arm<'_, T> {
     /// apex twice: a start to iterate from.
     fn apices(&self, i: usize, radius_mm: T, lengths: &CableLengths<T>) -> Option<[Vector3<T>; 2]> {
         let mm = lengths.as_mm();
-        let edge = &self.base.as_array()[i];
-        let HingeCoordinates { along_mm, distance_squared_mm2 } = edge.coordinates(mm[2 * i], mm[2 * i + 1]);
-        let centre = self.base.in_plane(&self.pivot.in_base_mm);
-        let origin = Vector3::new(edge.origin_mm[0], edge.origin_mm[1], T::zero());
-        let along = Vector3::new(edge.direction[0], edge.direction[1], T::zero());
-        let from_origin = centre - origin;
-        let inner = along * from_origin.dot(&along) - from_origin;
-        let distance_mm = inner.norm_squared().root();
-        if !(distance_mm > T::zero() && distance_squared_mm2 > T::zero()) {
+        let (Some(edge), Some(&first), Some(&second)) = (self.base.as_array().get(i), mm.get(2 * i), mm.get(2 * i + 1))
+        else {
             return None;
-        }
-        let inner = inner / distance_mm;
-        let x = along_mm - from_origin.dot(&along);
-        let d = (distance_mm * distance_mm - radius_mm * radius_mm + distance_squared_mm2 + x * x)
-            / (distance_mm + distance_mm);
-        let height = (distance_squared_mm2 - d * d).max(T::zero()).root();
-        let flat = along * x + inner * (distance_mm - d);
-        let normal = along.cross(&inner) * height;
-        Some([self.base.in_base(&(flat + normal)), self.base.in_base(&(flat - normal))])
+        };
+        let hinge = edge.coordinates(first, second);
+        let tetrahedron = TetrahedronBase::new(edge, &self.base.in_plane(&self.pivot.in_base_mm), radius_mm);
+        let foot = tetrahedron.foot_anyhow(&hinge);
+        let height_mm = foot.height_squared_mm2.max(T::zero()).root();
+        let apex = |height_mm: T| self.base.in_base(&tetrahedron.apex(&foot, height_mm));
+        // Refuses a broken triangle, and a centre on the edge's line.
+        let closes = hinge.distance_squared_mm2 > T::zero() && foot.depth_mm.is_a_number();
+        closes.then(|| [apex(height_mm), apex(-height_mm)])
     }
 }
 

@@ -9,9 +9,9 @@
 //! stand for the edge's direction and a third of all products is spared.
 
 use super::cable_length::{CableLengths, LengthError, LengthFault, cable_number};
-use crate::rig::{ATTACHMENTS, POINTS, Rig};
+use crate::rig::{POINTS, Rig};
 use crate::scalar::Real;
-use crate::vector::{difference, image, image_transposed, sum};
+use crate::vector::{cross, difference, dot, image, image_transposed, scaled, square, sum};
 use nalgebra::{Matrix3, Vector3};
 
 /// One base edge, in the axes of the base plane.
@@ -49,16 +49,23 @@ pub struct HingeCoordinates<T> {
 impl<T: Real> BaseEdges<T> {
     /// The edges of a rig.
     pub fn new(rig: &Rig<T>) -> Self {
-        let base = rig.base_mm();
-        let along = base[1] - base[0];
-        let along = along / along.norm_squared().root();
+        let [b1, b2, b3] = rig.base_mm();
+        let along = difference(b2, b1);
+        let along = scaled(&along, T::one() / square(&along).root());
         let upward = rig.base_normal();
-        let across = along.cross(&upward);
-        let inward = if across.dot(&(base[2] - base[0])) > T::zero() { across } else { -across };
-        let plane = Matrix3::from_rows(&[along.transpose(), inward.transpose(), upward.transpose()]);
-        let corners = base.map(|point| plane * (point - base[0]));
-        let edges = ATTACHMENTS.map(|[first, second]| BaseEdge::between(&corners[first], &corners[second]));
-        Self { edges, plane, origin_mm: base[0] }
+        let across = cross(&along, &upward);
+        let towards_third = dot(&across, &difference(b3, b1)) > T::zero();
+        let inward = if towards_third { across } else { scaled(&across, -T::one()) };
+        let (u, v, w) = (along, inward, upward);
+        let mut edges = Self {
+            edges: [BaseEdge::default(); POINTS],
+            plane: Matrix3::new(u.x, u.y, u.z, v.x, v.y, v.z, w.x, w.y, w.z),
+            origin_mm: *b1,
+        };
+        let (c1, c2, c3) = (edges.in_plane(b1), edges.in_plane(b2), edges.in_plane(b3));
+        // As in `ATTACHMENTS`.
+        edges.edges = [BaseEdge::between(&c1, &c2), BaseEdge::between(&c2, &c3), BaseEdge::between(&c3, &c1)];
+        edges
     }
 
     /// The three edges in the order of the end-points.
@@ -67,6 +74,7 @@ impl<T: Real> BaseEdges<T> {
     }
 
     /// A point of {B}, mm, in the axes of the base plane, from B1.
+    #[inline(never)]
     pub fn in_plane(&self, point_mm: &Vector3<T>) -> Vector3<T> {
         image(&self.plane, &difference(point_mm, &self.origin_mm))
     }
@@ -88,22 +96,22 @@ impl<T: Real> BaseEdges<T> {
     /// The first end-point whose two cables and base edge do not make a triangle.
     #[inline(always)]
     pub fn coordinates(&self, lengths: &CableLengths<T>) -> Result<[HingeCoordinates<T>; POINTS], LengthError> {
-        let coordinates = self.unchecked(lengths);
-        Self::first_broken(&coordinates).map_or(Ok(coordinates), Err)
+        let [q1, q2, q3] = self.unchecked(lengths);
+        if !(q1.closes() && q2.closes() && q3.closes())
+            && let Some(error) = self.first_broken(lengths)
+        {
+            return Err(error);
+        }
+        Ok([q1, q2, q3])
     }
 
     /// The first end-point whose two cables and base edge do not make a triangle.
-    #[inline(always)]
-    pub fn first_broken([q1, q2, q3]: &[HingeCoordinates<T>; POINTS]) -> Option<LengthError> {
-        let broken = if !q1.closes() {
-            0
-        } else if !q2.closes() {
-            1
-        } else if !q3.closes() {
-            2
-        } else {
-            return None;
-        };
+    #[cold]
+    #[inline(never)]
+    pub fn first_broken(&self, lengths: &CableLengths<T>) -> Option<LengthError> {
+        let (pairs, _) = lengths.as_mm().as_chunks();
+        let closes = |(edge, [first, second]): (&BaseEdge<T>, &[T; 2])| edge.coordinates(*first, *second).closes();
+        let broken = self.edges.iter().zip(pairs).position(|cables| !closes(cables))?;
         Some(LengthError { cable: cable_number(2 * broken), fault: LengthFault::BreaksTriangle })
     }
 
@@ -124,12 +132,20 @@ impl<T: Real> HingeCoordinates<T> {
     }
 }
 
+impl<T: Real> Default for BaseEdge<T> {
+    /// No edge yet: all zero.
+    fn default() -> Self {
+        let zero = T::zero();
+        Self { origin_mm: [zero; 2], direction: [zero; 2], length_mm: zero, inverse_twice_length: zero }
+    }
+}
+
 impl<T: Real> BaseEdge<T> {
     /// The edge between two attachment points in the plane.
     #[inline(never)]
     fn between(first_mm: &Vector3<T>, second_mm: &Vector3<T>) -> Self {
-        let span = second_mm - first_mm;
-        let length_mm = span.norm_squared().root();
+        let span = difference(second_mm, first_mm);
+        let length_mm = square(&span).root();
         Self {
             origin_mm: [first_mm.x, first_mm.y],
             direction: [span.x / length_mm, span.y / length_mm],

@@ -12,6 +12,9 @@ use nalgebra::{Matrix3, Vector3};
 /// would be noise alone; a slip of 3 mm is seen through equations linear in it, which adds a little.
 const EXPLAINED: f64 = 4.0;
 
+/// A richer cause must leave so many times less than a simpler one that explains the evidence as well.
+const CLEARLY: f64 = 1.4;
+
 /// What has happened.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Cause<T> {
@@ -95,8 +98,9 @@ impl<T: Real> Evidence<T> {
             let after = self.left(explained, unknowns) / variance_mm2;
             if after <= T::of(EXPLAINED) && after < best.misfit[1] {
                 let first = best.cause == Cause::Unknown;
-                // A richer cause must explain clearly more than a simpler one that already does.
-                if first || after * T::of(1.5) < best.misfit[1] {
+                // A richer cause must explain clearly more than a simpler one that already does. What is left below
+                // the noise tells nothing: the cables may be better than they were said to be.
+                if first || after.max(T::one()) * T::of(CLEARLY) < best.misfit[1] {
                     best = Warning { cause, misfit: [before, after] };
                 }
             }
@@ -114,13 +118,11 @@ impl<T: Real> Evidence<T> {
         let explained = |&(weight, gradient): &(T, T)| {
             if weight > T::zero() { gradient * gradient / weight } else { T::zero() }
         };
-        let best = (0..CABLES)
-            .fold(0, |best, k| if explained(&self.cables[k]) > explained(&self.cables[best]) { k } else { best });
-        let (weight, gradient) = self.cables[best];
-        (weight > T::zero()).then(|| {
-            let cause = Cause::CableSlipped { cable: best as u8 + 1, error_mm: gradient / weight };
-            (cause, explained(&self.cables[best]), 1)
-        })
+        let [first, ..] = &self.cables;
+        let better = |best: (u8, _), next: (u8, _)| if explained(next.1) > explained(best.1) { next } else { best };
+        let (cable, best) = (1..).zip(&self.cables).fold((1, first), better);
+        let &(weight, gradient) = best;
+        (weight > T::zero()).then(|| (Cause::CableSlipped { cable, error_mm: gradient / weight }, explained(best), 1))
     }
 
     fn strap(&self) -> Option<(Cause<T>, T, i32)> {

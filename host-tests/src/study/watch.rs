@@ -134,7 +134,7 @@ fn run(plan: &Plan) -> Result<Findings, Problem> {
 }
 
 const METHOD: &str = "A trial is a wearer (centre up to ±20 mm, cuff up to ±10 mm off along each axis, 150 mm rig) whose centre the \
-    device's solver finds in single precision from thirty poses, and an arm that then exercises: three angles, each the \
+    device's solver finds in single precision from twelve poses (thirty when the zeros are unknown), and an arm that then exercises: three angles, each the \
     sum of two slow oscillations; 100 samples a second, noise uniform within ±0.1 mm, rounded to encoder counts. After two seconds \
     something slips at once, in a random direction; the next two seconds turn the arm by 20° or more. One sweep: the arm \
     rests, and turns by exactly 20° about one random axis in those two seconds, and that is all. Zeros found: the encoders' zeros are \

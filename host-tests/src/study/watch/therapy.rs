@@ -14,8 +14,8 @@ use std::f64::consts::TAU;
 
 /// Noise of every length, uniform within this to either side, mm; the encoder's quantisation comes on top.
 const NOISE_MM: f64 = 0.1;
-/// Poses of the calibration.
-const POSES: usize = 30;
+/// Poses of the calibration, as many as the device collects by itself: with known zeros, and with unknown ones.
+const POSES: [usize; 2] = [12, 30];
 /// Unknown zeros, when they are, and the prior that the solver is told, mm.
 const ZEROS_MM: f64 = 10.0;
 
@@ -93,7 +93,7 @@ pub struct Therapy {
 
 impl Therapy {
     /// A wearer with a random centre; the encoders' zeros are off unless they are known. The watch is over the centre
-    /// that the device's own solver (f32) finds from thirty poses. `Ok(None)` when it refuses them.
+    /// that the device's own solver (f32) finds. `Ok(None)` when it refuses them.
     pub fn begin(mut random: ChaCha8Rng, zeros_known: bool) -> Result<Option<(Self, Watch<f32>)>, Problem> {
         let scene = Scene::table_1(150.0)?.worn(&mut random, 20.0, 10.0);
         let prior_mm = if zeros_known { 0.0 } else { ZEROS_MM };
@@ -102,7 +102,7 @@ impl Therapy {
         let encoder = Encoder::new(scene.rig().drum(), zeros_mm.map(|zero| -zero));
         let mut therapy = Self { scene, encoder, random };
         let reach = Reach { torsion_deg: 40.0, ..Reach::USUAL };
-        let poses: Vec<_> = (0..POSES)
+        let poses: Vec<_> = (0..POSES[usize::from(!zeros_known)])
             .map(|_| {
                 let turned = reach.rotation(&mut therapy.random);
                 therapy.measured(therapy.scene.lengths(&turned))

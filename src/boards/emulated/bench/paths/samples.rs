@@ -4,9 +4,10 @@ use core::hint::black_box;
 
 use glenoid::identification::{self, Survey};
 use glenoid::kinematics::arm::{Arm, CableSet, nearest_attitude, turned};
+use glenoid::kinematics::{Octahedron, Pivot, RigPoints};
 use nalgebra::Vector3;
 
-use super::Bench;
+use super::{Bench, Geometry};
 use crate::measure::Number;
 
 /// The arm has turned by this much about each axis since the sample before, rad: one degree in all, which is 1000
@@ -15,6 +16,15 @@ const TURN_RAD: f64 = 0.01;
 
 /// Nothing to prepare.
 pub fn nothing<T: Number>(_: &mut Bench<T>) -> Option<()> {
+    Some(())
+}
+
+/// The rig's geometry with the true centre.
+pub fn geometry<T: Number>(bench: &mut Bench<T>) -> Option<()> {
+    let (rig, truth) = (&bench.problem.rig, &bench.problem.truth);
+    let points = RigPoints::new(rig);
+    let pivot = Pivot::from_parameters(truth, &points);
+    bench.geometry = Some(Geometry { octahedron: Octahedron::new(rig), points, pivot });
     Some(())
 }
 
@@ -36,14 +46,15 @@ pub fn survey<T: Number>(bench: &mut Bench<T>, index: usize) -> Option<bool> {
 /// Forward kinematics of one sample from nothing: the octahedron.
 #[inline(never)]
 pub fn octahedron<T: Number>(bench: &mut Bench<T>, index: usize) -> Option<bool> {
-    black_box(bench.octahedron.solve(bench.poses().get(index)?).ok()?);
+    black_box(bench.geometry.as_ref()?.octahedron.solve(bench.poses().get(index)?).ok()?);
     Some(more(bench, index))
 }
 
 /// The attitudes of the samples before, for tracking.
 pub fn arm_before<T: Number>(bench: &mut Bench<T>) -> Option<()> {
+    geometry(bench)?;
     for index in 0..bench.poses().len() {
-        let pose = bench.octahedron.solve(bench.poses().get(index)?).ok()?;
+        let pose = bench.geometry.as_ref()?.octahedron.solve(bench.poses().get(index)?).ok()?;
         let turn = Vector3::repeat(T::of(TURN_RAD));
         *bench.before.get_mut(index)? = turned(&nearest_attitude(&pose.rotation), &turn);
     }
@@ -53,7 +64,8 @@ pub fn arm_before<T: Number>(bench: &mut Bench<T>) -> Option<()> {
 /// Forward kinematics of one sample with the joint centre known, from the attitude of the sample before.
 #[inline(never)]
 pub fn tracking<T: Number>(bench: &mut Bench<T>, index: usize) -> Option<bool> {
-    let arm = Arm { points: &bench.points, base: bench.octahedron.base(), pivot: &bench.pivot };
+    let Geometry { octahedron, points, pivot } = bench.geometry.as_ref()?;
+    let arm = Arm { points, base: octahedron.base(), pivot };
     black_box(arm.fit_from(*bench.before.get(index)?, bench.poses().get(index)?, CableSet::ALL)?);
     Some(more(bench, index))
 }

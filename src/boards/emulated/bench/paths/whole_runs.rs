@@ -5,6 +5,9 @@ use glenoid::identification::{Identified, PaperIteration, PaperSettings, Progres
 use super::Bench;
 use crate::measure::{Answer, Number};
 
+/// How well the encoders' zeros are known where nobody has homed them, 1σ, mm.
+const ZERO_PRIOR_MM: f64 = 10.0;
+
 /// Nothing at all.
 #[inline(never)]
 pub fn empty<T: Number>(bench: &mut Bench<T>) -> Option<Answer<T>> {
@@ -19,7 +22,7 @@ pub fn paper<T: Number>(bench: &mut Bench<T>) -> Option<Answer<T>> {
     let poses = problem.poses.as_slice();
     let mut paper = PaperIteration::new(&problem.rig, problem.start, PaperSettings::default());
     loop {
-        if let Some(answer) = answer(paper.advance(poses)) {
+        if let Some(answer) = answer(&paper.advance(poses)) {
             return answer.ok();
         }
     }
@@ -32,7 +35,21 @@ pub fn start_free<T: Number>(bench: &mut Bench<T>) -> Option<Answer<T>> {
     let solver = bench.solver.as_mut()?;
     let poses = bench.problem.poses.as_slice();
     loop {
-        if let Some(answer) = answer(solver.advance(poses)) {
+        if let Some(answer) = answer(&solver.advance(poses)) {
+            return answer.ok();
+        }
+    }
+}
+
+/// The same with the zeros of all six encoders unknown by 10 mm.
+#[inline(never)]
+pub fn zeros<T: Number>(bench: &mut Bench<T>) -> Option<Answer<T>> {
+    let rig = &bench.problem.rig;
+    let settings = SolverSettings { zero_prior_mm: T::of(ZERO_PRIOR_MM), ..SolverSettings::for_rig(rig) };
+    let solver = bench.solver.insert(Solver::new(rig, settings));
+    let poses = bench.problem.poses.as_slice();
+    loop {
+        if let Some(answer) = answer(&solver.advance(poses)) {
             return answer.ok();
         }
     }
@@ -50,7 +67,7 @@ pub fn new_solver<T: Number>(bench: &mut Bench<T>) -> Option<()> {
 #[inline(never)]
 pub fn slice<T: Number>(bench: &mut Bench<T>, _: usize) -> Option<bool> {
     let solver = bench.solver.as_mut()?;
-    match answer(solver.advance(bench.problem.poses.as_slice())) {
+    match answer(&solver.advance(bench.problem.poses.as_slice())) {
         None => Some(true),
         Some(Ok(_)) => Some(false),
         Some(Err(_)) => None,
@@ -58,12 +75,12 @@ pub fn slice<T: Number>(bench: &mut Bench<T>, _: usize) -> Option<bool> {
 }
 
 /// What a slice ended with, if it ended the run.
-fn answer<T: Number>(progress: Progress<T>) -> Option<Result<Answer<T>, Refusal>> {
+fn answer<T: Number>(progress: &Progress<T>) -> Option<Result<Answer<T>, Refusal>> {
     match progress {
         Progress::Working => None,
         Progress::Identified(Identified { parameters, iterations, .. }) => {
-            Some(Ok(Answer { parameters, steps: iterations }))
+            Some(Ok(Answer { parameters: *parameters, steps: *iterations }))
         }
-        Progress::Refused(refusal) => Some(Err(refusal)),
+        Progress::Refused(refusal) => Some(Err(*refusal)),
     }
 }
