@@ -90,7 +90,8 @@ impl<T: Real> PassSum<T> {
     pub fn normal_equations(&self, base: &BaseEdges<T>, radii_mm: &[T; POINTS]) -> NormalEquations<T> {
         let [c11, c21, c22, c31, c32, c33] = self.centre;
         let [v1, v2, v3] = self.mixed;
-        let in_plane = [Vector3::new(c11, c21, c31), Vector3::new(c21, c22, c32), Vector3::new(c31, c32, c33), v1, v2, v3];
+        let in_plane =
+            [Vector3::new(c11, c21, c31), Vector3::new(c21, c22, c32), Vector3::new(c31, c32, c33), v1, v2, v3];
         let mut rows = [[T::zero(); 3]; UNKNOWNS];
         for (row, vector) in rows.iter_mut().zip(&in_plane) {
             *row = base.in_base(vector).into();

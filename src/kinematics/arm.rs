@@ -128,8 +128,7 @@ impl<T: Real> Arm<'_, T> {
     /// apex twice: a start to iterate from.
     fn apices(&self, i: usize, radius_mm: T, lengths: &CableLengths<T>) -> Option<[Vector3<T>; 2]> {
         let mm = lengths.as_mm();
-        let (Some(edge), Some(&first), Some(&second)) =
-            (self.base.as_array().get(i), mm.get(2 * i), mm.get(2 * i + 1))
+        let (Some(edge), Some(&first), Some(&second)) = (self.base.as_array().get(i), mm.get(2 * i), mm.get(2 * i + 1))
         else {
             return None;
         };
