@@ -106,8 +106,11 @@ fn print_work(image: &Path, poses: u8) -> Result<(), Box<dyn Error>> {
     let mut board = EmulatedBoard::connect(Emulator::start(image, &Options::default())?)?;
     let mut wearer = Wearer::new(rig, WearerSettings { noise_mm: 0.1, ..WearerSettings::default() });
     let display = Display::choose(false);
-    Session::new(&mut board, &mut wearer, rig.drum().fastest_mm_per_s, &display)
-        .calibrate(poses, VERIFICATION_POSES)?;
+    Session::new(&mut board, &mut wearer, rig.drum().fastest_mm_per_s, &display).calibrate(
+        poses,
+        VERIFICATION_POSES,
+        0,
+    )?;
     println!();
     for line in ["board: ready", "memory:", "stack:"] {
         let line = board.wait_for_log(line, LOG_LIMIT)?;
