@@ -1,6 +1,5 @@
 //! What a firmware image holds: sections and symbols of its ELF file.
 
-use std::collections::BTreeMap;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -146,41 +145,6 @@ impl Elf {
         let section = file.section_by_name(section).ok_or_else(|| ElfError::NoSymbol(section.to_owned()))?;
         let bytes = section.data().map_err(|error| self.malformed(error))?;
         Ok(bytes.as_chunks().0.iter().map(|word| u32::from_le_bytes(*word)).collect())
-    }
-
-    /// A section's address and content.
-    ///
-    /// # Errors
-    /// [`ElfError::Malformed`], [`ElfError::NoSymbol`] when there is no such section.
-    pub fn content(&self, section: &str) -> Result<(u64, Vec<u8>), ElfError> {
-        let file = self.parse()?;
-        let section = file.section_by_name(section).ok_or_else(|| ElfError::NoSymbol(section.to_owned()))?;
-        let bytes = section.data().map_err(|error| self.malformed(error))?;
-        Ok((section.address(), bytes.to_vec()))
-    }
-
-    /// Names of the functions by their addresses, those without a size too.
-    ///
-    /// # Errors
-    /// [`ElfError::Malformed`].
-    pub fn functions(&self) -> Result<BTreeMap<u64, String>, ElfError> {
-        let file = self.parse()?;
-        let functions = file.symbols().filter(|symbol| symbol.kind() == SymbolKind::Text);
-        let functions = functions.filter(|symbol| !symbol.name().is_ok_and(|name| name.starts_with('$')));
-        Ok(functions.map(|symbol| describe(&symbol)).map(|symbol| (symbol.address, symbol.name)).collect())
-    }
-
-    /// Where the assembler marked the beginning of code (true) and of data (false) among the code ("AAELF32", 5.5.5).
-    ///
-    /// # Errors
-    /// [`ElfError::Malformed`].
-    pub fn code_marks(&self) -> Result<BTreeMap<u64, bool>, ElfError> {
-        let file = self.parse()?;
-        let marks = file.symbols().filter_map(|symbol| match symbol.name().ok()?.as_bytes() {
-            [b'$', kind @ (b't' | b'd'), ..] => Some((symbol.address(), *kind == b't')),
-            _ => None,
-        });
-        Ok(marks.collect())
     }
 
     /// The address of the only constant or function whose demangled name ends with this.
