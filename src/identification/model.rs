@@ -157,8 +157,5 @@ fn reciprocals<T: Real>([a, b, c]: [T; 3]) -> [T; 3] {
 #[cold]
 #[inline(never)]
 fn contradiction<T: Real>(base: &BaseEdges<T>, lengths: &CableLengths<T>, error: NotClosing) -> Contradiction {
-    match base.coordinates(lengths) {
-        Err(length) => Contradiction::Length(length),
-        Ok(_) => Contradiction::NotClosing(error),
-    }
+    base.first_broken(lengths).map_or(Contradiction::NotClosing(error), Contradiction::Length)
 }

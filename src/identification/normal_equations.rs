@@ -40,8 +40,9 @@ pub struct Singular;
 /// L D Lᵀ of a symmetric positive definite 6x6 matrix: no square roots, and the only six divisions are kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Factors<T> {
-    /// Unit lower triangle below the diagonal; on the diagonal the inverse pivots.
-    packed: [T; PACKED],
+    /// Unit lower triangle below the diagonal; on the diagonal the inverse pivots. As a square, because there the
+    /// compiler sees that no index leaves it.
+    rows: [[T; UNKNOWNS]; UNKNOWNS],
     /// The largest share by which a diagonal entry exceeds the pivot that it became: how much worse the weakest
     /// combination of the unknowns is seen than the others. 1 or more.
     weakness: T,
@@ -112,42 +113,34 @@ impl<T: Real> Factors<T> {
     ///
     /// # Errors
     /// [`Singular`] when a pivot is too small against the diagonal entry that it came from, or is not a number.
-    #[inline(always)]
-    pub fn of(matrix: &[T; PACKED]) -> Result<Self, Singular> {
-        let mut factors = Self { packed: *matrix, weakness: T::one() };
-        factors.factor()?;
-        Ok(factors)
-    }
-
-    /// In place: what comes before and what comes after never lie side by side.
-    // Not inlined, like `solve`: called from several places a few times a run, and a kilobyte of unrolled loops.
+    // Not inlined, like `solve`: called from several places a few times a run.
     #[inline(never)]
-    fn factor(&mut self) -> Result<(), Singular> {
-        let packed = &mut self.packed;
+    pub fn of(matrix: &[T; PACKED]) -> Result<Self, Singular> {
+        let mut rows = [[T::zero(); UNKNOWNS]; UNKNOWNS];
+        let mut weakness = T::one();
+        let mut entries = matrix.iter();
         // Row by row (Golub and Van Loan, algorithm 4.1.2): `scaled[j]` is L_ij d_j before division.
         for i in 0..UNKNOWNS {
-            let entry = packed[at(i, i)];
-            let mut pivot = entry;
-            let smallest = entry * smallest_pivot::<T>();
             let mut scaled = [T::zero(); UNKNOWNS];
-            for j in 0..i {
-                let mut sum = packed[at(i, j)];
+            for j in 0..=i {
+                let entry = *entries.next().ok_or(Singular)?;
+                let mut rest = entry;
                 for k in 0..j {
-                    sum -= scaled[k] * packed[at(j, k)];
+                    rest -= scaled[k] * rows[j][k];
                 }
-                scaled[j] = sum;
-                let factor = sum * packed[at(j, j)];
-                packed[at(i, j)] = factor;
-                pivot -= sum * factor;
+                if j < i {
+                    scaled[j] = rest;
+                    rows[i][j] = rest * rows[j][j];
+                } else if rest > entry * smallest_pivot::<T>() && rest > T::zero() {
+                    rows[i][i] = T::one() / rest;
+                    weakness = weakness.max(entry * rows[i][i]);
+                } else {
+                    // NaN is refused too.
+                    return Err(Singular);
+                }
             }
-            // Also refuses NaN.
-            if !(pivot > smallest && pivot > T::zero()) {
-                return Err(Singular);
-            }
-            packed[at(i, i)] = T::one() / pivot;
-            self.weakness = self.weakness.max(entry * packed[at(i, i)]);
         }
-        Ok(())
+        Ok(Self { rows, weakness })
     }
 
     /// The largest share by which a diagonal entry exceeds the pivot that it became: how much worse the weakest
@@ -163,30 +156,29 @@ impl<T: Real> Factors<T> {
         for i in 0..UNKNOWNS {
             for j in 0..i {
                 let known = x[j];
-                x[i] -= self.packed[at(i, j)] * known;
+                x[i] -= self.rows[i][j] * known;
             }
         }
-        for i in 0..UNKNOWNS {
-            x[i] *= self.packed[at(i, i)];
-        }
         for i in (0..UNKNOWNS).rev() {
+            x[i] *= self.rows[i][i];
             for j in i + 1..UNKNOWNS {
                 let known = x[j];
-                x[i] -= self.packed[at(j, i)] * known;
+                x[i] -= self.rows[j][i] * known;
             }
         }
         x
     }
 
     /// The inverse of the matrix, lower triangle row by row.
+    #[inline(never)]
     pub fn inverse(&self) -> [T; PACKED] {
         let mut inverse = [T::zero(); PACKED];
-        for column in 0..UNKNOWNS {
+        let mut slots = inverse.iter_mut();
+        for i in 0..UNKNOWNS {
             let mut unit = [T::zero(); UNKNOWNS];
-            unit[column] = T::one();
-            let x = self.solve(&unit);
-            for row in column..UNKNOWNS {
-                inverse[at(row, column)] = x[row];
+            unit[i] = T::one();
+            for (slot, entry) in slots.by_ref().take(i + 1).zip(self.solve(&unit)) {
+                *slot = entry;
             }
         }
         inverse

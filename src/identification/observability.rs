@@ -103,7 +103,12 @@ fn eigen_of_symmetric<T: Real>(matrix: &Matrix3<T>) -> ([Vector3<T>; 3], [T; 3])
             off = [to_p * cos - to_q * sin, zero, to_q * cos + to_p * sin];
         }
     }
-    let mut order = [0, 1, 2];
-    order.sort_unstable_by(|&i, &j| values[j].partial_cmp(&values[i]).unwrap_or(core::cmp::Ordering::Equal));
-    (order.map(|i| axes[i]), order.map(|i| values[i]))
+    // Sorted by three exchanges of neighbours.
+    for first in [0, 1, 0] {
+        if values[first + 1] > values[first] {
+            values.swap(first, first + 1);
+            axes.swap(first, first + 1);
+        }
+    }
+    (axes, values)
 }

@@ -171,14 +171,12 @@ impl<T: Real> PaperIteration<T> {
     // Not inlined: what it needs of the stack would lie under the work on each pose.
     #[inline(never)]
     fn step(&mut self, poses: usize) -> Result<(), Singular> {
-        let equations = self.equations();
-        let factors = Factors::of(equations.matrix())?;
-        let step = factors.solve(equations.gradient());
+        let (step, squares_after_mm2, weakness) = self.solve()?;
         let largest_mm = step.iter().fold(T::zero(), |largest, x| largest.max(x.abs()));
         self.largest_step_mm = Some(largest_mm);
         self.parameters = self.parameters.moved_by(&step);
         self.model.move_to(&self.base, &self.parameters);
-        if self.will_be_last(poses, &factors, equations.squares_after(&step), largest_mm) {
+        if self.will_be_last(poses, weakness, squares_after_mm2, largest_mm) {
             self.next_pose = 0;
             self.closing = Some(T::zero());
         } else {
@@ -187,6 +185,17 @@ impl<T: Real> PaperIteration<T> {
         Ok(())
     }
 
+    /// The step, mm, YᵀY that it leaves, mm², and the weakness of the equations (see [`Factors::weakness`]).
+    #[inline(always)]
+    fn solve(&self) -> Result<([T; UNKNOWNS], T, T), Singular> {
+        let equations = self.equations();
+        let Ok(factors) = &Factors::of(equations.matrix()) else { return Err(Singular) };
+        let step = factors.solve(equations.gradient());
+        Ok((step, equations.squares_after(&step), factors.weakness()))
+    }
+
+    // Not inlined, so that nothing of it lies under the rest of a step.
+    #[inline(never)]
     fn begin_pass(&mut self) {
         self.sum = PassSum::new();
         self.next_pose = 0;
@@ -194,7 +203,7 @@ impl<T: Real> PaperIteration<T> {
 
     /// Will the next pass end the iteration? It needs no D then: a step this small changes the normal matrix by less
     /// than a hundredth, and the covariance is computed from the last one. Saves a tenth of the whole time.
-    fn will_be_last(&self, poses: usize, factors: &Factors<T>, foretold_mm2: T, largest_mm: T) -> bool {
+    fn will_be_last(&self, poses: usize, weakness: T, foretold_mm2: T, largest_mm: T) -> bool {
         let tolerance_mm = self.settings.tolerance_mm;
         if largest_mm < tolerance_mm {
             return true;
@@ -204,13 +213,14 @@ impl<T: Real> PaperIteration<T> {
         let size_mm = self.parameters.radii_mm.iter().fold(T::zero(), |size, p| size.max(*p));
         let straight = largest_mm * largest_mm < tolerance_mm * size_mm * T::of(0.25);
         // Whether poses about one axis determine the centre is only seen at the end: those get the whole pass.
-        explained && straight && factors.weakness() < T::of(1e4)
+        explained && straight && weakness < T::of(1e4)
     }
 
     /// The classical covariance of unweighted least squares, s² (DᵀD)⁻¹.
     #[inline(never)]
     fn covariance(&self, variance_mm2: T) -> Result<[T; PACKED], Singular> {
-        let mut covariance_mm2 = Factors::of(self.equations().matrix())?.inverse();
+        let Ok(factors) = &Factors::of(self.equations().matrix()) else { return Err(Singular) };
+        let mut covariance_mm2 = factors.inverse();
         for entry in &mut covariance_mm2 {
             *entry *= variance_mm2;
         }

@@ -5,7 +5,7 @@
 //! at its end: 144 operations a pose instead of 189 with the rows of D, and fewer sums to load and store.
 
 use super::model::{LaidPose, Turns};
-use super::normal_equations::{NormalEquations, PACKED, UNKNOWNS, at};
+use super::normal_equations::{NormalEquations, at};
 use crate::kinematics::BaseEdges;
 use crate::rig::POINTS;
 use crate::scalar::Real;
@@ -30,6 +30,7 @@ pub struct PassSum<T> {
 
 impl<T: Real> PassSum<T> {
     /// No poses yet.
+    #[inline(never)]
     pub fn new() -> Self {
         let zero = T::zero();
         Self {
@@ -88,29 +89,28 @@ impl<T: Real> PassSum<T> {
 
     /// The normal equations of x, y, z (in {B}), p1, p2, p3 at the radii of the pass, mm.
     pub fn normal_equations(&self, base: &BaseEdges<T>, radii_mm: &[T; POINTS]) -> NormalEquations<T> {
+        // Written where they stay: a matrix on the stack beside that of the caller would be the deepest of all.
+        let mut equations = NormalEquations::new();
+        equations.squares = self.squares;
         let [c11, c21, c22, c31, c32, c33] = self.centre;
-        let [v1, v2, v3] = self.mixed;
-        let in_plane =
-            [Vector3::new(c11, c21, c31), Vector3::new(c21, c22, c32), Vector3::new(c31, c32, c33), v1, v2, v3];
-        let mut rows = [[T::zero(); 3]; UNKNOWNS];
-        for (row, vector) in rows.iter_mut().zip(&in_plane) {
-            *row = base.in_base(vector).into();
-        }
-        let mut matrix = [T::zero(); PACKED];
-        let mut gradient = [T::zero(); UNKNOWNS];
+        // Rows turned first, columns then.
+        let x = base.in_base(&Vector3::new(c11, c21, c31));
+        let y = base.in_base(&Vector3::new(c21, c22, c32));
+        let z = base.in_base(&Vector3::new(c31, c32, c33));
         let centre_gradient = base.in_base(&self.centre_gradient);
-        for j in 0..3 {
-            let column = base.in_base(&Vector3::new(rows[0][j], rows[1][j], rows[2][j]));
-            for i in j..3 {
-                matrix[at(i, j)] = column[i];
-                matrix[at(3 + i, 3 + j)] = self.turns[at(i, j)] * radii_mm[i] * radii_mm[j];
+        for i in 0..3 {
+            let row = base.in_base(&Vector3::new(x[i], y[i], z[i]));
+            let mixed = base.in_base(&self.mixed[i]);
+            for j in 0..3 {
+                equations.matrix[at(3 + i, j)] = mixed[j] * radii_mm[i];
+                if j <= i {
+                    equations.matrix[at(i, j)] = row[j];
+                    equations.matrix[at(3 + i, 3 + j)] = self.turns[at(i, j)] * radii_mm[i] * radii_mm[j];
+                }
             }
-            for i in 0..3 {
-                matrix[at(3 + i, j)] = rows[3 + i][j] * radii_mm[i];
-            }
-            gradient[j] = centre_gradient[j];
-            gradient[3 + j] = self.turn_gradient[j] * radii_mm[j];
+            equations.gradient[i] = centre_gradient[i];
+            equations.gradient[3 + i] = self.turn_gradient[i] * radii_mm[i];
         }
-        NormalEquations { matrix, gradient, squares: self.squares }
+        equations
     }
 }

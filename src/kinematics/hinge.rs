@@ -96,22 +96,22 @@ impl<T: Real> BaseEdges<T> {
     /// The first end-point whose two cables and base edge do not make a triangle.
     #[inline(always)]
     pub fn coordinates(&self, lengths: &CableLengths<T>) -> Result<[HingeCoordinates<T>; POINTS], LengthError> {
-        let coordinates = self.unchecked(lengths);
-        Self::first_broken(&coordinates).map_or(Ok(coordinates), Err)
+        let [q1, q2, q3] = self.unchecked(lengths);
+        if !(q1.closes() && q2.closes() && q3.closes())
+            && let Some(error) = self.first_broken(lengths)
+        {
+            return Err(error);
+        }
+        Ok([q1, q2, q3])
     }
 
     /// The first end-point whose two cables and base edge do not make a triangle.
-    #[inline(always)]
-    pub fn first_broken([q1, q2, q3]: &[HingeCoordinates<T>; POINTS]) -> Option<LengthError> {
-        let broken = if !q1.closes() {
-            0
-        } else if !q2.closes() {
-            1
-        } else if !q3.closes() {
-            2
-        } else {
-            return None;
-        };
+    #[cold]
+    #[inline(never)]
+    pub fn first_broken(&self, lengths: &CableLengths<T>) -> Option<LengthError> {
+        let (pairs, _) = lengths.as_mm().as_chunks();
+        let closes = |(edge, [first, second]): (&BaseEdge<T>, &[T; 2])| edge.coordinates(*first, *second).closes();
+        let broken = self.edges.iter().zip(pairs).position(|cables| !closes(cables))?;
         Some(LengthError { cable: cable_number(2 * broken), fault: LengthFault::BreaksTriangle })
     }
 

@@ -9,6 +9,9 @@ use super::trace::{Count, Trace};
 /// The image counts nothing and a known loop before its paths.
 const CALIBRATIONS: usize = 2;
 
+/// How the names of the paths begin that are not traced: a minute of the whole device.
+const DEVICE: &str = "device";
+
 /// Instructions by which the two may differ in one count: the readings of the timer are rounded to ticks, and what
 /// lies between the marks beside the path itself is known from counting nothing.
 const SLACK: u64 = 4;
@@ -34,7 +37,7 @@ pub fn assign(paths: &[Path], trace: &Trace) -> Result<Vec<Option<Traced>>, RunE
     paths
         .iter()
         .map(|path| {
-            if path.precision != "f32" {
+            if path.precision != "f32" || path.name.starts_with(DEVICE) {
                 return Ok(None);
             }
             let counts = next..next + path.counts as usize;

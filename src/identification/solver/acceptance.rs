@@ -85,12 +85,22 @@ impl<T: Real, const N: usize> Solver<T, N> {
     }
 
     /// Near the octahedron's fold two assemblies fit to within the noise. Where the residuals of the other poses vanish
-    /// (noise-free lengths), one that stands in the wrong one stands out though it is no outlier. Once a run: the misfit
-    /// beyond which poses are to be placed anew by the known centre.
-    pub(super) fn stands_beside_its_place(&mut self) -> Option<T> {
+    /// (noise-free lengths), one that stands in the wrong one stands out though it is no outlier: once a run, such poses
+    /// are placed anew by the known centre.
+    pub(super) fn accept_unless_beside(
+        &mut self,
+        weighing: Weighing<T>,
+        poses: usize,
+        squares_mm2: T,
+    ) -> Result<(), Refusal> {
         let limit = judgement::median_misfit(&mut self.placements) * T::of(judgement::STANDS_OUT);
-        let beside = self.placements.iter().any(|p| p.misfit > limit);
-        (beside && !self.doubted).then_some(limit)
+        let beside = self.placements.iter().any(|p| p.is_used() && p.misfit > limit);
+        if !beside || self.doubted {
+            return self.accept(poses, squares_mm2);
+        }
+        self.begin_pass(weighing);
+        (self.doubt, self.doubted) = (limit, true);
+        Ok(())
     }
 
     /// Is a pose's misfit far beyond those of the others, and beyond noise?
@@ -143,7 +153,7 @@ impl<T: Real, const N: usize> Solver<T, N> {
         if too_many || !noise_fits {
             return self.look_for_wander(poses);
         }
-        self.accept(poses, squares_mm2)
+        self.accept_unless_beside(Weighing::Selected, poses, squares_mm2)
     }
 
     /// Acceptance is lost; one question is left, whether a few poses are to blame or the joint.

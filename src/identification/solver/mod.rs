@@ -305,10 +305,7 @@ impl<T: Real, const N: usize> Solver<T, N> {
         match weighing {
             Weighing::Equal => {
                 if settled && self.sum.poses == poses && self.residuals_are_noise(squares_mm2) {
-                    let Some(doubt) = self.stands_beside_its_place() else { return self.accept(poses, squares_mm2) };
-                    self.begin_pass(weighing);
-                    (self.doubt, self.doubted) = (doubt, true);
-                    return Ok(());
+                    return self.accept_unless_beside(weighing, poses, squares_mm2);
                 }
                 // A gross error would drag the next passes with it where its leverage is large.
                 if settled || self.stands_out() || self.passes_in_weighing >= self.most_equal_passes() {

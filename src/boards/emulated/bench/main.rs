@@ -53,9 +53,19 @@ fn measure_all() -> Option<bool> {
     report::calibration("loop", counter::ticks_of(counter::two_million_instructions).0);
     let single = measure_in::<f32>(true)?;
     // Called in any case, so that images that hold less differ by nothing but the paths.
-    let double = measure_in::<f64>(!startup::argument_is("f32"))?;
+    let all = !startup::argument_is("f32");
+    let double = measure_in::<f64>(all)?;
+    // Last: it is not traced.
+    let device = measure_device(all)?;
     report::end();
-    Some(single && double)
+    Some(single && double && device)
+}
+
+/// The whole device.
+#[inline(never)]
+fn measure_device(wanted: bool) -> Option<bool> {
+    let problem = Problem::new().ok()?;
+    Some(!wanted || paths::run_device(black_box(&problem)))
 }
 
 /// All paths in one precision. What they keep between their calls lies in this function's frame, above the stack that

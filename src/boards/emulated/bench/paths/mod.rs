@@ -1,13 +1,16 @@
 //! The paths, one after the other.
 
+mod device;
+mod in_use;
 mod literal_form;
 mod samples;
 mod whole_runs;
 
 use core::mem::size_of;
 
-use glenoid::identification::{Solver, Survey};
+use glenoid::identification::{PoseBuffer, Solver, Survey};
 use glenoid::kinematics::{CableLengths, Octahedron, Pivot, RigPoints};
+use glenoid::watch::Watch;
 use nalgebra::UnitQuaternion;
 
 use super::held::{Part, holds};
@@ -23,6 +26,9 @@ pub struct Bench<T: Number> {
     solver: Option<Solver<T, POSES>>,
     survey: Option<Survey<T>>,
     geometry: Option<Geometry<T>>,
+    watch: Option<Watch<T>>,
+    /// What the watch looks at.
+    motion: PoseBuffer<T, POSES>,
     /// Attitudes that tracking starts from, one a pose.
     before: [UnitQuaternion<T>; POSES],
     rows: Rows<T>,
@@ -42,6 +48,8 @@ impl<T: Number> Bench<T> {
             solver: None,
             survey: None,
             geometry: None,
+            watch: None,
+            motion: PoseBuffer::new(),
             before: [UnitQuaternion::identity(); POSES],
             rows: Rows::new(),
             problem,
@@ -69,15 +77,34 @@ pub fn run<T: Number>(bench: &mut Bench<T>) -> bool {
         sound &= print::<T>("start-free", measure::whole(bench, state, &truth, whole_runs::start_free));
         sound &=
             print::<T>("start-free-slice", measure::pieces(bench, state, whole_runs::new_solver, whole_runs::slice));
+        sound &= print::<T>("start-free-zeros", measure::whole(bench, state, &truth, whole_runs::zeros));
         let survey = size_of::<Survey<T>>();
         sound &= print::<T>("survey", measure::pieces(bench, survey, samples::new_survey, samples::survey));
         let octahedron = size_of::<Octahedron<T>>();
         sound &= print::<T>("octahedron", measure::pieces(bench, octahedron, samples::geometry, samples::octahedron));
         let arm = size_of::<Geometry<T>>();
         sound &= print::<T>("tracking", measure::pieces(bench, arm, samples::arm_before, samples::tracking));
+        let watch = size_of::<Watch<T>>();
+        sound &= print::<T>("watch", measure::pieces(bench, watch, in_use::new_watch, in_use::watch));
         sound &= print::<T>("verify", measure::pieces(bench, 0, samples::nothing, samples::verify));
     }
     sound
+}
+
+/// Measures what an event costs the whole device. False when the calibration did not end as it should.
+#[inline(never)]
+pub fn run_device(problem: &Problem<f32>) -> bool {
+    if const { !holds::<f32>(Part::Comparison) } {
+        return true;
+    }
+    let Some(costs) = device::costs(problem) else {
+        report::failed("device", f32::NAME);
+        return false;
+    };
+    for (name, figures) in costs {
+        report::path(name, f32::NAME, &figures);
+    }
+    true
 }
 
 fn print<T: Number>(name: &str, figures: Option<Figures>) -> bool {

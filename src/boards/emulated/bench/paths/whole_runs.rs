@@ -5,6 +5,9 @@ use glenoid::identification::{Identified, PaperIteration, PaperSettings, Progres
 use super::Bench;
 use crate::measure::{Answer, Number};
 
+/// How well the encoders' zeros are known where nobody has homed them, 1σ, mm.
+const ZERO_PRIOR_MM: f64 = 10.0;
+
 /// Nothing at all.
 #[inline(never)]
 pub fn empty<T: Number>(bench: &mut Bench<T>) -> Option<Answer<T>> {
@@ -30,6 +33,20 @@ pub fn paper<T: Number>(bench: &mut Bench<T>) -> Option<Answer<T>> {
 pub fn start_free<T: Number>(bench: &mut Bench<T>) -> Option<Answer<T>> {
     new_solver(bench)?;
     let solver = bench.solver.as_mut()?;
+    let poses = bench.problem.poses.as_slice();
+    loop {
+        if let Some(answer) = answer(&solver.advance(poses)) {
+            return answer.ok();
+        }
+    }
+}
+
+/// The same with the zeros of all six encoders unknown by 10 mm.
+#[inline(never)]
+pub fn zeros<T: Number>(bench: &mut Bench<T>) -> Option<Answer<T>> {
+    let rig = &bench.problem.rig;
+    let settings = SolverSettings { zero_prior_mm: T::of(ZERO_PRIOR_MM), ..SolverSettings::for_rig(rig) };
+    let solver = bench.solver.insert(Solver::new(rig, settings));
     let poses = bench.problem.poses.as_slice();
     loop {
         if let Some(answer) = answer(&solver.advance(poses)) {

@@ -1,0 +1,152 @@
+//! What an event costs the whole device: a calibration with all poses of the problem, the last five held out, its
+//! centre accepted and watched in use. Nothing else of the board can delay a control loop that runs beside it by more than the worst of
+//! these.
+
+use core::hint::black_box;
+
+use glenoid::can::{BaseId, Opcode, Request};
+use glenoid::device::{Action, Config, Device, Event, LogEntry};
+use glenoid::kinematics::CableLengths;
+use glenoid::procedure::{Limits, Settings, StateName};
+use glenoid::record::LoadError;
+use glenoid::rig::CABLES;
+
+use crate::counter;
+use crate::measure::Figures;
+use crate::problem::{POSES, Problem};
+use crate::stack;
+
+/// Time between two samples of the encoders, ms.
+const SAMPLE_MS: u32 = 10;
+/// Samples that the arm takes from pose to pose.
+const MOVE_SAMPLES: i32 = 60;
+/// How long it is held in a pose, ms.
+const HOLD_MS: u32 = 600;
+/// Of the problem's poses so many are held out.
+const VERIFICATION_POSES: usize = 5;
+/// As many slices of the solver, and more, as a set takes.
+const SOLVING_MS: u32 = 1_000;
+
+/// What the paths are called.
+const NAMES: [&str; 3] = ["device-tick", "device-sample", "device-frame"];
+
+/// A device and what its events have cost.
+struct Bench<'a> {
+    device: &'a mut Device,
+    counts: [i32; CABLES],
+    now_ms: u32,
+    figures: [Figures; NAMES.len()],
+    identified: bool,
+    nonce: u16,
+}
+
+/// The costs by the kind of event; `None` when the centre was not accepted in the end.
+#[inline(never)]
+pub fn costs(problem: &Problem<f32>) -> Option<[(&'static str, Figures); NAMES.len()]> {
+    let settings = Settings {
+        enough_poses: (POSES - VERIFICATION_POSES) as u8,
+        verification_poses: VERIFICATION_POSES as u8,
+        // As far apart as the problem's poses happen to be.
+        nearest_pose_rad: 0.001,
+        collecting_timeout_ms: u32::MAX / 2,
+        ..Settings::default()
+    };
+    let limits = Limits::new(&problem.rig, settings).ok()?;
+    let mut device = Device::new(Config { limits, ..Config::for_rig(problem.rig) });
+    let device = black_box(&mut device);
+    let mut figures = None;
+    // From the device's own depth on: its frame is not part of what it takes.
+    let stack_bytes = stack::used_by(&mut || figures = Bench::calibrate(device, problem));
+    let state_bytes = size_of::<Device>();
+    let figures = figures?;
+    let named = |kind: usize| (NAMES[kind], Figures { state_bytes, stack_bytes, ..figures[kind] });
+    Some([named(0), named(1), named(2)])
+}
+
+impl Bench<'_> {
+    #[inline(never)]
+    fn calibrate(device: &mut Device, problem: &Problem<f32>) -> Option<[Figures; NAMES.len()]> {
+        let poses = problem.poses.as_slice();
+        let counts = encoder_counts(problem, poses.first()?);
+        let mut bench =
+            Bench { device, counts, now_ms: 0, figures: [Figures::default(); 3], identified: false, nonce: 0 };
+        bench.event(Event::PowerUp(Err(LoadError::Nothing)));
+        bench.hold(HOLD_MS);
+        bench.command(Opcode::Start);
+        for pose in poses {
+            bench.move_to(encoder_counts(problem, pose));
+            bench.hold(HOLD_MS);
+            if bench.state() == StateName::Identifying {
+                bench.hold(SOLVING_MS);
+            }
+        }
+        bench.command(Opcode::Accept);
+        let accepted = bench.identified && bench.device.procedure().live().is_some();
+        // In use, and watched.
+        for pose in poses.iter().take(5) {
+            bench.move_to(encoder_counts(problem, pose));
+        }
+        accepted.then_some(bench.figures)
+    }
+
+    fn state(&self) -> StateName {
+        self.device.procedure().state()
+    }
+
+    /// Time passes: a tick a millisecond, a sample every [`SAMPLE_MS`].
+    fn hold(&mut self, ms: u32) {
+        for _ in 0..ms {
+            self.now_ms += 1;
+            if self.now_ms.is_multiple_of(SAMPLE_MS) {
+                self.event(Event::Counts(self.counts));
+            }
+            self.event(Event::Tick);
+        }
+    }
+
+    fn move_to(&mut self, counts: [i32; CABLES]) {
+        let from = self.counts;
+        for step in 1..=MOVE_SAMPLES {
+            for (cable, now) in self.counts.iter_mut().enumerate() {
+                *now = from[cable] + (counts[cable] - from[cable]) * step / MOVE_SAMPLES;
+            }
+            self.hold(SAMPLE_MS);
+        }
+    }
+
+    fn command(&mut self, opcode: Opcode) {
+        self.nonce += 1;
+        let run_id = if opcode == Opcode::Start { 0 } else { self.device.procedure().run_id() };
+        let request = Request { opcode: opcode as u8, nonce: self.nonce, run_id, argument: 0 };
+        self.event(Event::Can(request.pack(BaseId::DEFAULT.command())));
+    }
+
+    #[inline(never)]
+    fn event(&mut self, event: Event) {
+        let kind = match event {
+            Event::Counts(_) => 1,
+            Event::Can(_) => 2,
+            _ => 0,
+        };
+        let Self { device, now_ms, identified, .. } = self;
+        let mut out = |action: Action| {
+            *identified |= matches!(action, Action::Log(LogEntry::Identified { .. }));
+            black_box(&action);
+        };
+        let (ticks, ()) = counter::ticks_of(|| device.handle(*now_ms, event, &mut out));
+        let figures = &mut self.figures[kind];
+        figures.counts += 1;
+        figures.ticks = figures.ticks.wrapping_add(ticks);
+        figures.worst = figures.worst.max(ticks);
+    }
+}
+
+/// What the encoders read with cables of these lengths.
+fn encoder_counts(problem: &Problem<f32>, lengths: &CableLengths<f32>) -> [i32; CABLES] {
+    let drum = problem.rig.drum();
+    let mut counts = [0; CABLES];
+    for (cable, count) in counts.iter_mut().enumerate() {
+        *count = ((lengths.as_mm()[cable] - drum.home_length_mm[cable]) / drum.mm_per_count()) as i32;
+    }
+    counts
+}
