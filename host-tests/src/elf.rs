@@ -3,7 +3,8 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, SymbolKind, elf};
+use object::read::elf::{FileHeader, ProgramHeader};
+use object::{Endianness, Object, ObjectSection, ObjectSymbol, SectionFlags, SymbolKind, elf};
 
 /// Why an image cannot be read.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -41,6 +42,21 @@ pub struct Section {
     pub in_flash: bool,
     /// It lies in RAM while the board runs.
     pub in_ram: bool,
+}
+
+/// What a programmer writes to the flash in one piece, or start-up clears.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Segment {
+    /// Its address while the board runs.
+    pub address: u64,
+    /// Its size while the board runs.
+    pub size_bytes: u64,
+    /// Where it is stored.
+    pub stored_at: u64,
+    /// How much of it is stored; the rest is cleared.
+    pub stored_bytes: u64,
+    /// The program may write to it.
+    pub writable: bool,
 }
 
 /// A function or a constant by its name.
@@ -93,6 +109,56 @@ impl Elf {
         Ok(sections.collect())
     }
 
+    /// Where the image begins to run, as a debugger starts it.
+    ///
+    /// # Errors
+    /// [`ElfError::Malformed`].
+    pub fn entry(&self) -> Result<u64, ElfError> {
+        Ok(self.parse()?.entry())
+    }
+
+    /// The segments that take memory on the board, empty ones left out.
+    ///
+    /// # Errors
+    /// [`ElfError::Malformed`].
+    pub fn segments(&self) -> Result<Vec<Segment>, ElfError> {
+        let header = elf::FileHeader32::<Endianness>::parse(&*self.bytes).map_err(|error| self.malformed(error))?;
+        let endian = header.endian().map_err(|error| self.malformed(error))?;
+        let headers = header.program_headers(endian, &*self.bytes).map_err(|error| self.malformed(error))?;
+        let loaded = headers.iter().filter(|segment| segment.p_type(endian) == elf::PT_LOAD);
+        let segments = loaded.filter(|segment| segment.p_memsz(endian) != 0).map(|segment| Segment {
+            address: segment.p_vaddr(endian).into(),
+            size_bytes: segment.p_memsz(endian).into(),
+            stored_at: segment.p_paddr(endian).into(),
+            stored_bytes: segment.p_filesz(endian).into(),
+            writable: segment.p_flags(endian) & elf::PF_W != 0,
+        });
+        Ok(segments.collect())
+    }
+
+    /// A section's content as words.
+    ///
+    /// # Errors
+    /// [`ElfError::Malformed`], [`ElfError::NoSymbol`] when there is no such section.
+    pub fn words(&self, section: &str) -> Result<Vec<u32>, ElfError> {
+        let file = self.parse()?;
+        let section = file.section_by_name(section).ok_or_else(|| ElfError::NoSymbol(section.to_owned()))?;
+        let bytes = section.data().map_err(|error| self.malformed(error))?;
+        Ok(bytes.as_chunks().0.iter().map(|word| u32::from_le_bytes(*word)).collect())
+    }
+
+    /// The address of the only constant or function whose demangled name ends with this.
+    ///
+    /// # Errors
+    /// [`ElfError::Malformed`], [`ElfError::NoSymbol`] when there is none, or more than one.
+    pub fn symbol_ending_with(&self, end: &str) -> Result<u64, ElfError> {
+        let mut found = self.symbols()?.into_iter().filter(|symbol| symbol.name.ends_with(end));
+        match (found.next(), found.next()) {
+            (Some(symbol), None) => Ok(symbol.address),
+            _ => Err(ElfError::NoSymbol(end.to_owned())),
+        }
+    }
+
     /// The value of a symbol: an address on the board.
     ///
     /// # Errors
@@ -123,7 +189,11 @@ impl Elf {
     }
 
     fn parse(&self) -> Result<object::File<'_>, ElfError> {
-        object::File::parse(&*self.bytes).map_err(|error| ElfError::Malformed(self.path.clone(), error.to_string()))
+        object::File::parse(&*self.bytes).map_err(|error| self.malformed(error))
+    }
+
+    fn malformed(&self, error: object::Error) -> ElfError {
+        ElfError::Malformed(self.path.clone(), error.to_string())
     }
 }
 

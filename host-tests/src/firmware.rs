@@ -31,6 +31,9 @@ impl Image {
     /// The emulated drive board (QEMU mps2-an386).
     pub const EMULATED: Self = Self { binary: "emulated", feature: "emulated" };
 
+    /// The real drive board (NUCLEO-G474RE).
+    pub const NUCLEO_G474RE: Self = Self { binary: "nucleo-g474re", feature: "nucleo-g474re" };
+
     /// The speed figures of the library on that board (see [`crate::cycles`]).
     pub const SPEED: Self = Self { binary: "speed", feature: "emulated" };
 }

@@ -2,6 +2,7 @@
 
 pub mod cycles;
 pub mod debugger;
+pub mod drive_board_image;
 pub mod elf;
 pub mod emulator;
 pub mod firmware;

@@ -16,19 +16,24 @@ mod replay;
 mod report;
 mod restart;
 mod session;
+mod slip;
+mod slip_charts;
 mod transcript;
 mod verdict;
+mod zeros;
 
 pub use bench::{Bench, BenchError, InProcess};
 pub use board::EmulatedBoard;
 pub use display::{Display, Stage};
-pub use expected::{length_sigma_mm, sigma_mm};
+pub use expected::{length_sigma_mm, sigma_mm, sigma_with_zeros_mm};
 pub use inbox::Inbox;
 pub use options::Options;
 pub use report::{Found, Report, Settings, Status};
 pub use session::Session;
+pub use slip::{Exercise, Slip, SlipReport};
 pub use transcript::{Captured, SessionError, Transcript};
 pub use verdict::{NAMES, Verdict};
+pub use zeros::Zeros;
 
 use crate::emulator::{self, Emulator};
 use crate::firmware::{self, Image};
@@ -85,10 +90,25 @@ pub fn rehearse(
 ) -> Report {
     let truth = wearer.truth();
     let mut session = Session::new(bench, wearer, rig.drum().fastest_mm_per_s, display);
-    let calibrated = session.calibrate(options.poses, options.verification_poses());
-    let outcome = calibrated.and_then(|transcript| Ok((transcript, session.restart()?)));
-    let report = outcome.map_err(|error| error.to_string()).and_then(|(transcript, after_restart)| {
-        judgement::judge(&transcript, &after_restart, wearer, rig, options, plots)
+    let calibrated = session.calibrate(options.poses, options.verification_poses(), options.zero_prior_steps());
+    let outcome = calibrated.and_then(|transcript| {
+        let after_restart = session.restart()?;
+        let exercise = options.slip.map(|slip_mm| session.exercise(options, slip_mm)).transpose()?;
+        Ok((transcript, after_restart, exercise))
+    });
+    let report = outcome.map_err(|error| error.to_string()).and_then(|(transcript, after_restart, exercise)| {
+        let mut report = judgement::judge(&transcript, &after_restart, wearer, rig, options, plots)?;
+        if let Some(exercise) = exercise {
+            let slip = exercise.judge();
+            report.object(&slip.objections);
+            report.slip = Some(slip);
+            if let Some(folder) = plots {
+                let zeros_mm = transcript.zeros_mm();
+                let files = slip_charts::write(&exercise, rig, &transcript.parameters, &zeros_mm, folder);
+                report.plots.extend(files.map_err(|error| error.to_string())?);
+            }
+        }
+        Ok(report)
     });
     report.unwrap_or_else(|reason| Report::failed(options, &truth, reason))
 }

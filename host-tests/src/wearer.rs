@@ -180,6 +180,36 @@ impl Wearer {
             .collect()
     }
 
+    /// One sample of the encoders with the arm at a rotation from home and fresh noise, in a machine where the joint
+    /// centre is elsewhere by `strap_mm` (axes of {B}) and a cable (from 0) reads too much by so many mm.
+    pub fn sample(
+        &mut self,
+        rotation: &Rotation3<f64>,
+        strap_mm: Vector3<f64>,
+        cable: Option<(usize, f64)>,
+    ) -> [i32; CABLES] {
+        let centre_mm = self.arm.centre_mm() + strap_mm;
+        let mut lengths_mm = inverse::cable_lengths(&self.rig, &centre_mm, self.arm.end_points_mm(), rotation);
+        for length in &mut lengths_mm {
+            *length += symmetric(&mut self.random, self.settings.noise_mm);
+        }
+        if let Some((cable, by_mm)) = cable {
+            lengths_mm[cable] += by_mm;
+        }
+        self.encoder.counts(lengths_mm)
+    }
+
+    /// A random direction.
+    pub fn direction(&mut self) -> Unit<Vector3<f64>> {
+        loop {
+            let within = Vector3::from_fn(|_, _| symmetric(&mut self.random, 1.0));
+            // From the ball, so that no direction is preferred.
+            if (0.01..=1.0).contains(&within.norm_squared()) {
+                return Unit::new_normalize(within);
+            }
+        }
+    }
+
     fn pose(&self, rotation: Rotation3<f64>, errors_mm: [f64; CABLES]) -> Pose {
         let spans_mm = inverse::cable_lengths(&self.rig, self.arm.centre_mm(), self.arm.end_points_mm(), &rotation);
         let counts = self.encoder.counts(std::array::from_fn(|k| spans_mm[k] + errors_mm[k]));

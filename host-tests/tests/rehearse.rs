@@ -8,6 +8,7 @@ use glenoid::kinematics::CableLengths;
 use glenoid::rig::Rig;
 use host_tests::rehearse::{
     Bench, BenchError, Display, InProcess, Options, Report, Status, length_sigma_mm, rehearse, sigma_mm,
+    sigma_with_zeros_mm,
 };
 use host_tests::wearer::{Wearer, WearerSettings};
 use std::path::Path;
@@ -164,10 +165,69 @@ fn a_cable_that_reads_too_long_makes_the_centre_wrong() {
     assert!(!report.reasons.is_empty() && report.reasons.iter().all(|reason| !reason.is_empty()));
 }
 
+/// Encoders that wake elsewhere than their settings say, and nobody tells the board.
 #[test]
-fn zero_errors_are_not_passed_off_as_right() {
-    let report = rehearse_in_process(&options(&["--seed", "5", "--zero-error", "0.5"]), honest);
+fn concealed_zero_errors_are_not_passed_off_as_right() {
+    let report = rehearse_in_process(&options(&["--seed", "5"]), |_, counts| {
+        std::array::from_fn(|k| counts[k] + [22, -9, 14, 20, -17, 5][k])
+    });
     assert_ne!(report.status, Status::Right, "{report}");
+}
+
+#[test]
+fn zero_errors_that_the_board_is_told_to_look_for_are_found() {
+    for seed in 0..5 {
+        let report = rehearse_in_process(&options(&["--seed", &seed.to_string(), "--zero-error", "10"]), honest);
+        assert_eq!(report.status, Status::Right, "seed {seed}: {report}");
+        let found = report.found.as_ref().unwrap();
+        assert_eq!(found.host.difference_mm, 0.0);
+        let zeros = found.zeros.unwrap();
+        assert!(zeros.true_zeros_mm.iter().any(|zero| zero.abs() > 3.0), "there was something to find");
+        assert!(found.host.deviation_mm < 0.2, "the lengths are corrected: {}", found.host.deviation_mm);
+        let json = serde_json::to_value(&report).unwrap();
+        assert_eq!(json["zeros_mm"].as_array().unwrap().len(), 6);
+        assert!(report.to_string().contains("encoder zeros"));
+    }
+}
+
+#[test]
+fn with_zeros_that_are_nearly_known_the_expected_error_is_that_of_known_ones() {
+    let mut wearer = Wearer::new(rig(), WearerSettings::default());
+    let rotations: Vec<_> = (0..30).map(|_| wearer.next_pose().rotation).collect();
+    let known = sigma_mm(&rig(), wearer.arm(), &rotations, 0.06).unwrap();
+    let with = |prior_mm| sigma_with_zeros_mm(&rig(), wearer.arm(), &rotations, 0.06, prior_mm).unwrap();
+    let (nearly, zeros) = with(1e-4);
+    assert!(known.iter().zip(nearly).all(|(known, nearly)| (nearly / known - 1.0).abs() < 1e-3));
+    assert!(zeros.iter().all(|zero| (zero / 1e-4 - 1.0).abs() < 1e-3));
+    let (unknown, zeros) = with(10.0);
+    assert!(known.iter().zip(unknown).all(|(known, unknown)| unknown > 2.0 * known));
+    assert!(zeros.iter().all(|zero| (0.1..1.0).contains(zero)), "{zeros:?}");
+}
+
+#[test]
+fn what_slips_is_named() {
+    let plots = Path::new(env!("CARGO_TARGET_TMPDIR")).join("rehearse/slip");
+    let strap = rehearse_with_plots(&options(&["--slip", "3", "--at", "1.5"]), Some(&plots), honest);
+    assert_eq!(strap.status, Status::Right, "{strap}");
+    assert_eq!(strap.slip.as_ref().unwrap().reported, Some("StrapSlipped"));
+    for name in ["slip-centre.svg", "slip-residual.png"] {
+        assert!(strap.plots.iter().any(|file| file.ends_with(name)), "{name}");
+    }
+    assert!(strap.to_string().contains("the board said"));
+    for cable in 1..=6 {
+        let cable_text = cable.to_string();
+        let arguments = ["--slip", "2", "--cable", &cable_text, "--zero-error", "10", "--seed", &cable_text];
+        let report = rehearse_in_process(&options(&arguments), honest);
+        assert_eq!(report.status, Status::Right, "cable {cable}: {report}");
+        assert_eq!(report.slip.unwrap().reported_cable, cable);
+    }
+}
+
+#[test]
+fn a_slip_that_the_board_does_not_see_is_not_right() {
+    let report = rehearse_in_process(&options(&["--slip", "0.1"]), honest);
+    assert_eq!(report.status, Status::Wrong, "{report}");
+    assert_eq!(report.reasons, ["the board said nothing of the slip"]);
 }
 
 #[test]

@@ -12,6 +12,9 @@ use nalgebra::{Matrix3, Vector3};
 /// would be noise alone; a slip of 3 mm is seen through equations linear in it, which adds a little.
 const EXPLAINED: f64 = 4.0;
 
+/// A richer cause must leave so many times less than a simpler one that explains the evidence as well.
+const CLEARLY: f64 = 1.4;
+
 /// What has happened.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Cause<T> {
@@ -97,7 +100,7 @@ impl<T: Real> Evidence<T> {
                 let first = best.cause == Cause::Unknown;
                 // A richer cause must explain clearly more than a simpler one that already does. What is left below
                 // the noise tells nothing: the cables may be better than they were said to be.
-                if first || after.max(T::one()) * T::of(1.5) < best.misfit[1] {
+                if first || after.max(T::one()) * T::of(CLEARLY) < best.misfit[1] {
                     best = Warning { cause, misfit: [before, after] };
                 }
             }

@@ -43,9 +43,9 @@ const SHARE: f64 = 1.0 / 16.0;
 /// sound samples is 1 ± 0.2; ten is what 0.5 mm of slip leaves.
 const SUSPICIOUS: f64 = 10.0;
 
-/// Samples that a judgement wants, and how far the arm must have turned among them, rad (11 degrees).
-const SAMPLES: u16 = 24;
-const SPAN_RAD: f64 = 0.2;
+/// Samples that a judgement wants, and how far the arm must have turned among them, rad (16 degrees).
+const SAMPLES: u16 = 32;
+const SPAN_RAD: f64 = 0.28;
 
 /// What the watch is doing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,4 +1,4 @@
-//! `cargo footprint`: what the emulated board's image takes of the drive board's memory.
+//! `cargo footprint`: what the images take of the drive board's memory, and whether the drive board would start its own.
 
 use std::error::Error;
 use std::path::Path;
@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use clap::Parser;
 use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, Rig};
+use host_tests::drive_board_image::{Facts, MOST_FLASH_BYTES, MOST_STATIC_BYTES};
 use host_tests::elf::{Elf, Section};
 use host_tests::emulator::{self, Emulator, Options};
 use host_tests::firmware::{self, Image};
@@ -23,8 +24,9 @@ const VERIFICATION_POSES: u8 = 3;
 /// The lines are in the log before the session ends.
 const LOG_LIMIT: Duration = Duration::from_secs(5);
 
-/// Build the firmware image and print its flash and static RAM by section; then let the emulated board work through a
-/// calibration and print what the solver takes and how far the stack reached.
+/// Build both firmware images and print their flash and static RAM by section; check the drive board's own (entry,
+/// vectors, memory, sizes); then let the emulated board work through a calibration and print what the solver takes and
+/// how far the stack reached.
 #[derive(Parser)]
 #[command(name = "cargo footprint", bin_name = "cargo footprint")]
 struct Arguments {
@@ -51,7 +53,13 @@ fn main() -> ExitCode {
 
 fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     let consent = if arguments.yes { Consent::Given } else { Consent::Ask };
-    let image = firmware::build(Image::EMULATED, consent)?;
+    let toolchain = firmware::choose_toolchain(consent)?;
+    println!("the drive board (nucleo-g474re)");
+    let drive_board = Elf::read(&firmware::build_with(toolchain, Image::NUCLEO_G474RE)?)?;
+    print_sections(&drive_board)?;
+    check(&Facts::read(&drive_board)?)?;
+    println!("\nthe emulated board");
+    let image = firmware::build_with(toolchain, Image::EMULATED)?;
     print_sections(&Elf::read(&image)?)?;
     if arguments.sections {
         return Ok(());
@@ -75,6 +83,19 @@ fn print_sections(image: &Elf) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
+/// Says that the drive board would start the image.
+fn check(facts: &Facts) -> Result<(), String> {
+    let faults = facts.faults();
+    if !faults.is_empty() {
+        let faults: Vec<String> = faults.iter().map(ToString::to_string).collect();
+        return Err(format!("the drive board's image is unsound: {}", faults.join("; ")));
+    }
+    println!("entry, {} vectors, memory and record as the chip wants them", facts.vectors.len());
+    let (flash, ram) = (facts.flash_bytes(), facts.static_bytes());
+    println!("{flash} bytes of flash, at most {MOST_FLASH_BYTES}; {ram} of static RAM, at most {MOST_STATIC_BYTES}");
+    Ok(())
+}
+
 fn total(sections: &[Section], counts: impl Fn(&Section) -> bool) -> u64 {
     sections.iter().filter(|section| counts(section)).map(|section| section.size_bytes).sum()
 }
@@ -85,8 +106,11 @@ fn print_work(image: &Path, poses: u8) -> Result<(), Box<dyn Error>> {
     let mut board = EmulatedBoard::connect(Emulator::start(image, &Options::default())?)?;
     let mut wearer = Wearer::new(rig, WearerSettings { noise_mm: 0.1, ..WearerSettings::default() });
     let display = Display::choose(false);
-    Session::new(&mut board, &mut wearer, rig.drum().fastest_mm_per_s, &display)
-        .calibrate(poses, VERIFICATION_POSES)?;
+    Session::new(&mut board, &mut wearer, rig.drum().fastest_mm_per_s, &display).calibrate(
+        poses,
+        VERIFICATION_POSES,
+        0,
+    )?;
     println!();
     for line in ["board: ready", "memory:", "stack:"] {
         let line = board.wait_for_log(line, LOG_LIMIT)?;

@@ -45,27 +45,47 @@ impl Problem<'_> {
         let rows = self.log.rows();
         let used = self.setting.rows_used.iter();
         let poses: Vec<CableLengths<T>> = used.map(|row| self.log.cables(&rows[row])).collect::<Result<_, _>>()?;
+        let zero_prior_mm = if self.setting.zeros { UNKNOWN_ZERO_MM } else { 0.0 };
         let (outcome, iterations) = match self.setting.start {
-            None => self.run_full(&rig, &poses),
+            None => self.run_full(&rig, &poses, zero_prior_mm),
             Some(start) => run_paper(&rig, &start, &poses),
         };
         let mut report = match &outcome {
             Ok(identified) => Report::accepted(identified, self.setting),
             Err(refusal) => Report::refused(refusal, iterations, self.setting),
         };
+        if let (Ok(identified), true) = (&outcome, self.setting.zeros) {
+            report.worst_sigma_if_homed_mm = self.worst_sigma_if_homed_mm(&rig, &poses, identified);
+        }
         if let (Ok(identified), Some(second)) = (&outcome, self.second) {
             report.verification = Some(Verification::of(&rig, identified, second)?);
         }
         Ok(report)
     }
 
-    fn run_full<T: Real>(&self, rig: &Rig<T>, poses: &[CableLengths<T>]) -> (Result<Identified<T>, Refusal>, u8) {
+    /// The error bar of the centre from the same poses less the zeros that were found, as if these were known.
+    fn worst_sigma_if_homed_mm<T: Real>(
+        &self,
+        rig: &Rig<T>,
+        poses: &[CableLengths<T>],
+        found: &Identified<T>,
+    ) -> Option<f64> {
+        let homed: Vec<_> = poses.iter().map(|pose| pose.less(&found.zeros_mm)).collect::<Result<_, _>>().ok()?;
+        let identified = self.run_full(rig, &homed, 0.0).0.ok()?;
+        Some(identified.worst_centre_sigma_mm().0.to_f64())
+    }
+
+    fn run_full<T: Real>(
+        &self,
+        rig: &Rig<T>,
+        poses: &[CableLengths<T>],
+        zero_prior_mm: f64,
+    ) -> (Result<Identified<T>, Refusal>, u8) {
         let noise = match self.setting.given_noise_mm {
             Some(noise_mm) => Noise::Known(T::of(noise_mm)),
             None => Noise::EstimatedUpTo(T::of(self.setting.noise_limit_mm)),
         };
-        let zero_prior_mm = T::of(if self.setting.zeros { UNKNOWN_ZERO_MM } else { 0.0 });
-        let settings = SolverSettings { noise, zero_prior_mm, ..SolverSettings::for_rig(rig) };
+        let settings = SolverSettings { noise, zero_prior_mm: T::of(zero_prior_mm), ..SolverSettings::for_rig(rig) };
         let mut solver: Solver<T> = Solver::new(rig, settings);
         // Slice by slice rather than in one run, to know how far a refused one came.
         loop {

@@ -115,6 +115,9 @@ pub struct Report {
     pub zero_sigmas_mm: Option<[f64; 6]>,
     /// The worst direction of the centre alone.
     pub worst_centre: Option<WorstCentre>,
+    /// 1σ of the centre in its worst direction if the zeros that were found were known exactly, mm: how much of the
+    /// error bar hangs on the homing.
+    pub worst_sigma_if_homed_mm: Option<f64>,
     /// Noise of a cable length behind the error bar, 1σ, mm. The paper's method: of an edge of the platform.
     pub noise_mm: Option<f64>,
     /// How far the poses are from turning about one common axis, degrees, root mean square.
@@ -189,6 +192,7 @@ impl Report {
             zero_sigmas_mm: None,
             weak_direction: None,
             worst_centre: None,
+            worst_sigma_if_homed_mm: None,
             noise_mm: None,
             sway_deg: None,
             poses_used: None,

@@ -9,6 +9,9 @@ use std::fmt::Write;
 /// Noise this many times above what the rig should have makes one look twice.
 const SUSPICIOUS_NOISE: f64 = 3.0;
 
+/// Unknown zeros that widen the error bar of the centre by this much are what it hangs on.
+const HANGS: f64 = 1.5;
+
 /// The whole text, several lines.
 pub fn of(report: &Report, log: &LengthsFile, second: Option<&LengthsFile>) -> String {
     let mut text = String::new();
@@ -63,6 +66,10 @@ fn figures(text: &mut String, report: &Report, log: &LengthsFile) -> std::fmt::R
     if let Some(worst) = report.worst_centre {
         let worst = format!("1 sigma of {} mm along {}", small(worst.sigma_mm), direction(&worst.direction));
         line(text, "worst of centre", &worst)?;
+    }
+    if let (Some(worst), Some(homed)) = (report.worst_centre, report.worst_sigma_if_homed_mm) {
+        let hangs = if worst.sigma_mm > homed * HANGS { "the centre hangs on the zeros: " } else { "" };
+        line(text, "homing", &format!("{hangs}with known zeros it would be {} mm", small(homed)))?;
     }
     if let Some(deviation) = report.deviation_mm {
         let of = match report.setting.method {

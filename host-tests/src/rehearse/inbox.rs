@@ -1,8 +1,9 @@
 //! What a client has heard from the device so far.
 
 use glenoid::can::report::{OutcomeReport, PoseReport};
-use glenoid::can::result::{Parameter, Quality, VerificationReport};
+use glenoid::can::result::{Parameter, Quality, VerificationReport, ZeroError};
 use glenoid::can::status::{Answer, Fault, Heartbeat, Versions};
+use glenoid::can::watch::WatchReport;
 use glenoid::can::{BaseId, Frame, Message, UnpackError};
 use glenoid::procedure::PoseSet;
 use glenoid::rig::{CABLES, POINTS};
@@ -36,6 +37,12 @@ pub struct Inbox {
     pub live_centre: [Option<Parameter>; POINTS],
     /// The radii in use.
     pub live_radii: [Option<Parameter>; POINTS],
+    /// Zero errors that were found with the new centre, by cable from 0; none when the zeros were known.
+    pub zeros: [Option<ZeroError>; CABLES],
+    /// Those in use.
+    pub live_zeros: [Option<ZeroError>; CABLES],
+    /// The latest warning of the watch over the centre in use.
+    pub watch: Option<WatchReport>,
     /// Lengths that were read out, mm, by set (second set: true), pose and cable (from 0).
     pub lengths_mm: BTreeMap<(bool, u8, u8), f32>,
     /// Faults, in order.
@@ -60,6 +67,11 @@ impl Inbox {
                 *slot = Some(value);
             }
         };
+        let put_zero = |place: &mut [Option<ZeroError>; CABLES], value: ZeroError| {
+            if let Some(slot) = place.get_mut(usize::from(value.cable).wrapping_sub(1)) {
+                *slot = Some(value);
+            }
+        };
         match message {
             Message::Answer(answer) => drop(self.answers.insert(answer.nonce, answer)),
             Message::Heartbeat(heartbeat) => {
@@ -74,6 +86,9 @@ impl Inbox {
             Message::CandidateRadius(value) => put(&mut self.radii, value),
             Message::LiveCentre(value) => put(&mut self.live_centre, value),
             Message::LiveRadius(value) => put(&mut self.live_radii, value),
+            Message::CandidateZero(value) => put_zero(&mut self.zeros, value),
+            Message::LiveZero(value) => put_zero(&mut self.live_zeros, value),
+            Message::Watch(report) => self.watch = Some(report),
             Message::Quality(quality) => self.quality = Some(quality),
             Message::Verification(report) => self.verification = Some(report),
             Message::Outcome(report) => self.outcome = Some(report),

@@ -8,6 +8,7 @@ use super::report::{Found, HostsView, Report, Status};
 use super::restart;
 use super::transcript::Transcript;
 use super::verdict::Verdict;
+use super::zeros;
 use crate::wearer::Wearer;
 use glenoid::can::result::Parameter;
 use glenoid::identification::Refusal;
@@ -32,20 +33,26 @@ pub fn judge(
 ) -> Result<Report, String> {
     let rotations: Vec<_> = transcript.identification.iter().map(|captured| captured.pose.rotation).collect();
     let length_sigma_mm = expected::length_sigma_mm(options.noise, wearer.encoder().mm_per_count());
-    let expected_sigma_mm = expected::sigma_mm(rig, wearer.arm(), &rotations, length_sigma_mm)
-        .ok_or("these poses do not determine the centre")?;
+    let zero_prior_mm = options.zero_prior_mm();
+    let (expected_sigma_mm, expected_zero_sigma_mm) = if zero_prior_mm > 0.0 {
+        expected::sigma_with_zeros_mm(rig, wearer.arm(), &rotations, length_sigma_mm, zero_prior_mm)
+    } else {
+        expected::sigma_mm(rig, wearer.arm(), &rotations, length_sigma_mm).map(|sigma| (sigma, [0.0; CABLES]))
+    }
+    .ok_or("these poses do not determine the centre")?;
     let truth = wearer.truth();
     let verdict = Verdict::new(transcript.parameters.map(|p| p.value_mm), &truth, expected_sigma_mm);
 
     let lengths_mm: Vec<_> = transcript.identification.iter().map(|captured| captured.lengths_mm).collect();
     let rig_f32 = Rig::<f32>::shoulder(ASSUMED_BASE_RADIUS_MM as f32).map_err(|error| error.text().to_string())?;
     let refuses = |refusal: Refusal| format!("the host refuses the poses that the board accepted: {}", refusal.text());
-    let single = replay::identify(&rig_f32, &lengths_mm).map_err(refuses)?;
-    let double = replay::identify(rig, &lengths_mm).map_err(refuses)?;
+    let single = replay::identify(&rig_f32, &lengths_mm, zero_prior_mm).map_err(refuses)?;
+    let double = replay::identify(rig, &lengths_mm, zero_prior_mm).map_err(refuses)?;
     let host_difference_mm = replay::difference_mm(&transcript.parameters, &single.parameters);
     let length_difference_counts = length_difference_counts(transcript, rig);
 
     let mut reasons = verdict.objections();
+    let zeros = zeros::judge(transcript, wearer, zero_prior_mm, &expected_zero_sigma_mm, &mut reasons);
     if host_difference_mm != 0.0 {
         reasons.push(format!("host and board differ by {host_difference_mm:.1e} mm over the same lengths"));
     }
@@ -69,14 +76,15 @@ pub fn judge(
         Some(folder) => charts::write(transcript, &convergence, options, folder).map_err(|error| error.to_string())?,
         None => Vec::new(),
     };
-    let deviation_mm = replay::deviation_mm(rig, &transcript.parameters, &lengths_mm).map_err(refuses)?;
+    let deviation_mm =
+        replay::deviation_mm(rig, &transcript.parameters, &transcript.zeros_mm(), &lengths_mm).map_err(refuses)?;
     let hosts = HostsView {
         deviation_mm,
         deviations_mm: convergence.single.deviations_mm,
         difference_mm: host_difference_mm,
         length_difference_counts,
     };
-    let found = Found::new(transcript, after_restart, &verdict, hosts);
+    let found = Found::new(transcript, after_restart, &verdict, hosts, zeros);
     Ok(Report {
         status: if reasons.is_empty() { Status::Right } else { Status::Wrong },
         reasons,
@@ -84,6 +92,7 @@ pub fn judge(
         true_centre_mm: truth.centre_mm.into(),
         true_radii_mm: truth.radii_mm,
         found: Some(found),
+        slip: None,
         plots: files,
     })
 }

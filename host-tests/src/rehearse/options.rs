@@ -2,6 +2,7 @@
 
 use crate::wearer::WearerSettings;
 use clap::Parser;
+use glenoid::can::command::ZERO_PRIOR_STEP_MM;
 
 /// Rehearse a calibration: a virtual wearer, the real firmware in an emulator, CAN in between.
 ///
@@ -31,9 +32,23 @@ pub struct Options {
     #[arg(long, value_name = "DEG", default_value_t = 45.0, allow_negative_numbers = true, value_parser = tilt)]
     pub tilt: f64,
 
-    /// Every cable's home length is wrong by up to this much, uniformly, the same in all poses, mm.
+    /// Every cable's home length is wrong by up to this much, uniformly, the same in all poses, mm. The board is told
+    /// that the zeros are known to no better than that, and finds them.
     #[arg(long, value_name = "MM", default_value_t = 0.0, allow_negative_numbers = true, value_parser = length)]
     pub zero_error: f64,
+
+    /// After the acceptance something slips by this much, mm: the strap, in a random direction, or the cable of
+    /// --cable. The board must say what.
+    #[arg(long, value_name = "MM", value_parser = slip)]
+    pub slip: Option<f64>,
+
+    /// The arm exercises for so long before that, seconds.
+    #[arg(long, value_name = "SECONDS", default_value_t = 3.0, requires = "slip", value_parser = seconds)]
+    pub at: f64,
+
+    /// The cable that slips, 1 to 6; without it the strap does.
+    #[arg(long, value_name = "N", requires = "slip", value_parser = clap::value_parser!(u8).range(1..=6))]
+    pub cable: Option<u8>,
 
     /// Print one JSON object on stdout and nothing else there.
     #[arg(long)]
@@ -41,6 +56,18 @@ pub struct Options {
 }
 
 impl Options {
+    /// How well the board is told that the encoder zeros are known, 1σ, in steps of its command: generous for errors
+    /// that are uniform within the limit.
+    pub fn zero_prior_steps(&self) -> u16 {
+        // The cast saturates at 64 mm.
+        (self.zero_error / f64::from(ZERO_PRIOR_STEP_MM)).ceil() as u16
+    }
+
+    /// The same in mm.
+    pub fn zero_prior_mm(&self) -> f64 {
+        f64::from(self.zero_prior_steps()) * f64::from(ZERO_PRIOR_STEP_MM)
+    }
+
     /// The wearer that these options ask for.
     pub fn wearer(&self) -> WearerSettings {
         WearerSettings {
@@ -61,6 +88,15 @@ impl Options {
 /// A length in mm that a cable could be wrong by.
 fn length(text: &str) -> Result<f64, String> {
     number(text, 0.0, 100.0, "mm")
+}
+
+/// A slip in mm that is one.
+fn slip(text: &str) -> Result<f64, String> {
+    number(text, 0.1, 20.0, "mm")
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    number(text, 0.5, 3600.0, "seconds")
 }
 
 /// A tilt in degrees that the cables could follow.
@@ -91,12 +127,30 @@ mod tests {
         assert_eq!((wearer.seed, wearer.noise_mm, wearer.zero_error_mm), (9, 0.2, 1.0));
         assert!((wearer.tilt_rad - std::f64::consts::PI / 5.0).abs() < 1e-12);
         assert_eq!((options.poses, options.verification_poses()), (12, 4));
+        assert_eq!(options.zero_prior_steps(), 1024);
         assert_eq!(parse(&["--poses", "4"]).unwrap().verification_poses(), 3);
     }
 
     #[test]
+    fn time_and_cable_of_a_slip_need_one() {
+        let options = parse(&["--slip", "2", "--at", "1.5", "--cable", "6"]).unwrap();
+        assert_eq!((options.slip, options.at, options.cable), (Some(2.0), 1.5, Some(6)));
+        assert_eq!(parse(&["--slip", "3"]).unwrap().cable, None);
+        for bad in [&["--cable", "1"][..], &["--at", "4"], &["--slip", "2", "--cable", "7"]] {
+            assert!(parse(bad).is_err(), "{bad:?}");
+        }
+    }
+
+    #[test]
     fn impossible_values_are_refused_by_name() {
-        for bad in [["--poses", "2"], ["--noise", "-1"], ["--noise", "nan"], ["--tilt", "90"], ["--seed", "x"]] {
+        for bad in [
+            ["--poses", "2"],
+            ["--noise", "-1"],
+            ["--noise", "nan"],
+            ["--tilt", "90"],
+            ["--slip", "0"],
+            ["--seed", "x"],
+        ] {
             let message = parse(&bad).unwrap_err().to_string();
             assert!(message.contains(bad[0]), "{message}");
         }

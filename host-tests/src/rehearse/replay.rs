@@ -11,8 +11,13 @@ use glenoid::scalar::Real;
 ///
 /// # Errors
 /// The library's [`Refusal`].
-pub fn identify<T: Real>(rig: &Rig<T>, lengths_mm: &[[f32; CABLES]]) -> Result<Identified<T>, Refusal> {
-    Solver::<T>::new(rig, SolverSettings::for_rig(rig)).run(&lengths(lengths_mm)?)
+pub fn identify<T: Real>(
+    rig: &Rig<T>,
+    lengths_mm: &[[f32; CABLES]],
+    zero_prior_mm: f64,
+) -> Result<Identified<T>, Refusal> {
+    let settings = SolverSettings { zero_prior_mm: T::of(zero_prior_mm), ..SolverSettings::for_rig(rig) };
+    Solver::<T>::new(rig, settings).run(&lengths(lengths_mm)?)
 }
 
 /// The paper's iteration (Fig. 4), and where it began.
@@ -66,13 +71,20 @@ fn lengths<T: Real>(lengths_mm: &[[f32; CABLES]]) -> Result<Vec<CableLengths<T>>
     lengths_mm.iter().enumerate().map(convert).collect()
 }
 
-/// δE in the paper's sense (Eq. 17, over the platform's edges) of the board's parameters over these lengths, mm.
+/// δE in the paper's sense (Eq. 17, over the platform's edges) of the board's parameters over these lengths less the
+/// encoders' zero errors, mm.
 ///
 /// # Errors
 /// The library's [`Refusal`], when a pose does not fit the parameters at all.
-pub fn deviation_mm(rig: &Rig<f64>, board: &[Parameter; 6], lengths_mm: &[[f32; CABLES]]) -> Result<f64, Refusal> {
+pub fn deviation_mm(
+    rig: &Rig<f64>,
+    board: &[Parameter; 6],
+    zeros_mm: &[f32; CABLES],
+    lengths_mm: &[[f32; CABLES]],
+) -> Result<f64, Refusal> {
+    let lengths_mm: Vec<_> = lengths_mm.iter().map(|pose| std::array::from_fn(|k| pose[k] - zeros_mm[k])).collect();
     let parameters = Parameters::from_array(board.map(|parameter| f64::from(parameter.value_mm)));
-    verify(rig, &parameters, &lengths(lengths_mm)?)
+    verify(rig, &parameters, &lengths(&lengths_mm)?)
 }
 
 /// How far the board's parameters, as they came over CAN, are from the host's, mm: exactly 0 when the host's would

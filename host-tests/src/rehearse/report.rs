@@ -1,8 +1,10 @@
 //! What a rehearsal found, for people (text) and for programs (JSON).
 
 use super::options::Options;
+use super::slip::SlipReport;
 use super::transcript::Transcript;
 use super::verdict::{NAMES, Verdict};
+use super::zeros::Zeros;
 use glenoid::can::result::Parameter;
 use glenoid::rig::Parameters;
 use serde::Serialize;
@@ -37,6 +39,8 @@ pub struct Report {
     /// What the board identified, when it did.
     #[serde(flatten)]
     pub found: Option<Found>,
+    /// What slipped after the acceptance and what the board said, when something was to slip.
+    pub slip: Option<SlipReport>,
     /// Files that were written.
     pub plots: Vec<PathBuf>,
 }
@@ -95,6 +99,9 @@ pub struct Found {
     pub verification_deviation_mm: f64,
     /// Iterations on the board.
     pub iterations: u8,
+    /// Zero errors of the encoders, when the board was told that they are unknown.
+    #[serde(flatten)]
+    pub zeros: Option<Zeros>,
     /// The host's view of the same lengths.
     pub host: HostsView,
     /// Poses refused by the board as too near to others.
@@ -116,7 +123,13 @@ pub struct HostsView {
 
 impl Found {
     /// From what the session brought to light.
-    pub fn new(transcript: &Transcript, after_restart: &[Parameter; 6], verdict: &Verdict, host: HostsView) -> Self {
+    pub fn new(
+        transcript: &Transcript,
+        after_restart: &[Parameter; 6],
+        verdict: &Verdict,
+        host: HostsView,
+        zeros: Option<Zeros>,
+    ) -> Self {
         let [x, y, z, p1, p2, p3] = transcript.parameters.map(|parameter| f64::from(parameter.value_mm));
         let [major, minor, patch] = transcript.versions.firmware;
         Self {
@@ -133,6 +146,7 @@ impl Found {
             residual_mm: f64::from(transcript.quality.deviation_mm),
             verification_deviation_mm: f64::from(transcript.verified.deviation_mm),
             iterations: transcript.quality.iterations,
+            zeros,
             host,
             refused_poses: transcript.refused_poses,
         }
@@ -140,6 +154,14 @@ impl Found {
 }
 
 impl Report {
+    /// Adds what is wrong besides the centre.
+    pub fn object(&mut self, objections: &[String]) {
+        self.reasons.extend_from_slice(objections);
+        if !objections.is_empty() && self.status == Status::Right {
+            self.status = Status::Wrong;
+        }
+    }
+
     /// A report without a result.
     pub fn failed(options: &Options, truth: &Parameters<f64>, reason: String) -> Self {
         Self {
@@ -149,6 +171,7 @@ impl Report {
             true_centre_mm: truth.centre_mm.into(),
             true_radii_mm: truth.radii_mm,
             found: None,
+            slip: None,
             plots: Vec::new(),
         }
     }
@@ -161,11 +184,17 @@ impl fmt::Display for Report {
             writeln!(f)?;
             self.write_figures(f, found)?;
         }
+        if let Some(slip) = &self.slip {
+            writeln!(f, "{slip}")?;
+        }
         for plot in &self.plots {
             writeln!(f, "  plot                 {}", plot.display())?;
         }
         match self.status {
-            Status::Right => writeln!(f, "\nright: the identified joint centre is the true one within the tolerance"),
+            Status::Right => {
+                let slip = if self.slip.is_some() { ", and what slipped was named" } else { "" };
+                writeln!(f, "\nright: the identified joint centre is the true one within the tolerance{slip}")
+            }
             Status::Wrong => writeln!(f, "\nWRONG: {}", self.reasons.join("\n       ")),
             Status::Failed => writeln!(f, "\nFAILED: {}", self.reasons.join("\n        ")),
         }
@@ -186,6 +215,12 @@ impl Report {
             mm => format!("differ by {mm:.1e} mm"),
         };
         line("host and board", format!("{agreement}, from the lengths read out of the board"))?;
+        if let Some(zeros) = &found.zeros {
+            let row = |mm: &[f64; 6]| mm.map(|mm| format!("{mm:+8.3}")).join("");
+            line("encoder zeros", format!("{} mm found", row(&zeros.zeros_mm)))?;
+            line("", format!("{} mm true", row(&zeros.true_zeros_mm)))?;
+            line("", format!("{} mm, one sigma", zeros.zero_sigmas_mm.map(|mm| format!("{mm:8.3}")).join("")))?;
+        }
         let kept = found.centre_after_restart_mm;
         let same = if kept == found.centre_mm { "the same" } else { "ANOTHER" };
         let [x, y, z] = kept;

@@ -8,6 +8,7 @@ use crate::wearer::{Pose, Wearer};
 use glenoid::can::Opcode;
 use glenoid::can::message::PROTOCOL;
 use glenoid::can::report::{OutcomeReport, PoseReport};
+use glenoid::can::result::ZeroError;
 use glenoid::can::status::Versions;
 use glenoid::procedure::{PoseSet, Reason, StateName};
 use glenoid::rig::CABLES;
@@ -26,7 +27,7 @@ const REFUSALS_LIMIT: u32 = 20;
 /// A wearer in a machine, a client on the bus.
 pub struct Session<'a> {
     pub(super) client: Client<'a>,
-    wearer: &'a mut Wearer,
+    pub(super) wearer: &'a mut Wearer,
     pub(super) display: &'a Display,
     at: Pose,
     fastest_counts_per_ms: f64,
@@ -40,12 +41,13 @@ impl<'a> Session<'a> {
         Self { client: Client::new(bench, at.counts), wearer, display, at, fastest_counts_per_ms }
     }
 
-    /// Runs a whole calibration: `poses` to identify, `second` to verify.
+    /// Runs a whole calibration: `poses` to identify, `second` to verify, encoder zeros known to so many steps of
+    /// [`ZERO_PRIOR_STEP_MM`](glenoid::can::command::ZERO_PRIOR_STEP_MM), 1σ.
     ///
     /// # Errors
     /// [`SessionError`]; the run is then left as the board ended it.
-    pub fn calibrate(&mut self, poses: u8, second: u8) -> Result<Transcript, SessionError> {
-        let (versions, run_id) = self.begin()?;
+    pub fn calibrate(&mut self, poses: u8, second: u8, zero_prior_steps: u16) -> Result<Transcript, SessionError> {
+        let (versions, run_id) = self.begin(zero_prior_steps)?;
         let (mut identification, refused_first) = self.collect(PoseSet::Identification, poses)?;
         self.identify()?;
         let (mut verification, refused_second) = self.collect(PoseSet::HeldOut, second)?;
@@ -57,6 +59,8 @@ impl<'a> Session<'a> {
             Some((inbox.parameters(run_id)?, quality, verified))
         });
         let (parameters, quality, verified) = inbox?;
+        // They come before the quality in a report.
+        let zeros = all_zeros(&self.client.inbox.zeros);
         let live_centre_mm = self.accept(run_id)?;
         let refused_poses = refused_first + refused_second;
         Ok(Transcript {
@@ -66,13 +70,14 @@ impl<'a> Session<'a> {
             verification,
             refused_poses,
             parameters,
+            zeros,
             quality,
             verified,
             live_centre_mm,
         })
     }
 
-    fn begin(&mut self) -> Result<(Versions, u16), SessionError> {
+    fn begin(&mut self, zero_prior_steps: u16) -> Result<(Versions, u16), SessionError> {
         let stage = self.display.stage("meeting the board");
         self.client.wait_for("heartbeat", ANSWER_LIMIT_MS, |inbox| inbox.heartbeat)?;
         self.client.command(Opcode::Query, 0, 0)?;
@@ -80,6 +85,7 @@ impl<'a> Session<'a> {
         if versions.protocol != PROTOCOL {
             return Err(SessionError::Protocol(versions.protocol));
         }
+        self.client.command(Opcode::SetZeroPrior, 0, zero_prior_steps)?;
         // Argument 1: poses are captured by command only.
         let answer = self.client.command_when_still(Opcode::Start, 1)?;
         let [major, minor, patch] = versions.firmware;
@@ -168,7 +174,7 @@ impl<'a> Session<'a> {
     }
 
     /// Moves the arm there, no faster than the drive can follow.
-    fn move_to(&mut self, pose: Pose) -> Result<(), SessionError> {
+    pub(super) fn move_to(&mut self, pose: Pose) -> Result<(), SessionError> {
         let farthest = (0..CABLES).map(|k| (pose.counts[k] - self.at.counts[k]).unsigned_abs()).max().unwrap_or(0);
         // A minimum-jerk movement is 15/8 times as fast in its middle as on average.
         let needed_ms = 1.875 * f64::from(farthest) / self.fastest_counts_per_ms;
@@ -179,6 +185,12 @@ impl<'a> Session<'a> {
         self.at = pose;
         self.client.hold(SETTLE_MS)
     }
+}
+
+/// All six zero errors, when all have come.
+pub(super) fn all_zeros(zeros: &[Option<ZeroError>; CABLES]) -> Option<[ZeroError; CABLES]> {
+    let [Some(z1), Some(z2), Some(z3), Some(z4), Some(z5), Some(z6)] = *zeros else { return None };
+    Some([z1, z2, z3, z4, z5, z6])
 }
 
 /// What a pose report tells the person at the arm.

@@ -5,7 +5,7 @@ use crate::wearer::Pose;
 use glenoid::can::Opcode;
 use glenoid::can::message::PROTOCOL;
 use glenoid::can::report::OutcomeReport;
-use glenoid::can::result::{Parameter, Quality, VerificationReport};
+use glenoid::can::result::{Parameter, Quality, VerificationReport, ZeroError};
 use glenoid::can::status::{Answer, Versions};
 use glenoid::procedure::Reason;
 use glenoid::rig::CABLES;
@@ -90,6 +90,13 @@ pub struct Captured {
     pub predicted_sigma_mm: Option<f32>,
 }
 
+impl Transcript {
+    /// Zero errors of the encoders as the board found them, mm; 0 when they were known.
+    pub fn zeros_mm(&self) -> [f32; CABLES] {
+        self.zeros.map_or([0.0; CABLES], |zeros| zeros.map(|zero| zero.value_mm))
+    }
+}
+
 /// Everything that a session brought to light.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Transcript {
@@ -105,6 +112,8 @@ pub struct Transcript {
     pub refused_poses: u32,
     /// x, y, z, p1, p2, p3 with their standard deviations.
     pub parameters: [Parameter; 6],
+    /// Zero errors of the encoders, when they were not known.
+    pub zeros: Option<[ZeroError; CABLES]>,
     /// How well the first set fits.
     pub quality: Quality,
     /// How well the second set fits.

@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
+use clap::Parser;
 use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, Rig};
-use host_tests::rehearse::{Display, EmulatedBoard, Session};
+use host_tests::rehearse::{Display, EmulatedBoard, Options, Session, Status, rehearse};
 use host_tests::wearer::{Wearer, WearerSettings};
 use libtest_mimic::Failed;
 
@@ -17,7 +18,7 @@ pub fn a_calibration_finds_the_centre(image: &Path) -> Result<(), Failed> {
     let truth = wearer.truth();
     let mut board = EmulatedBoard::connect(boot(image)?)?;
     let mut session = Session::new(&mut board, &mut wearer, rig.drum().fastest_mm_per_s, &Display::Silent);
-    let found = session.calibrate(7, 3)?;
+    let found = session.calibrate(7, 3, 0)?;
     for (axis, live_mm) in found.live_centre_mm.into_iter().enumerate() {
         assert!((f64::from(live_mm) - truth.centre_mm[axis]).abs() < 0.1, "{:?}, {truth:?}", found.live_centre_mm);
     }
@@ -26,5 +27,17 @@ pub fn a_calibration_finds_the_centre(image: &Path) -> Result<(), Failed> {
     let [.., used, size] = numbers[..] else { return Err(line.into()) };
     // the solver alone needs more than the one, and an overflow would have ended the board at the other
     assert!(1_000 < used && used < size, "{line}");
+    Ok(())
+}
+
+/// Encoders off by up to 2 mm, of which the board is told; then, with the record after a restart, a cable slips.
+pub fn zeros_are_found_and_a_slip_is_named(image: &Path) -> Result<(), Failed> {
+    let rig = Rig::shoulder(ASSUMED_BASE_RADIUS_MM).map_err(|error| error.text())?;
+    let arguments = "rehearse --poses 15 --zero-error 2 --slip 2 --cable 5 --at 1";
+    let options = Options::try_parse_from(arguments.split(' '))?;
+    let mut wearer = Wearer::new(rig, options.wearer());
+    let mut board = EmulatedBoard::connect(boot(image)?)?;
+    let report = rehearse(&mut board, &mut wearer, &rig, &options, &Display::Silent, None);
+    assert_eq!(report.status, Status::Right, "{report}");
     Ok(())
 }

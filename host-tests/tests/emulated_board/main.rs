@@ -28,7 +28,7 @@ const REQUIRED_VARIABLE: &str = "GLENOID_REQUIRE_EMULATOR";
 
 type Test = fn(&Path) -> Result<(), Failed>;
 
-const TESTS: [(&str, Test); 21] = [
+const TESTS: [(&str, Test); 22] = [
     ("python_can_opens_the_channel", can_line::python_can_opens_the_channel),
     ("a_closed_channel_is_silent", can_line::a_closed_channel_is_silent),
     ("frames_go_both_ways", can_line::frames_go_both_ways),
@@ -39,6 +39,7 @@ const TESTS: [(&str, Test); 21] = [
     ("an_emulator_that_ends_is_told", faults::an_emulator_that_ends_is_told),
     ("a_stack_overflow_restarts_the_board", faults::a_stack_overflow_restarts_the_board),
     ("a_calibration_finds_the_centre", calibration::a_calibration_finds_the_centre),
+    ("zeros_are_found_and_a_slip_is_named", calibration::zeros_are_found_and_a_slip_is_named),
     ("calibrations_in_a_row", runs::calibrations_in_a_row),
     ("a_client_that_returns_is_told", runs::a_client_that_returns_is_told),
     ("a_crowded_bus_changes_nothing_but_a_counter", runs::a_crowded_bus_changes_nothing_but_a_counter),

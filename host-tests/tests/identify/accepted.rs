@@ -203,6 +203,8 @@ fn unknown_encoder_zeros_are_identified_when_asked_for() {
         let of_centre = difference(&numbers(&found, "centre_mm"), &CENTRE_MM);
         let worst = found["worst_centre"]["sigma_mm"].as_f64().unwrap();
         assert!(of_centre < 4.0 * worst && worst < 0.5, "{precision}: {of_centre} {worst}");
+        let homed = found["worst_sigma_if_homed_mm"].as_f64().unwrap();
+        assert!(homed > 0.005 && homed < worst / 3.0, "{homed} of {worst}");
         let sigmas = numbers(&found, "zero_sigmas_mm");
         for ((zero, truth), sigma) in numbers(&found, "zeros_mm").iter().zip(truth).zip(&sigmas) {
             assert!((zero - truth).abs() < 4.0 * sigma && *sigma < 1.0, "{precision}: {zero} {truth} {sigma}");
@@ -210,6 +212,8 @@ fn unknown_encoder_zeros_are_identified_when_asked_for() {
         let verified_mm = found["verification"]["deviation_mm"].as_f64().unwrap();
         assert!(verified_mm < 0.5, "{verified_mm}");
     }
+    let told = desk.identify("log.csv --zeros").stdout;
+    assert!(told.contains("mm too much at encoder") && told.contains("the centre hangs on the zeros"), "{told}");
     // Not asked for, they are not looked for; and they are too large for noise.
     let without = desk.identify("log.csv --json");
     assert_eq!((without.code, &without.json()["zeros_mm"]), (Some(2), &Value::Null));

@@ -1,15 +1,15 @@
 //! FDCAN1: classic frames at 500 kbit/s, in and out through queues, so that neither waits for the main loop.
 //!
-//! embassy-stm32 sets the controller up and brings it back after bus-off. Its frames are moved here, in a second handler
-//! of the same interrupt: the driver's own queues lose frames without a word.
+//! embassy-stm32 sets the controller up. The interrupt is served here: the driver's own handler loses frames without a
+//! word when its queue is full.
 
-use core::sync::atomic::{AtomicBool, AtomicU16, Ordering};
+use core::sync::atomic::{AtomicU16, Ordering};
 
 use embassy_stm32::can::config::{GlobalFilter, NominalBitTiming, NonMatchingFilter, TxBufferMode};
 use embassy_stm32::can::filter::{Action, FilterType, StandardFilter, StandardFilterSlot};
 use embassy_stm32::can::{Can, CanConfigurator, IT0InterruptHandler, IT1InterruptHandler};
 use embassy_stm32::interrupt::Priority;
-use embassy_stm32::interrupt::typelevel::{FDCAN1_IT0, Handler, Interrupt};
+use embassy_stm32::interrupt::typelevel::{Binding, FDCAN1_IT0, Handler, Interrupt};
 use embassy_stm32::peripherals::{FDCAN1, PA11, PA12};
 use embassy_stm32::{Peri, bind_interrupts, pac};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
@@ -37,14 +37,14 @@ static TO_SEND: Channel<CriticalSectionRawMutex, Frame, 64> = Channel::new();
 static LOST: AtomicU16 = AtomicU16::new(0);
 /// Times that the controller has left the bus.
 static BUS_OFFS: AtomicU16 = AtomicU16::new(0);
-/// The controller is off the bus.
-static IS_OFF: AtomicBool = AtomicBool::new(false);
 
 bind_interrupts!(struct Handlers {
-    // in this order: the driver clears the flags, then the frames are moved, so that none comes unseen in between
-    FDCAN1_IT0 => IT0InterruptHandler<FDCAN1>, Mover;
+    FDCAN1_IT0 => Mover;
     FDCAN1_IT1 => IT1InterruptHandler<FDCAN1>;
 });
+
+// SAFETY: the driver asks for its handler so that what waits for a frame is woken; nothing here ever does.
+unsafe impl Binding<FDCAN1_IT0, IT0InterruptHandler<FDCAN1>> for Handlers {}
 
 /// The controller on the bus. Dropping it would take it off.
 pub struct Bus {
@@ -81,8 +81,7 @@ impl Bus {
                 reject_remote_extended_frames: true,
             })
             // by priority, two frames of one identifier could overtake each other
-            .set_tx_buffer_mode(TxBufferMode::Fifo)
-            .set_automatic_bus_off_recovery(true);
+            .set_tx_buffer_mode(TxBufferMode::Fifo);
         configurator.set_config(config);
         Self { _driver: configurator.into_normal_mode(), dropped: 0 }
     }
@@ -123,28 +122,34 @@ struct Mover;
 
 impl Handler<FDCAN1_IT0> for Mover {
     unsafe fn on_interrupt() {
-        watch_bus_off();
+        let registers = pac::FDCAN1;
+        // Cleared first, by writing back what is set: what happens from here on raises the interrupt again.
+        let flags = registers.ir().read();
+        registers.ir().write_value(flags);
+        if flags.rfl(0) {
+            // the controller does not say how many
+            add(&LOST, 1);
+        }
+        if flags.bo() {
+            return_to_bus();
+        }
         take_received();
         hand_over();
     }
 }
 
-/// The interrupt comes at both ends of a bus-off.
-fn watch_bus_off() {
-    let is_off = pac::FDCAN1.psr().read().bo();
-    if is_off && !IS_OFF.load(Ordering::Relaxed) {
+/// The interrupt comes at both ends of a bus-off. The controller returns when its initialisation is ended and the bus
+/// has been idle for 128 times 11 bits (RM0440, 44.3.3, "Bus-off state").
+fn return_to_bus() {
+    let registers = pac::FDCAN1;
+    if registers.psr().read().bo() {
         add(&BUS_OFFS, 1);
+        registers.cccr().modify(|w| w.set_init(false));
     }
-    IS_OFF.store(is_off, Ordering::Relaxed);
 }
 
 fn take_received() {
     let registers = pac::FDCAN1;
-    if registers.ir().read().rfl(0) {
-        registers.ir().write(|w| w.set_rfl(0, true));
-        // the controller does not say how many
-        add(&LOST, 1);
-    }
     for _ in 0..ELEMENTS {
         let status = registers.rxfs(0).read();
         if status.ffl() == 0 {
@@ -182,8 +187,7 @@ fn hand_over() {
     }
 }
 
-/// Only this interrupt's handler adds, and the main loop takes all at once or none: nothing is lost between the two steps
-/// but what saturates.
+/// Only this interrupt's handler adds, and nothing that takes away can come in between.
 fn add(counter: &AtomicU16, times: u16) {
     counter.store(counter.load(Ordering::Relaxed).saturating_add(times), Ordering::Relaxed);
 }

@@ -30,16 +30,16 @@ pub struct Wiring {
     pub cable_6: Wired<TIM8, PC6, PC7>,
 }
 
+type Counting<T> = Qei<'static, T>;
+
 /// The running timers. Dropping them would disconnect their pins.
 pub struct Encoders {
-    _timers: (
-        Qei<'static, TIM1>,
-        Qei<'static, TIM2>,
-        Qei<'static, TIM3>,
-        Qei<'static, TIM4>,
-        Qei<'static, TIM5>,
-        Qei<'static, TIM8>,
-    ),
+    _cable_1: Counting<TIM1>,
+    _cable_2: Counting<TIM2>,
+    _cable_3: Counting<TIM3>,
+    _cable_4: Counting<TIM4>,
+    _cable_5: Counting<TIM5>,
+    _cable_6: Counting<TIM8>,
 }
 
 impl Encoders {
@@ -52,14 +52,14 @@ impl Encoders {
             (config.ch1_pull, config.ch2_pull) = (Pull::Up, Pull::Up);
             config
         };
-        let timers = (
-            Qei::new(cable_1.0, cable_1.1, cable_1.2, config()),
-            Qei::new(cable_2.0, cable_2.1, cable_2.2, config()),
-            Qei::new(cable_3.0, cable_3.1, cable_3.2, config()),
-            Qei::new(cable_4.0, cable_4.1, cable_4.2, config()),
-            Qei::new(cable_5.0, cable_5.1, cable_5.2, config()),
-            Qei::new(cable_6.0, cable_6.1, cable_6.2, config()),
-        );
+        let encoders = Self {
+            _cable_1: Qei::new(cable_1.0, cable_1.1, cable_1.2, config()),
+            _cable_2: Qei::new(cable_2.0, cable_2.1, cable_2.2, config()),
+            _cable_3: Qei::new(cable_3.0, cable_3.1, cable_3.2, config()),
+            _cable_4: Qei::new(cable_4.0, cable_4.1, cable_4.2, config()),
+            _cable_5: Qei::new(cable_5.0, cable_5.1, cable_5.2, config()),
+            _cable_6: Qei::new(cable_6.0, cable_6.1, cable_6.2, config()),
+        };
         // what the driver does not do: the filters, and all 32 bits of the two long timers
         for channel in 0..2 {
             pac::TIM1.ccmr_input(0).modify(|w| w.set_icf(channel, FILTER));
@@ -78,7 +78,7 @@ impl Encoders {
         pac::TIM4.cnt().write(|w| w.set_cnt(0));
         pac::TIM5.cnt().write_value(0);
         pac::TIM8.cnt().write(|w| w.set_cnt(0));
-        Self { _timers: timers }
+        encoders
     }
 }
 

@@ -36,8 +36,12 @@ use cortex::{faults, kept, stack};
 use encoders::{Encoders, Wiring};
 use flash::ChipFlash;
 
-/// Longest time without food for the watchdog, us: ten times what storing a record takes.
+/// Longest time without food for the watchdog, us. It is the last resort: a main loop that stands still is seen before,
+/// by the sampling.
 const PATIENCE_US: u32 = 500_000;
+/// How often the counts are shown while the encoders are put into service (`DEFMT_LOG=debug`), ms.
+const SHOWN_EVERY_MS: u32 = 500;
+const _: () = assert!(PATIENCE_US > sampling::STANDSTILL_MS * 1_000);
 /// Frames that are handled before the clock is looked at again.
 const FRAMES_A_TURN: usize = 4;
 
@@ -160,9 +164,13 @@ impl Board {
             self.last_sample_ms = now_ms;
             // reached only while both the loop and the sampling are alive
             self.watchdog.pet();
+            sampling::note_taken(now_ms);
             self.handle(now_ms, Event::Counts(sample.counts));
             self.handle(now_ms, Event::Button { down: sample.button_down });
             self.watch_bus(now_ms);
+            if now_ms.is_multiple_of(SHOWN_EVERY_MS) {
+                defmt::debug!("counts: {}", sample.counts);
+            }
             self.lamp.set_level(Level::from(self.outside.lamp.is_lit(now_ms)));
         }
         if sampled || busy {

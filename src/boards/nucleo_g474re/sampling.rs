@@ -1,20 +1,27 @@
 //! The six counts and the button, a thousand times a second, whatever the main loop does meanwhile.
 //!
 //! The core's own timer interrupts everything else, the CAN controller included. Its samples are the board's clock: the
-//! number of the sample is the time in milliseconds.
+//! number of the sample is the time in milliseconds. It also sees when the main loop stands still, and where: the
+//! watchdog would only know that.
 
+use core::arch::naked_asm;
 use core::cell::Cell;
+use core::sync::atomic::{AtomicU32, Ordering};
 
 use cortex_m::interrupt::{Mutex, free};
 use cortex_m::peripheral::scb::SystemHandler;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{DCB, DWT, SCB, SYST};
-use cortex_m_rt::exception;
 use embassy_stm32::pac;
 use glenoid::drive_board::clock::PERIODS_A_SAMPLE;
+use glenoid::restart::ResetCause;
 use glenoid::rig::CABLES;
 
+use super::cortex::faults;
 use super::encoders;
+
+/// The main loop stands still when it has taken no sample for so long, ms: six times what storing a record takes.
+pub const STANDSTILL_MS: u32 = 300;
 
 /// Pin of the button in its port.
 const BUTTON_PIN: usize = 13;
@@ -38,6 +45,9 @@ pub struct Sample {
 static LATEST: Mutex<Cell<Sample>> =
     Mutex::new(Cell::new(Sample { at_ms: 0, counts: [0; CABLES], button_down: false, cycles: 0, longest_cycles: 0 }));
 
+/// The sample that the main loop has taken last.
+static TAKEN_MS: AtomicU32 = AtomicU32::new(0);
+
 /// Starts the sampling.
 pub fn start(mut timer: SYST, scb: &mut SCB, dcb: &mut DCB, mut counter: DWT) {
     dcb.enable_trace();
@@ -56,8 +66,27 @@ pub fn latest() -> Sample {
     free(|cs| LATEST.borrow(cs).get())
 }
 
-#[exception]
-fn SysTick() {
+/// The main loop has taken the sample of this time, and is alive.
+pub fn note_taken(at_ms: u32) {
+    TAKEN_MS.store(at_ms, Ordering::Relaxed);
+}
+
+/// The vector of the core's timer: hands on where it struck. The frame lies on the main stack, the only one that there
+/// is; its seventh word is the program counter (ARMv7-M ARM, B1.5.6).
+#[unsafe(naked)]
+#[unsafe(no_mangle)]
+extern "C" fn SysTick() {
+    naked_asm!("ldr r0, [sp, #24]", "b {handler}", handler = sym on_tick)
+}
+
+extern "C" fn on_tick(address: u32) {
+    sample();
+    if latest().at_ms.wrapping_sub(TAKEN_MS.load(Ordering::Relaxed)) > STANDSTILL_MS {
+        faults::stop(ResetCause::Watchdog, address, 0, format_args!("the main loop stood still"))
+    }
+}
+
+fn sample() {
     free(|cs| {
         let latest = LATEST.borrow(cs);
         let before = latest.get();

@@ -1,0 +1,57 @@
+//! The encoder zeros that the board found, beside the true ones.
+
+use super::transcript::Transcript;
+use crate::wearer::Wearer;
+use glenoid::rig::CABLES;
+use serde::Serialize;
+
+/// An error may be this many times its expected standard deviation, and this much more, mm: as for the centre.
+const SIGMAS: f64 = 5.0;
+const GRANTED_MM: f64 = 0.05;
+
+/// The zero errors of the six encoders: what each length reads too much, mm.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Zeros {
+    /// As the board found them.
+    pub zeros_mm: [f64; CABLES],
+    /// Standard deviations that the board states.
+    pub zero_sigmas_mm: [f64; CABLES],
+    /// As they are.
+    pub true_zeros_mm: [f64; CABLES],
+}
+
+/// Holds the zeros against the truth; objections go to `reasons`. None when the board took the zeros for known, as it
+/// must when `prior_mm` is 0 and must not when it is more.
+pub(super) fn judge(
+    transcript: &Transcript,
+    wearer: &Wearer,
+    prior_mm: f64,
+    expected_sigma_mm: &[f64; CABLES],
+    reasons: &mut Vec<String>,
+) -> Option<Zeros> {
+    let Some(found) = transcript.zeros else {
+        if prior_mm > 0.0 {
+            reasons.push("the board tells no encoder zeros, though it was told that they are unknown".to_string());
+        }
+        return None;
+    };
+    if prior_mm == 0.0 {
+        reasons.push("the board tells encoder zeros, though it was told that they are known".to_string());
+    }
+    let zeros = Zeros {
+        zeros_mm: found.map(|zero| f64::from(zero.value_mm)),
+        zero_sigmas_mm: found.map(|zero| f64::from(zero.sigma_mm)),
+        // A cable that is longer at count zero than the firmware believes reads too little.
+        true_zeros_mm: wearer.encoder().zero_errors_mm().map(|excess| -excess),
+    };
+    for k in 0..CABLES {
+        let (error, tolerance) =
+            (zeros.zeros_mm[k] - zeros.true_zeros_mm[k], SIGMAS * expected_sigma_mm[k] + GRANTED_MM);
+        // NaN is never right.
+        if !(error.abs() <= tolerance) {
+            let cable = k + 1;
+            reasons.push(format!("the zero of cable {cable} is off by {error:+.3} mm, more than {tolerance:.3} mm"));
+        }
+    }
+    Some(zeros)
+}
