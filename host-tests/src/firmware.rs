@@ -34,8 +34,16 @@ impl Image {
     /// The real drive board (NUCLEO-G474RE).
     pub const NUCLEO_G474RE: Self = Self { binary: "nucleo-g474re", feature: "nucleo-g474re" };
 
+    /// The images that make a drive board, real or emulated.
+    pub const BOARDS: [Self; 2] = [Self::EMULATED, Self::NUCLEO_G474RE];
+
     /// The speed figures of the library on that board (see [`crate::cycles`]).
     pub const SPEED: Self = Self { binary: "speed", feature: "emulated" };
+
+    /// The name of its binary.
+    pub const fn name(self) -> &'static str {
+        self.binary
+    }
 }
 
 /// What builds the image.
@@ -54,6 +62,20 @@ impl Toolchain {
             Self::Rustup => "rustup",
             Self::Debian => "debian",
         }
+    }
+
+    /// The word and the version of its compiler: figures of two versions cannot be compared.
+    ///
+    /// # Errors
+    /// Why the compiler could not be asked.
+    pub fn name_and_version(self) -> std::io::Result<String> {
+        let compiler = match self {
+            Self::Rustup => std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into()),
+            Self::Debian => "/usr/bin/rustc".into(),
+        };
+        let output = Command::new(compiler).arg("--version").current_dir(workspace()).output()?;
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        Ok(format!("{} {}", self.name(), text.split_whitespace().nth(1).unwrap_or("of an unknown version")))
     }
 }
 

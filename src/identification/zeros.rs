@@ -67,7 +67,7 @@ impl<T: Real> ZeroEquations<T> {
     /// # Errors
     /// [`Singular`] when the zeros determine each other badly; cannot happen with a prior.
     pub fn reduce(&self, equations: &NormalEquations<T>) -> Result<Reduced<T>, Singular> {
-        let factors = Factors::of(&self.inner)?;
+        let Ok(factors) = &Factors::of(&self.inner) else { return Err(Singular) };
         let alone = factors.solve(&self.gradient);
         let columns = self.mixed.map(|row| factors.solve(&row));
         let mut reduced = *equations;

@@ -146,12 +146,10 @@ impl Board {
     }
 
     fn handle(&mut self, now_ms: u32, event: Event) {
-        let mut next = Some(event);
-        // a store's outcome follows its event, and causes no other
-        while let Some(event) = next {
-            let Self { device, outside, .. } = self;
-            device.handle(now_ms, event, &mut |action| outside.carry_out(action));
-            next = self.outside.stored.take().map(Event::Stored);
+        let Self { device, outside, .. } = self;
+        device.handle(now_ms, event, &mut |action| outside.carry_out(action));
+        if let Some(result) = self.outside.stored.take() {
+            self.handle(now_ms, Event::Stored(result));
         }
     }
 

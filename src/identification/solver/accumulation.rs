@@ -58,8 +58,9 @@ impl<T: Real> PassSum<T> {
     }
 
     /// The step of the pass.
+    #[inline(never)]
     pub fn step(&self) -> Result<Step<T>, Singular> {
-        let reduced = self.reduced()?;
+        let Ok(reduced) = &self.reduced() else { return Err(Singular) };
         let equations = reduced.as_ref().map_or(&self.equations, |reduced| &reduced.equations);
         let pivot = equations.solve()?;
         let gained = pivot.iter().zip(&equations.gradient).fold(T::zero(), |sum, (x, g)| sum + *x * *g);
@@ -107,6 +108,7 @@ impl<T: Real> PassSum<T> {
     }
 
     /// Adds the centre that a pose would have by itself, all poses alike; its squared distance replaces the misfit.
+    #[inline(never)]
     pub fn add_own_centre(
         &mut self,
         placement: &mut Placement<T>,
@@ -120,7 +122,7 @@ impl<T: Real> PassSum<T> {
         let rotation = placement.rotation();
         let equations = LengthEquations::new(&placer.points, pivot, &rotation, lengths);
         let ridge = Matrix3::identity() * T::of(OWN_CENTRE_RIDGE);
-        let Some(pose) = PoseInformation::of(&equations) else { return };
+        let Some(pose) = &PoseInformation::of(&equations) else { return };
         let Some(inverse) = inverse_of_symmetric(&(pose.information + ridge)) else { return };
         let own = inverse * pose.gradient_mm;
         placement.misfit = own.norm_squared();
@@ -131,6 +133,7 @@ impl<T: Real> PassSum<T> {
     }
 
     /// How far the centre wanders, or that a few poses alone are to blame.
+    #[inline(never)]
     pub fn wander(&self, step: &Step<T>, placements: &mut [Placement<T>], rejected: u16, poses: usize) -> Refusal {
         let freedom = T::of_integer((3 * self.poses as i32 - UNKNOWNS as i32).max(1));
         let variance = step.squares_left / freedom;
