@@ -12,6 +12,9 @@ use std::{env, fs, io};
 /// handlers itself, so there is nothing to say.
 const DEVICE_X: &str = "/* every vector is given in vectors.rs */\n";
 
+/// Links the panic-free image although it is not, so that the ways to a panic can be looked at.
+const LINK_ANYWAY: &str = "GLENOID_LINK_ANYWAY";
+
 /// The problem that the speed figures are measured on: cable lengths, and the rig with start and truth.
 const PROBLEM: [&str; 2] = ["host-tests/data/speed-problem.csv", "host-tests/data/speed-problem.toml"];
 
@@ -24,8 +27,16 @@ fn main() -> io::Result<()> {
         link_image("nucleo-g474re", 0x0800_0000, None);
         println!("cargo::rustc-link-arg-bin=nucleo-g474re=-Tdefmt.x");
     }
+    let out_dir = PathBuf::from(env::var_os("OUT_DIR").unwrap_or_default());
+    if for_board && env::var_os("CARGO_FEATURE_PANIC_FREE").is_some() {
+        fs::write(out_dir.join("device.x"), DEVICE_X)?;
+        link_image("panic-free", 0x0000_0000, Some(&out_dir));
+        println!("cargo::rerun-if-env-changed={LINK_ANYWAY}");
+        if env::var_os(LINK_ANYWAY).is_some() {
+            println!("cargo::rustc-link-arg-bin=panic-free=--defsym=a_way_to_a_panic_is_left=0");
+        }
+    }
     if for_board && env::var_os("CARGO_FEATURE_EMULATED").is_some() {
-        let out_dir = PathBuf::from(env::var_os("OUT_DIR").unwrap_or_default());
         fs::write(out_dir.join("device.x"), DEVICE_X)?;
         link_image("emulated", 0x0000_0000, Some(&out_dir));
         link_image("speed", 0x0000_0000, Some(&out_dir));

@@ -1,5 +1,9 @@
 //! What a firmware image holds: sections and symbols of its ELF file.
 
+mod code;
+
+pub use code::Code;
+
 use std::fmt;
 use std::path::{Path, PathBuf};
 

@@ -34,8 +34,16 @@ impl Image {
     /// The real drive board (NUCLEO-G474RE).
     pub const NUCLEO_G474RE: Self = Self { binary: "nucleo-g474re", feature: "nucleo-g474re" };
 
+    /// The images that make a drive board, real or emulated.
+    pub const BOARDS: [Self; 2] = [Self::EMULATED, Self::NUCLEO_G474RE];
+
     /// The speed figures of the library on that board (see [`crate::cycles`]).
     pub const SPEED: Self = Self { binary: "speed", feature: "emulated" };
+
+    /// The name of its binary.
+    pub const fn name(self) -> &'static str {
+        self.binary
+    }
 }
 
 /// What builds the image.

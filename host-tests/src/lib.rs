@@ -15,6 +15,7 @@ pub mod plot;
 pub mod power_cut;
 pub mod rehearse;
 pub mod slcan_client;
+pub mod stack_bound;
 pub mod study;
 pub mod vocabulary;
 pub mod wearer;

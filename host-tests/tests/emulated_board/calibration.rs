@@ -4,7 +4,9 @@ use std::path::Path;
 
 use clap::Parser;
 use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, Rig};
+use host_tests::elf::Elf;
 use host_tests::rehearse::{Display, EmulatedBoard, Options, Session, Status, rehearse};
+use host_tests::stack_bound::StackUse;
 use host_tests::wearer::{Wearer, WearerSettings};
 use libtest_mimic::Failed;
 
@@ -27,6 +29,9 @@ pub fn a_calibration_finds_the_centre(image: &Path) -> Result<(), Failed> {
     let [.., used, size] = numbers[..] else { return Err(line.into()) };
     // the solver alone needs more than the one, and an overflow would have ended the board at the other
     assert!(1_000 < used && used < size, "{line}");
+    // what was read off the instructions must not be less than what is seen
+    let foretold = StackUse::of(&Elf::read(image)?)?.most_bytes();
+    assert!(u64::from(used) < foretold, "{line}, at most {foretold} foretold");
     Ok(())
 }
 

@@ -156,7 +156,8 @@ impl Scene {
     pub fn ask_when_still(&mut self, opcode: Opcode, argument: u16) -> Result<Answer, Failed> {
         loop {
             let answer = self.ask(opcode, 0, argument)?;
-            if !matches!(answer.code, Reason::ArmMoving | Reason::CableLoose) {
+            // a busy host may have sent no counts for a while
+            if !matches!(answer.code, Reason::ArmMoving | Reason::CableLoose | Reason::EncoderSilent) {
                 return Ok(answer);
             }
             self.hold(Duration::from_millis(50))?;

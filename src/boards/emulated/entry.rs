@@ -3,7 +3,6 @@
 use core::fmt;
 
 use glenoid::device::{LampPattern, LogEntry};
-use glenoid::restart::Restart;
 use glenoid::rig_link::RigLinkError;
 use glenoid::slcan::SlcanError;
 
@@ -12,8 +11,6 @@ use super::device_entry;
 
 /// One line of the log.
 pub enum Entry {
-    /// The board starts, and why.
-    Started(Restart),
     /// Power-up is over: both lines are served.
     Ready { stack: stack::Usage },
     /// What the parts of the device take of the static RAM, in bytes.
@@ -37,10 +34,6 @@ pub enum Entry {
 impl fmt::Display for Entry {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Started(restart) => {
-                write!(f, "board: started by {}", restart.cause.text())?;
-                restart.last_words.map_or(Ok(()), |words| write!(f, "; its last words were: {}", words.text()))
-            }
             Self::Ready { stack } => {
                 write!(f, "board: ready, {} of {} bytes of stack used to get here", stack.used_bytes, stack.size_bytes)
             }

@@ -27,7 +27,7 @@ use cortex_m::{Peripherals, asm, singleton};
 use glenoid::device::{Action, Config, Device, Event, LampPattern, LogEntry, fingerprint};
 use glenoid::identification::{PoseBuffer, Solver};
 use glenoid::record::{RecordStore, StoreError};
-use glenoid::restart::{LastWords, ResetCause};
+use glenoid::restart::{LastWords, ResetCause, Restart};
 use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, Rig};
 use glenoid::rig_link::{RigLink, Signal};
 use glenoid::slcan::Adapter;
@@ -123,8 +123,7 @@ impl Board {
             clock,
             watchdog: Watchdog::start(),
         };
-        let restart = config.restart;
-        board.outside.log.push(board.last_tick_ms, Entry::Started(restart));
+        tell_start(&config.restart);
         let loaded = board.outside.record.load(fingerprint(&config.rig));
         board.handle(board.last_tick_ms, Event::PowerUp(loaded));
         let memory = Entry::Memory {
@@ -140,9 +139,10 @@ impl Board {
 
     fn handle(&mut self, now_ms: u32, event: Event) {
         let Self { device, outside, .. } = self;
-        device.handle(now_ms, event, &mut |action| outside.carry_out(now_ms, action));
-        if let Some(result) = self.outside.stored.take() {
-            self.handle(now_ms, Event::Stored(result));
+        let mut next = Some(event);
+        while let Some(event) = next {
+            device.handle(now_ms, event, &mut |action| outside.carry_out(now_ms, action));
+            next = outside.stored.take().map(Event::Stored);
         }
     }
 
@@ -221,6 +221,17 @@ impl Board {
                 asm::wfi();
             }
         });
+    }
+}
+
+/// Says why the board starts: at once, since last words would take most of the log's queue.
+fn tell_start(restart: &Restart) {
+    let cause = restart.cause.text();
+    match &restart.last_words {
+        None => log::write_now(format_args!("board: started by {cause}")),
+        Some(words) => {
+            log::write_now(format_args!("board: started by {cause}; its last words were: {}", words.text()));
+        }
     }
 }
 

@@ -114,7 +114,7 @@ impl Board {
                 None
             }
         };
-        let bus = Bus::join(chip.FDCAN1, chip.PA11, chip.PA12, config.base);
+        let bus = Bus::join(chip.FDCAN1, chip.PA11, chip.PA12, config.base)?;
         let mut board = Self {
             device,
             outside: Outside { bus, lamp: LampPattern::Ready, record, stored: None, measure: false },

@@ -12,7 +12,7 @@ use crate::identification::uncertainty::{covariance_of_parameters, worst_centre_
 use crate::kinematics::{CableLengths, LengthEquations};
 use crate::rig::CABLES;
 use crate::scalar::Real;
-use crate::vector::{difference, image, square};
+use crate::vector::{difference, square};
 use heapless::Vec;
 
 /// Inverse of a packed 6x6 matrix.
@@ -26,7 +26,7 @@ fn inverse<T: Real>(matrix: &[T; PACKED]) -> Result<[T; PACKED], Refusal> {
 
 /// Square of the way that a pose moves the most common axis.
 fn moves<T: Real>(placement: &Placement<T>, sway: &Sway<T>) -> T {
-    square(&difference(&image(&placement.rotation(), &sway.axis_in_platform), &sway.axis))
+    square(&difference(&placement.turned(&sway.axis_in_platform), &sway.axis))
 }
 
 impl<T: Real, const N: usize> Solver<T, N> {

@@ -1,0 +1,115 @@
+//! Every function of an image: what it takes off the stack, and whom it may call.
+
+use super::StackError;
+use super::instructions::{Instruction, decode, len};
+use crate::elf::{Code, Elf};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// A function of the image.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Function {
+    /// Its name, demangled.
+    pub name: String,
+    /// All that it takes off the stack pointer on any way through it.
+    pub frame_bytes: u64,
+    /// First addresses of the functions that it names itself.
+    pub calls: BTreeSet<u64>,
+    /// It also calls through pointers.
+    pub calls_anywhere: bool,
+}
+
+/// The functions of an image.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct CallGraph {
+    /// By the address of the first instruction.
+    pub functions: BTreeMap<u64, Function>,
+    /// Functions that a pointer may lead to: their addresses stand in the image.
+    pub pointed_to: BTreeSet<u64>,
+    /// The handlers of the vector table, by their first addresses: the first is what runs after reset.
+    pub handlers: Vec<u64>,
+}
+
+impl CallGraph {
+    /// Reads the image.
+    ///
+    /// # Errors
+    /// [`StackError`].
+    pub fn read(image: &Elf) -> Result<Self, StackError> {
+        let code = image.code()?;
+        let mut ranges: BTreeMap<u64, (u64, String)> = BTreeMap::new();
+        for function in &code.functions {
+            let (end, names) = ranges.entry(function.address).or_default();
+            *end = (*end).max(function.address + function.size_bytes);
+            // the linker folds functions that are alike into one
+            if names.is_empty() {
+                names.clone_from(&function.name);
+            } else if !names.ends_with("…") {
+                let more = names.matches(" = ").count() < 2;
+                names.push_str(&if more { format!(" = {}", function.name) } else { " = …".to_owned() });
+            }
+        }
+        let begins = |address: u64| ranges.contains_key(&address);
+        let pointer = |word: u32| Some(u64::from(word)).filter(|word| word & 1 == 1).map(|word| word & !1);
+        let mut pointed_to: BTreeSet<u64> = code.words().filter_map(pointer).filter(|to| begins(*to)).collect();
+        let mut functions = BTreeMap::new();
+        for (&address, (end, name)) in &ranges {
+            let (function, constants) = walk(&code, address..*end, name, &ranges)?;
+            pointed_to.extend(constants.into_iter().filter_map(pointer).filter(|to| begins(*to)));
+            functions.insert(address, function);
+        }
+        let handlers: BTreeSet<u32> = code.vectors.iter().skip(2).copied().filter(|vector| *vector != 0).collect();
+        let reset = code.vectors.get(1).copied().unwrap_or_default();
+        let all = std::iter::once(reset).chain(handlers.into_iter().filter(|vector| *vector != reset));
+        let handlers = all.map(|vector| u64::from(vector & !1));
+        let handlers = handlers.map(|at| if begins(at) { Ok(at) } else { Err(StackError::NoHandler(at)) });
+        Ok(Self { functions, pointed_to, handlers: handlers.collect::<Result<_, _>>()? })
+    }
+
+    /// Everything that a function may call.
+    pub fn callees<'a>(&'a self, function: &'a Function) -> impl Iterator<Item = u64> + 'a {
+        let anywhere = function.calls_anywhere.then_some(&self.pointed_to);
+        function.calls.iter().chain(anywhere.into_iter().flatten()).copied()
+    }
+}
+
+/// Goes through a function's instructions, and gives it and the constants that it puts together.
+fn walk(
+    code: &Code,
+    range: std::ops::Range<u64>,
+    name: &str,
+    ranges: &BTreeMap<u64, (u64, String)>,
+) -> Result<(Function, Vec<u32>), StackError> {
+    let mut function =
+        Function { name: name.to_owned(), frame_bytes: 0, calls: BTreeSet::new(), calls_anywhere: false };
+    let (mut constants, mut lower) = (Vec::new(), BTreeMap::new());
+    let mut at = range.start;
+    while at < range.end {
+        if code.is_data(at) {
+            at += 2;
+            continue;
+        }
+        let first = code.half_word(at);
+        match decode(at, first, code.half_word(at + 2)) {
+            Instruction::Takes(bytes) => function.frame_bytes += bytes,
+            Instruction::ComputesStackPointer => return Err(StackError::Computed(name.to_owned(), at)),
+            Instruction::GoesTo(to) if range.contains(&to) && to != range.start => {}
+            Instruction::GoesTo(to) => match ranges.range(..=to).next_back() {
+                Some((&begin, (end, _))) if to < *end || to == begin => drop(function.calls.insert(begin)),
+                _ => return Err(StackError::Nowhere(name.to_owned(), to)),
+            },
+            Instruction::GoesAnywhere => function.calls_anywhere = true,
+            Instruction::LowerHalf { register, value } => {
+                lower.insert(register, value);
+                // an address in the first 64 KiB needs no upper half
+                constants.push(u32::from(value));
+            }
+            Instruction::UpperHalf { register, value } => {
+                let low = lower.get(&register).copied().unwrap_or_default();
+                constants.push(u32::from(value) << 16 | u32::from(low));
+            }
+            Instruction::Other => {}
+        }
+        at += len(first);
+    }
+    Ok((function, constants))
+}
