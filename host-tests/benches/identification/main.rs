@@ -19,8 +19,8 @@ use rayon::prelude::*;
 
 use levenberg_marquardt_form::Form;
 
-const LENGTHS: &[u8] = include_bytes!("../data/speed-problem.csv");
-const RIG: &[u8] = include_bytes!("../data/speed-problem.toml");
+const LENGTHS: &[u8] = include_bytes!("../../data/speed-problem.csv");
+const RIG: &[u8] = include_bytes!("../../data/speed-problem.toml");
 /// Poses of the problem, and so many has the solver room for.
 const POSES: usize = 100;
 /// The centre that both must find, mm, and how near.
