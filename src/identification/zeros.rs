@@ -45,6 +45,8 @@ impl<T: Real> ZeroEquations<T> {
 
     /// Adds a pose with its rotation ({P} to {B}) and weight.
     pub fn add(&mut self, rotation: &Matrix3<T>, equations: &LengthEquations<T>, pose: &PoseInformation<T>, weight: T) {
+        // entry after entry, as they are packed
+        let mut inner = self.inner.iter_mut();
         for k in 0..CABLES {
             let g = &equations.moment_mm[k];
             let seen = (equations.direction[k] - pose.through * g) * weight;
@@ -55,10 +57,12 @@ impl<T: Real> ZeroEquations<T> {
             }
             self.gradient[k] += (equations.residual_mm[k] - g.dot(&pose.turn)) * weight;
             let taken = pose.turning_inverse * g * weight;
-            for l in 0..k {
-                self.inner[at(k, l)] -= taken.dot(&equations.moment_mm[l]);
+            for (other, entry) in equations.moment_mm.iter().take(k).zip(inner.by_ref()) {
+                *entry -= taken.dot(other);
             }
-            self.inner[at(k, k)] += weight - taken.dot(g);
+            if let Some(entry) = inner.next() {
+                *entry += weight - taken.dot(g);
+            }
         }
     }
 
@@ -66,21 +70,38 @@ impl<T: Real> ZeroEquations<T> {
     ///
     /// # Errors
     /// [`Singular`] when the zeros determine each other badly; cannot happen with a prior.
+    #[inline(never)]
     pub fn reduce(&self, equations: &NormalEquations<T>) -> Result<Reduced<T>, Singular> {
         let Ok(factors) = &Factors::of(&self.inner) else { return Err(Singular) };
         let alone = factors.solve(&self.gradient);
         let columns = self.mixed.map(|row| factors.solve(&row));
         let mut reduced = *equations;
+        let mut entries = reduced.matrix.iter_mut();
         for i in 0..UNKNOWNS {
-            for j in 0..=i {
-                reduced.matrix[at(i, j)] -= dot(&self.mixed[i], &columns[j]);
+            for (column, entry) in columns.iter().take(i + 1).zip(entries.by_ref()) {
+                *entry -= dot(&self.mixed[i], column);
             }
             reduced.gradient[i] -= dot(&self.mixed[i], &alone);
         }
         reduced.squares = equations.squares + self.prior_squares - dot(&self.gradient, &alone);
         Ok(Reduced { equations: reduced, alone, columns, inverse: factors.inverse() })
     }
+
+    /// The variances that remain.
+    ///
+    /// # Errors
+    /// [`Singular`] when the poses leave O and C undetermined.
+    #[inline(never)]
+    pub fn eliminated(&self, equations: &NormalEquations<T>) -> Result<Variances<T>, Singular> {
+        let Ok(reduced) = &self.reduce(equations) else { return Err(Singular) };
+        let Ok(factors) = &Factors::of(&reduced.equations.matrix) else { return Err(Singular) };
+        let covariance = factors.inverse();
+        Ok((covariance, reduced.zeros_variance(&covariance)))
+    }
 }
+
+/// For a noise of 1 mm: the covariance of O and C (lower triangle), and the variance of each zero.
+pub type Variances<T> = ([T; PACKED], [T; CABLES]);
 
 /// The zeros eliminated, and what is needed to get them back.
 #[derive(Clone, Copy, Debug, PartialEq)]

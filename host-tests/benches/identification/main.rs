@@ -19,12 +19,12 @@ use rayon::prelude::*;
 
 use levenberg_marquardt_form::Form;
 
-const LENGTHS: &[u8] = include_bytes!("../data/speed-problem.csv");
-const RIG: &[u8] = include_bytes!("../data/speed-problem.toml");
+const LENGTHS: &[u8] = include_bytes!("../../data/speed-problem.csv");
+const RIG: &[u8] = include_bytes!("../../data/speed-problem.toml");
 /// Poses of the problem, and so many has the solver room for.
 const POSES: usize = 100;
-/// The centre that both must find, mm, and how near.
-const CENTRE_MM: [f64; 3] = [0.0, 0.0, 148.0];
+/// Centre and radii that all must find, mm, and how near.
+const TRUTH_MM: [f64; 6] = [0.0, 0.0, 148.0, 140.8, 140.8, 140.8];
 const NEAR_MM: f64 = 1e-2;
 /// Identifications of one batch in parallel, each from a start of its own.
 const MANY: usize = 2_000;
@@ -47,10 +47,11 @@ impl<T: Real> Problem<T> {
         }
     }
 
-    /// The `index`-th start: within a millimetre of the problem's own.
+    /// The `index`-th start: on the way from the problem's own to the truth, half of it at most. All of them converge.
     fn start(&self, index: usize) -> Parameters<T> {
-        let shift = |k: usize| T::of((index * (2 * k + 3) % 201) as f64 / 100.0 - 1.0);
-        self.start.moved_by(&std::array::from_fn(shift))
+        let (start, truth) = (self.start.to_array(), TRUTH_MM.map(T::of));
+        let share = T::of((index % 201) as f64 / 400.0);
+        Parameters::from_array(std::array::from_fn(|k| start[k] + (truth[k] - start[k]) * share))
     }
 
     fn paper(&self, start: Parameters<T>) -> Parameters<T> {
@@ -67,7 +68,7 @@ impl<T: Real> Problem<T> {
 /// A figure for a wrong centre would be worth nothing.
 fn checked<T: Real>(parameters: Parameters<T>) -> Parameters<T> {
     let found = parameters.centre_mm.map(|x| x.to_f64());
-    let miss = (0..3).fold(0.0, |sum: f64, k| sum + (found[k] - CENTRE_MM[k]).powi(2)).sqrt();
+    let miss = (0..3).fold(0.0, |sum: f64, k| sum + (found[k] - TRUTH_MM[k]).powi(2)).sqrt();
     assert!(miss < NEAR_MM, "{miss} mm off");
     parameters
 }

@@ -12,7 +12,7 @@ use crate::identification::uncertainty::{covariance_of_parameters, worst_centre_
 use crate::kinematics::{CableLengths, LengthEquations};
 use crate::rig::CABLES;
 use crate::scalar::Real;
-use crate::vector::{difference, image, square};
+use crate::vector::{difference, square};
 use heapless::Vec;
 
 /// Inverse of a packed 6x6 matrix.
@@ -26,7 +26,7 @@ fn inverse<T: Real>(matrix: &[T; PACKED]) -> Result<[T; PACKED], Refusal> {
 
 /// Square of the way that a pose moves the most common axis.
 fn moves<T: Real>(placement: &Placement<T>, sway: &Sway<T>) -> T {
-    square(&difference(&image(&placement.rotation(), &sway.axis_in_platform), &sway.axis))
+    square(&difference(&placement.turned(&sway.axis_in_platform), &sway.axis))
 }
 
 impl<T: Real, const N: usize> Solver<T, N> {
@@ -220,13 +220,17 @@ impl<T: Real, const N: usize> Solver<T, N> {
     pub(super) fn accept(&mut self, poses: usize, squares_mm2: T) -> Result<(), Refusal> {
         let sway = self.refuse_degenerate(|p| p.is_used())?;
         let (noise_mm, widening) = self.noise_of_error_bar(squares_mm2);
-        let (unit, zeros_variance) = self.unit_covariance()?;
+        let covariance = self.unit_covariance();
+        let (unit, zeros_variance) = match &covariance {
+            Ok((unit, zeros_variance)) => (unit, zeros_variance),
+            Err(refusal) => return Err(*refusal),
+        };
         // Noise-free lengths must not pass a geometry that noise would ruin.
         let bar = noise_mm * widening;
         let gate = bar.max(self.placer.rig_noise_mm);
-        self.refuse_weak(&unit, &zeros_variance, gate)?;
+        self.refuse_weak(unit, zeros_variance, gate)?;
         let deviation_mm = deviation(squares_mm2, self.sum.poses);
-        self.write_result(poses, deviation_mm, noise_mm, bar, &unit, &zeros_variance, sway.least_rad);
+        self.write_result(poses, deviation_mm, noise_mm, bar, unit, zeros_variance, sway.least_rad);
         self.begin_check(&sway)
     }
 
@@ -234,10 +238,10 @@ impl<T: Real, const N: usize> Solver<T, N> {
     // Not inlined, like what follows: what each needs of the stack is free again before the next.
     #[inline(never)]
     fn unit_covariance(&self) -> Result<([T; PACKED], [T; CABLES]), Refusal> {
-        let Ok(reduced) = &self.sum.reduced() else { return Err(Refusal::Singular) };
-        let equations = reduced.as_ref().map_or(&self.sum.equations, |reduced| &reduced.equations);
-        let of_pivot = inverse(&equations.matrix)?;
-        let zeros_variance = reduced.as_ref().map_or([T::zero(); CABLES], |reduced| reduced.zeros_variance(&of_pivot));
+        let (of_pivot, zeros_variance) = match &self.sum.zeros {
+            Some(zeros) => zeros.eliminated(&self.sum.equations).map_err(|_| Refusal::Singular)?,
+            None => (inverse(&self.sum.equations.matrix)?, [T::zero(); CABLES]),
+        };
         Ok((covariance_of_parameters(&of_pivot, &self.pivot, &self.placer.points), zeros_variance))
     }
 
@@ -315,6 +319,7 @@ impl<T: Real, const N: usize> Solver<T, N> {
     }
 
     /// Refuses an error bar that is too wide, and says when it is the unknown zeros that widen it.
+    #[inline(never)]
     fn refuse_weak(&self, unit: &[T; PACKED], zeros_variance: &[T; CABLES], noise_mm: T) -> Result<(), Refusal> {
         let limit = self.settings.sigma_limit_mm;
         let refused = judgement::refuse_weak(unit, noise_mm, limit);

@@ -5,7 +5,7 @@ use super::placement::{Placement, Placer};
 use crate::identification::normal_equations::{NormalEquations, Singular, UNKNOWNS};
 use crate::identification::outcome::Refusal;
 use crate::identification::pose_information::PoseInformation;
-use crate::identification::zeros::{Reduced, ZeroEquations};
+use crate::identification::zeros::ZeroEquations;
 use crate::kinematics::arm::turned;
 use crate::kinematics::pivot::inverse_of_symmetric;
 use crate::kinematics::{CableLengths, LengthEquations, Pivot};
@@ -40,6 +40,13 @@ pub(super) struct Step<T> {
 }
 
 impl<T: Real> Step<T> {
+    /// The step of O and C alone.
+    #[inline(never)]
+    fn of(equations: &NormalEquations<T>) -> Result<Self, Singular> {
+        let pivot = equations.solve()?;
+        Ok(Self { pivot, zeros: [T::zero(); CABLES], squares_left: equations.squares_after(&pivot) })
+    }
+
     /// Largest move of any unknown, mm.
     pub fn largest(&self) -> T {
         self.pivot.iter().chain(&self.zeros).fold(T::zero(), |largest, x| largest.max(x.abs()))
@@ -52,23 +59,21 @@ impl<T: Real> PassSum<T> {
         Self { equations: NormalEquations::new(), zeros, poses: 0 }
     }
 
-    /// The equations of O and C alone, with the zeros eliminated.
-    pub fn reduced(&self) -> Result<Option<Reduced<T>>, Singular> {
-        self.zeros.as_ref().map(|zeros| zeros.reduce(&self.equations)).transpose()
-    }
-
     /// The step of the pass.
     #[inline(never)]
     pub fn step(&self) -> Result<Step<T>, Singular> {
-        let Ok(reduced) = &self.reduced() else { return Err(Singular) };
-        let equations = reduced.as_ref().map_or(&self.equations, |reduced| &reduced.equations);
-        let pivot = equations.solve()?;
-        let gained = pivot.iter().zip(&equations.gradient).fold(T::zero(), |sum, (x, g)| sum + *x * *g);
-        Ok(Step {
-            pivot,
-            zeros: reduced.as_ref().map_or([T::zero(); CABLES], |reduced| reduced.zeros_step(&pivot)),
-            squares_left: (equations.squares - gained).max(T::zero()),
-        })
+        // One or the other: with unknown zeros a step takes four times the stack.
+        match &self.zeros {
+            Some(zeros) => self.step_with(zeros),
+            None => Step::of(&self.equations),
+        }
+    }
+
+    #[inline(never)]
+    fn step_with(&self, zeros: &ZeroEquations<T>) -> Result<Step<T>, Singular> {
+        let Ok(reduced) = &zeros.reduce(&self.equations) else { return Err(Singular) };
+        let step = Step::of(&reduced.equations)?;
+        Ok(Step { zeros: reduced.zeros_step(&step.pivot), ..step })
     }
 
     /// Adds one pose with the weight that `weight` gives to its misfit, and refines its rotation.
