@@ -66,6 +66,20 @@ impl Toolchain {
             Self::Debian => "debian",
         }
     }
+
+    /// The word and the version of its compiler: figures of two versions cannot be compared.
+    ///
+    /// # Errors
+    /// Why the compiler could not be asked.
+    pub fn name_and_version(self) -> std::io::Result<String> {
+        let compiler = match self {
+            Self::Rustup => std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into()),
+            Self::Debian => "/usr/bin/rustc".into(),
+        };
+        let output = Command::new(compiler).arg("--version").current_dir(workspace()).output()?;
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        Ok(format!("{} {}", self.name(), text.split_whitespace().nth(1).unwrap_or("of an unknown version")))
+    }
 }
 
 /// Why there is no image.

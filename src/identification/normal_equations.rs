@@ -104,7 +104,10 @@ impl<T: Real> NormalEquations<T> {
     /// # Errors
     /// [`Singular`] as for [`Factors::of`].
     pub fn solve(&self) -> Result<[T; UNKNOWNS], Singular> {
-        Ok(Factors::of(&self.matrix)?.solve(&self.gradient))
+        match &Factors::of(&self.matrix) {
+            Ok(factors) => Ok(factors.solve(&self.gradient)),
+            Err(error) => Err(*error),
+        }
     }
 }
 

@@ -70,8 +70,9 @@ impl<T: Real> ZeroEquations<T> {
     ///
     /// # Errors
     /// [`Singular`] when the zeros determine each other badly; cannot happen with a prior.
+    #[inline(never)]
     pub fn reduce(&self, equations: &NormalEquations<T>) -> Result<Reduced<T>, Singular> {
-        let factors = Factors::of(&self.inner)?;
+        let Ok(factors) = &Factors::of(&self.inner) else { return Err(Singular) };
         let alone = factors.solve(&self.gradient);
         let columns = self.mixed.map(|row| factors.solve(&row));
         let mut reduced = *equations;
@@ -85,7 +86,22 @@ impl<T: Real> ZeroEquations<T> {
         reduced.squares = equations.squares + self.prior_squares - dot(&self.gradient, &alone);
         Ok(Reduced { equations: reduced, alone, columns, inverse: factors.inverse() })
     }
+
+    /// The variances that remain.
+    ///
+    /// # Errors
+    /// [`Singular`] when the poses leave O and C undetermined.
+    #[inline(never)]
+    pub fn eliminated(&self, equations: &NormalEquations<T>) -> Result<Variances<T>, Singular> {
+        let Ok(reduced) = &self.reduce(equations) else { return Err(Singular) };
+        let Ok(factors) = &Factors::of(&reduced.equations.matrix) else { return Err(Singular) };
+        let covariance = factors.inverse();
+        Ok((covariance, reduced.zeros_variance(&covariance)))
+    }
 }
+
+/// For a noise of 1 mm: the covariance of O and C (lower triangle), and the variance of each zero.
+pub type Variances<T> = ([T; PACKED], [T; CABLES]);
 
 /// The zeros eliminated, and what is needed to get them back.
 #[derive(Clone, Copy, Debug, PartialEq)]

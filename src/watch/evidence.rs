@@ -85,8 +85,9 @@ impl<T: Real> Evidence<T> {
         }
     }
 
-    /// The cause that explains the evidence; `None` when there is nothing to explain.
-    pub fn judge(&self, variance_mm2: T, suspicious: T) -> Option<Warning<T>> {
+    /// The cause that explains the evidence; `None` when there is nothing to explain. `usual`: misfit per degree of
+    /// freedom when all was well, 1 or more.
+    pub fn judge(&self, variance_mm2: T, suspicious: T, usual: T) -> Option<Warning<T>> {
         let before = self.left(T::zero(), 0) / variance_mm2;
         if before < suspicious {
             return None;
@@ -99,8 +100,8 @@ impl<T: Real> Evidence<T> {
             if after <= T::of(EXPLAINED) && after < best.misfit[1] {
                 let first = best.cause == Cause::Unknown;
                 // A richer cause must explain clearly more than a simpler one that already does. What is left below
-                // the noise tells nothing: the cables may be better than they were said to be.
-                if first || after.max(T::one()) * T::of(CLEARLY) < best.misfit[1] {
+                // the usual tells nothing: that much the noise and the error of the centre in use leave anyway.
+                if first || after.max(usual) * T::of(CLEARLY) < best.misfit[1] {
                     best = Warning { cause, misfit: [before, after] };
                 }
             }

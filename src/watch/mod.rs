@@ -39,6 +39,11 @@ const MOVED_MM: f64 = 0.5;
 /// Share of a new sample in the running mean of the misfit.
 const SHARE: f64 = 1.0 / 16.0;
 
+/// Share of a new sample in what the misfit usually is, and the most that one sample counts there: the first samples of
+/// a slip must not pass for usual.
+const USUAL_SHARE: f64 = 1.0 / 128.0;
+const USUAL_MOST: f64 = 4.0;
+
 /// Running mean of the misfit per degree of freedom (1 when all is well) at which suspicion begins. The mean of sixteen
 /// sound samples is 1 ± 0.2; ten is what 0.5 mm of slip leaves.
 const SUSPICIOUS: f64 = 10.0;
@@ -69,6 +74,8 @@ pub struct Watch<T: Real> {
     attitude: Option<UnitQuaternion<T>>,
     counted: Option<CableLengths<T>>,
     misfit: T,
+    /// Slow mean of the misfit while all is well: 1, and more where the centre in use is itself a little off.
+    usual: T,
     state: Watching,
     first: Vector3<T>,
     span: T,
@@ -90,6 +97,7 @@ impl<T: Real> Watch<T> {
             attitude: None,
             counted: None,
             misfit: T::one(),
+            usual: T::one(),
             state: Watching::Quiet,
             first: Vector3::zeros(),
             span: T::zero(),
@@ -153,6 +161,9 @@ impl<T: Real> Watch<T> {
         let pose = PoseInformation::of(&equations)?;
         let misfit = pose.squares_mm2 / (self.variance_mm2 * T::of(3.0));
         self.misfit += (misfit - self.misfit) * T::of(SHARE);
+        if self.state == Watching::Quiet {
+            self.usual += (misfit.min(T::of(USUAL_MOST)) - self.usual) * T::of(USUAL_SHARE);
+        }
         match self.state {
             Watching::Quiet if self.misfit > T::of(SUSPICIOUS) => {
                 self.state = Watching::Suspicious;
@@ -181,7 +192,7 @@ impl<T: Real> Watch<T> {
         if self.evidence.samples() < SAMPLES || self.span < T::of(SPAN_RAD) {
             return None;
         }
-        let warning = self.evidence.judge(self.variance_mm2, T::of(SUSPICIOUS));
+        let warning = self.evidence.judge(self.variance_mm2, T::of(SUSPICIOUS), self.usual.max(T::one()));
         self.state = if warning.is_some() { Watching::Warned } else { Watching::Quiet };
         if warning.is_none() {
             self.misfit = T::one();

@@ -10,7 +10,7 @@ use clap::Parser;
 use host_tests::cycles::profile::{self, Place};
 use host_tests::cycles::record::Record;
 use host_tests::cycles::trace::{self, Trace};
-use host_tests::cycles::{agreement, flash, run, table};
+use host_tests::cycles::{agreement, figures, flash, run, table};
 use host_tests::emulator;
 use host_tests::firmware::{self, Toolchain};
 use host_tests::packages::Consent;
@@ -70,9 +70,26 @@ fn measure(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     }
     // The whole image first: the images of the parts take its place.
     let modules = flash::by_module(&image)?;
-    let record = Record::of_run(toolchain.name(), &paths, &traced, &flash::parts(toolchain)?);
-    print_and_save(&record, toolchain, &modules)?;
+    let parts = flash::parts(toolchain)?;
+    let (literal, traced_literal) = literal_for_speed(toolchain)?;
+    let name = toolchain.name_and_version()?;
+    let record = Record::of_run(&name, &[paths, literal].concat(), &[traced, traced_literal].concat(), &parts);
+    print_and_save(&record, &name, &modules)?;
     keep_or_check(arguments, &record)
+}
+
+/// Paths as the board counts them, each with what the trace says of it.
+type Counted = (Vec<figures::Path>, Vec<Option<agreement::Traced>>);
+
+/// The literal form compiled for speed, counted like everything else.
+fn literal_for_speed(toolchain: Toolchain) -> Result<Counted, Box<dyn Error>> {
+    let image = flash::build_literal_for_speed(toolchain)?;
+    let paths = run::paths(&image)?;
+    let traced = agreement::assign(&paths, &trace::single_precision(&image)?)?;
+    let rows = paths.into_iter().zip(traced).filter(|(path, _)| path.name == figures::LITERAL);
+    Ok(rows
+        .map(|(path, traced)| (figures::Path { name: figures::LITERAL_FOR_SPEED.to_owned(), ..path }, traced))
+        .unzip())
 }
 
 fn print_profile(image: &Path, trace: &Trace, counts: Range<usize>) -> Result<(), Box<dyn Error>> {
@@ -89,8 +106,8 @@ fn print_profile(image: &Path, trace: &Trace, counts: Range<usize>) -> Result<()
     Ok(())
 }
 
-fn print_and_save(record: &Record, toolchain: Toolchain, modules: &[(String, u64)]) -> Result<(), Box<dyn Error>> {
-    let table = table::markdown(record, toolchain.name());
+fn print_and_save(record: &Record, toolchain: &str, modules: &[(String, u64)]) -> Result<(), Box<dyn Error>> {
+    let table = table::markdown(record, toolchain);
     println!("{table}");
     println!("{:>8}  module of the whole image (inlined functions count where they ended up)", "flash, B");
     for (module, bytes) in modules.iter().take(MODULE_LINES) {

@@ -29,6 +29,9 @@ pub const POSES: u64 = 100;
 /// The paper written out the long way: what every other run is compared with.
 pub const LITERAL: &str = "literal";
 
+/// The same compiled for speed instead of size.
+pub const LITERAL_FOR_SPEED: &str = "literal-opt-3";
+
 impl Path {
     /// A run from beginning to end, in one count.
     pub fn is_whole(&self) -> bool {

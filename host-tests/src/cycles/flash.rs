@@ -10,7 +10,12 @@ use crate::firmware::{self, FirmwareError, Image, Toolchain};
 const ONLY: &str = "GLENOID_SPEED_ONLY";
 
 /// Images that hold a part of the library each, by the word that selects them.
-pub const PARTS: [&str; 4] = ["paper-f32", "full-f32", "paper-f64", "full-f64"];
+pub const PARTS: [&str; 6] = ["paper-f32", "free-f32", "full-f32", "paper-f64", "free-f64", "full-f64"];
+
+/// The image of the paper as it is printed, alone.
+const LITERAL: &str = "literal";
+/// Overrides how the image's profile is compiled; the speed of code that is unrolled is bought with its size.
+const FOR_SPEED: (&str, &str) = ("CARGO_PROFILE_FIRMWARE_OPT_LEVEL", "3");
 
 /// Bytes of flash of each part.
 ///
@@ -31,6 +36,15 @@ pub fn parts(toolchain: Toolchain) -> Result<Vec<(String, u64)>, String> {
 /// [`FirmwareError::BuildFailed`].
 pub fn build(toolchain: Toolchain, only: Option<&str>) -> Result<std::path::PathBuf, FirmwareError> {
     firmware::build_with_environment(toolchain, Image::SPEED, &[(ONLY, only)])
+}
+
+/// Builds the image of the literal form compiled for speed: what a laboratory would hold the library against.
+///
+/// # Errors
+/// [`FirmwareError::BuildFailed`].
+pub fn build_literal_for_speed(toolchain: Toolchain) -> Result<std::path::PathBuf, FirmwareError> {
+    let (name, level) = FOR_SPEED;
+    firmware::build_with_environment(toolchain, Image::SPEED, &[(ONLY, Some(LITERAL)), (name, Some(level))])
 }
 
 /// Bytes of an image by module: the first three parts of each symbol's name.

@@ -20,7 +20,7 @@ const HEADER: &str = "toolchain,path,precision,figure,value";
 /// One figure.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Row {
-    /// `rustup` or `debian`.
+    /// `rustup` or `debian`, and the compiler's version.
     pub toolchain: String,
     /// Name of the path, or `image` for flash.
     pub path: String,
@@ -144,6 +144,9 @@ impl Record {
     /// What of `run` is worse than this list, one sentence a figure; empty when nothing is.
     pub fn worsened(&self, run: &Self) -> Vec<String> {
         let mut findings = Vec::new();
+        if let Some(new) = run.rows.iter().find(|new| self.rows.iter().all(|old| old.toolchain != new.toolchain)) {
+            return vec![format!("the list has no figures of {}, and compilers differ: keep them", new.toolchain)];
+        }
         for new in &run.rows {
             let Row { toolchain, path, precision, figure, value } = new;
             let name = format!("{path} {precision}, {figure} ({toolchain})");

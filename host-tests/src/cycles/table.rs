@@ -1,6 +1,6 @@
 //! The figures as people read them: Markdown.
 
-use super::figures::{LITERAL, POSES};
+use super::figures::{LITERAL, LITERAL_FOR_SPEED, POSES};
 use super::record::Record;
 
 /// Marks in a document between which the table stands.
@@ -9,24 +9,35 @@ pub const BEGIN: &str = "<!-- cycles: begin -->";
 pub const END: &str = "<!-- cycles: end -->";
 
 /// What the paths are, in the order of the table.
-const PATHS: [(&str, &str); 8] = [
-    (LITERAL, "the paper written out, for comparison"),
+const PATHS: [(&str, &str); 14] = [
+    (LITERAL, "the paper written out, same flags"),
+    (LITERAL_FOR_SPEED, "the paper written out, `opt-level = 3`"),
     ("paper", "the paper's iteration, from a start"),
     ("start-free", "no start: weights and covariance"),
-    ("start-free-slice", "its longest slice"),
+    ("start-free-zeros", "the same with six unknown zeros"),
+    ("start-free-slice", "longest slice without a start"),
     ("survey", "σ foretold for one more pose"),
     ("octahedron", "forward kinematics, no start"),
     ("tracking", "forward kinematics, tracking"),
     ("verify", "verification of one pose"),
+    ("watch", "watch over the centre, one sample"),
+    ("device-tick", "whole device, one tick"),
+    ("device-sample", "whole device, one encoder sample"),
+    ("device-frame", "whole device, one CAN command"),
 ];
 
 /// The images whose sizes are told.
-const PARTS: [(&str, &str); 2] = [("paper", "the paper's iteration"), ("full", "everything in the table")];
+const PARTS: [(&str, &str); 3] = [
+    ("paper", "the paper's iteration"),
+    ("free", "no start, weights, covariance, zeros, foretold σ, forward kinematics"),
+    ("full", "both, verification and watch"),
+];
 
 /// The whole table of one toolchain's figures.
 pub fn markdown(record: &Record, toolchain: &str) -> String {
     let value = |path: &str, precision: &str, figure: &str| record.value(toolchain, path, precision, figure);
-    let mut text = String::from(
+    let mut text = format!("Counted with {toolchain}.\n\n");
+    text.push_str(
         "| path | | instructions | a pose and step | literal = 1 | est. cycles | state, B | stack, B |\n\
          |---|---|--:|--:|--:|--:|--:|--:|\n",
     );

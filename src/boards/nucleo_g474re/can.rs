@@ -3,8 +3,11 @@
 //! embassy-stm32 sets the controller up. The interrupt is served here: the driver's own handler loses frames without a
 //! word when its queue is full.
 
+use core::cell::RefCell;
 use core::sync::atomic::{AtomicU16, Ordering};
 
+use cortex_m::interrupt::{Mutex, free};
+use cortex_m::singleton;
 use embassy_stm32::can::config::{GlobalFilter, NominalBitTiming, NonMatchingFilter, TxBufferMode};
 use embassy_stm32::can::filter::{Action, FilterType, StandardFilter, StandardFilterSlot};
 use embassy_stm32::can::{Can, CanConfigurator, IT0InterruptHandler, IT1InterruptHandler};
@@ -12,13 +15,12 @@ use embassy_stm32::interrupt::Priority;
 use embassy_stm32::interrupt::typelevel::{Binding, FDCAN1_IT0, Handler, Interrupt};
 use embassy_stm32::peripherals::{FDCAN1, PA11, PA12};
 use embassy_stm32::{Peri, bind_interrupts, pac};
-use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
-use embassy_sync::channel::Channel;
 use glenoid::can::health::BusHealth;
 use glenoid::can::{BaseId, Frame};
 use glenoid::drive_board::can_memory::{ELEMENT_WORDS, ELEMENTS, USED_WORDS, frame_of, words_of};
 use glenoid::drive_board::clock::{CAN_BIT_HZ, CORE_HZ};
 use glenoid::drive_board::{BitTiming, CanFilter};
+use heapless::spsc::{Consumer, Producer, Queue};
 
 /// Where the bit is sampled, thousandths of it (CiA 601-3 recommends 80 to 87.5 % at this rate).
 const SAMPLE_PERMILLE: u32 = 850;
@@ -28,10 +30,18 @@ const TIMING: BitTiming = match BitTiming::new(CORE_HZ, CAN_BIT_HZ, SAMPLE_PERMI
     Err(_) => panic!("no bit timing for this clock"),
 };
 
-/// Commands that may wait: what the bus brings while a record is stored is far less.
-static RECEIVED: Channel<CriticalSectionRawMutex, Frame, 16> = Channel::new();
-/// Frames that may wait to be sent: a whole report.
-static TO_SEND: Channel<CriticalSectionRawMutex, Frame, 64> = Channel::new();
+/// Commands that may wait, and one: far more than the bus brings for this device while a record is stored.
+type Received = Queue<Frame, 16>;
+/// Frames that may wait to be sent, and one: a whole report.
+type ToSend = Queue<Frame, 64>;
+
+/// The interrupt handler's ends of the queues.
+struct Ends {
+    received: Producer<'static, Frame>,
+    to_send: Consumer<'static, Frame>,
+}
+
+static ENDS: Mutex<RefCell<Option<Ends>>> = Mutex::new(RefCell::new(None));
 
 /// Frames lost on the way in since it was last asked.
 static LOST: AtomicU16 = AtomicU16::new(0);
@@ -49,17 +59,22 @@ unsafe impl Binding<FDCAN1_IT0, IT0InterruptHandler<FDCAN1>> for Handlers {}
 /// The controller on the bus. Dropping it would take it off.
 pub struct Bus {
     _driver: Can<'static>,
+    received: Consumer<'static, Frame>,
+    to_send: Producer<'static, Frame>,
     dropped: u16,
 }
 
 impl Bus {
-    /// Joins the bus, with the filter of a device's identifiers.
+    /// Joins the bus, with the filter of a device's identifiers. None if it was called before.
     pub fn join(
         controller: Peri<'static, FDCAN1>,
         receive: Peri<'static, PA11>,
         transmit: Peri<'static, PA12>,
         base: BaseId,
-    ) -> Self {
+    ) -> Option<Self> {
+        let (producer, received) = singleton!(: Received = Queue::new())?.split();
+        let (to_send, consumer) = singleton!(: ToSend = Queue::new())?.split();
+        free(|cs| ENDS.borrow(cs).replace(Some(Ends { received: producer, to_send: consumer })));
         // below the sampling, which is at P0
         FDCAN1_IT0::set_priority(Priority::P8);
         let mut configurator = CanConfigurator::new(controller, receive, transmit, Handlers);
@@ -83,17 +98,17 @@ impl Bus {
             // by priority, two frames of one identifier could overtake each other
             .set_tx_buffer_mode(TxBufferMode::Fifo);
         configurator.set_config(config);
-        Self { _driver: configurator.into_normal_mode(), dropped: 0 }
+        Some(Self { _driver: configurator.into_normal_mode(), received, to_send, dropped: 0 })
     }
 
     /// The oldest frame received.
     pub fn receive(&mut self) -> Option<Frame> {
-        RECEIVED.try_receive().ok()
+        self.received.dequeue()
     }
 
     /// Queues a frame. Without room, because nobody takes the frames, it is dropped and counted.
     pub fn send(&mut self, frame: Frame) {
-        if TO_SEND.try_send(frame).is_err() {
+        if self.to_send.enqueue(frame).is_err() {
             self.dropped = self.dropped.saturating_add(1);
         }
         FDCAN1_IT0::pend();
@@ -162,7 +177,7 @@ fn take_received() {
         }
         registers.rxfa(0).write(|w| w.set_fai(element));
         if let Some(frame) = frame_of(&words)
-            && RECEIVED.try_send(frame).is_err()
+            && with_ends(|ends| ends.received.enqueue(frame).ok()).is_none()
         {
             add(&LOST, 1);
         }
@@ -178,13 +193,18 @@ fn hand_over() {
         if status.tfqf() {
             return;
         }
-        let Ok(frame) = TO_SEND.try_receive() else { return };
+        let Some(frame) = with_ends(|ends| ends.to_send.dequeue()) else { return };
         let buffer = usize::from(status.tfqpi());
         for (offset, word) in words_of(&frame).into_iter().enumerate() {
             pac::FDCANRAM1.txbuf(buffer * ELEMENT_WORDS + offset).write_value(word);
         }
         registers.txbar().write(|w| w.set_ar(buffer, true));
     }
+}
+
+/// Holds the other interrupts back for one step of one queue, not longer: the sampling is among them.
+fn with_ends<T>(step: impl FnOnce(&mut Ends) -> Option<T>) -> Option<T> {
+    free(|cs| ENDS.borrow(cs).try_borrow_mut().ok()?.as_mut().and_then(step))
 }
 
 /// Only this interrupt's handler adds, and nothing that takes away can come in between.

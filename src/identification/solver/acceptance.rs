@@ -12,12 +12,21 @@ use crate::identification::uncertainty::{covariance_of_parameters, worst_centre_
 use crate::kinematics::{CableLengths, LengthEquations};
 use crate::rig::CABLES;
 use crate::scalar::Real;
-use crate::vector::{difference, image, square};
+use crate::vector::{difference, square};
 use heapless::Vec;
+
+/// Inverse of a packed 6x6 matrix.
+#[inline(never)]
+fn inverse<T: Real>(matrix: &[T; PACKED]) -> Result<[T; PACKED], Refusal> {
+    match &Factors::of(matrix) {
+        Ok(factors) => Ok(factors.inverse()),
+        Err(_) => Err(Refusal::Singular),
+    }
+}
 
 /// Square of the way that a pose moves the most common axis.
 fn moves<T: Real>(placement: &Placement<T>, sway: &Sway<T>) -> T {
-    square(&difference(&image(&placement.rotation(), &sway.axis_in_platform), &sway.axis))
+    square(&difference(&placement.turned(&sway.axis_in_platform), &sway.axis))
 }
 
 impl<T: Real, const N: usize> Solver<T, N> {
@@ -27,20 +36,21 @@ impl<T: Real, const N: usize> Solver<T, N> {
     }
 
     /// Refuses poses that turn about one axis or are all alike; else tells how they sway.
-    fn refuse_degenerate(&self, used: impl Fn(&Placement<T>) -> bool) -> Result<Sway<T>, Refusal> {
+    #[inline(never)]
+    fn refuse_degenerate(&self, used: fn(&Placement<T>) -> bool) -> Result<Sway<T>, Refusal> {
         let mut rotations = RotationSum::default();
         for placement in self.placements.iter().filter(|p| used(p)) {
             rotations.add(&placement.rotation());
         }
         let sway = rotations.sway();
-        let supporting = self.poses_that_sway(&used, &sway);
+        let supporting = self.poses_that_sway(used, &sway);
         judgement::refuse_degenerate(&sway, supporting, self.settings.sway_limit_rad, self.settings.spread_limit_rad)?;
         Ok(sway)
     }
 
     /// How many poses move the most common axis, and of how many: a direction that one or two odd poses determine is
     /// not determined, for the others could not contradict them.
-    fn poses_that_sway(&self, used: impl Fn(&Placement<T>) -> bool, sway: &Sway<T>) -> (usize, usize) {
+    fn poses_that_sway(&self, used: fn(&Placement<T>) -> bool, sway: &Sway<T>) -> (usize, usize) {
         let considerable = sway.least_rad * sway.least_rad * T::of(0.25);
         self.placements.iter().filter(|p| used(p)).fold((0, 0), |(swaying, all), placement| {
             (swaying + usize::from(moves(placement, sway) > considerable), all + 1)
@@ -206,40 +216,69 @@ impl<T: Real, const N: usize> Solver<T, N> {
     }
 
     /// The last gates, then the result; poses left out are explained next.
+    #[inline(never)]
     pub(super) fn accept(&mut self, poses: usize, squares_mm2: T) -> Result<(), Refusal> {
         let sway = self.refuse_degenerate(|p| p.is_used())?;
-        let reduced = self.sum.reduced().map_err(|_| Refusal::Singular)?;
-        let equations = reduced.as_ref().map_or(&self.sum.equations, |reduced| &reduced.equations);
-        let factors = Factors::of(&equations.matrix).map_err(|_| Refusal::Singular)?;
         let (noise_mm, widening) = self.noise_of_error_bar(squares_mm2);
-        let of_pivot = factors.inverse();
-        let unit = covariance_of_parameters(&of_pivot, &self.pivot, &self.placer.points);
+        let covariance = self.unit_covariance();
+        let (unit, zeros_variance) = match &covariance {
+            Ok((unit, zeros_variance)) => (unit, zeros_variance),
+            Err(refusal) => return Err(*refusal),
+        };
         // Noise-free lengths must not pass a geometry that noise would ruin.
         let bar = noise_mm * widening;
         let gate = bar.max(self.placer.rig_noise_mm);
-        let zeros_variance = reduced.map_or([T::zero(); CABLES], |reduced| reduced.zeros_variance(&of_pivot));
-        self.refuse_weak(&unit, &zeros_variance, gate)?;
-        let mut rejected = Vec::new();
-        for (pose, placement) in self.placements.iter().enumerate() {
-            if !placement.is_used() {
-                let _ = rejected.push(Rejected { pose: pose as u16, cables: placement.broken_cables() });
-            }
-        }
-        self.result = Some(Identified {
+        self.refuse_weak(unit, zeros_variance, gate)?;
+        let deviation_mm = deviation(squares_mm2, self.sum.poses);
+        self.write_result(poses, deviation_mm, noise_mm, bar, unit, zeros_variance, sway.least_rad);
+        self.begin_check(&sway)
+    }
+
+    /// Covariance of the parameters and variance of the zeros, for a noise of 1 mm.
+    // Not inlined, like what follows: what each needs of the stack is free again before the next.
+    #[inline(never)]
+    fn unit_covariance(&self) -> Result<([T; PACKED], [T; CABLES]), Refusal> {
+        let (of_pivot, zeros_variance) = match &self.sum.zeros {
+            Some(zeros) => zeros.eliminated(&self.sum.equations).map_err(|_| Refusal::Singular)?,
+            None => (inverse(&self.sum.equations.matrix)?, [T::zero(); CABLES]),
+        };
+        Ok((covariance_of_parameters(&of_pivot, &self.pivot, &self.placer.points), zeros_variance))
+    }
+
+    /// The result, with `bar` as the noise of its error bar, mm.
+    #[inline(never)]
+    #[allow(clippy::too_many_arguments)]
+    fn write_result(
+        &mut self,
+        poses: usize,
+        deviation_mm: T,
+        noise_mm: T,
+        bar: T,
+        unit: &[T; PACKED],
+        zeros_variance: &[T; CABLES],
+        sway_rad: T,
+    ) {
+        // Written where it stays: on the stack it would be the largest thing there.
+        let result = self.result.insert(Identified {
             parameters: self.pivot.parameters(&self.placer.points),
             covariance_mm2: unit.map(|entry| entry * bar * bar),
             noise_mm,
-            deviation_mm: deviation(squares_mm2, self.sum.poses),
-            deviations_mm: self.deviations_mm.clone(),
-            iterations: self.iterations(),
+            deviation_mm,
+            deviations_mm: Vec::new(),
+            iterations: self.deviations_mm.len() as u8,
             termination: Termination::Settled,
             poses: poses as u16,
-            rejected,
-            sway_rad: sway.least_rad,
+            rejected: Vec::new(),
+            sway_rad,
             zeros_mm: self.zeros_mm,
             zero_sigmas_mm: zeros_variance.map(|variance| variance.max(T::zero()).root() * bar),
         });
-        self.begin_check(&sway)
+        result.deviations_mm.clone_from(&self.deviations_mm);
+        for (pose, placement) in self.placements.iter().enumerate() {
+            if !placement.is_used() {
+                let _ = result.rejected.push(Rejected { pose: pose as u16, cables: placement.broken_cables() });
+            }
+        }
     }
 
     /// Which poses are to be doubted: all of a few, or the one that makes most of the sway.
@@ -262,6 +301,7 @@ impl<T: Real, const N: usize> Solver<T, N> {
     }
 
     /// Takes the next pose away from the result: the centre must still be determined, though worse.
+    #[inline(never)]
     pub(super) fn check_without(&mut self, lengths: &CableLengths<T>) -> Result<(), Refusal> {
         let pose = self.next as u16;
         let placement = self.placements.get(self.next).filter(|p| p.is_used());
@@ -269,22 +309,22 @@ impl<T: Real, const N: usize> Solver<T, N> {
         let (Some(placement), Ok(lengths)) = (placement, lengths.less(&self.zeros_mm)) else { return Ok(()) };
         let rotation = placement.rotation();
         let equations = LengthEquations::new(&self.placer.points, &self.pivot, &rotation, &lengths);
-        let Some(known) = PoseInformation::of(&equations) else { return Ok(()) };
+        let Some(known) = &PoseInformation::of(&equations) else { return Ok(()) };
         let mut without = self.sum.equations;
         without.add_information(&rotation, &-known.information, &-known.gradient_mm);
-        let all = Factors::of(&self.sum.equations.matrix).map_err(|_| Refusal::Singular)?;
-        let (limit, _) = worst_centre_direction(&all.inverse());
+        let (limit, _) = worst_centre_direction(&inverse(&self.sum.equations.matrix)?);
         let limit = limit * judgement::limit_without_one_pose(self.sum.poses);
-        let stands = Factors::of(&without.matrix).is_ok_and(|rest| worst_centre_direction(&rest.inverse()).0 <= limit);
+        let stands = inverse(&without.matrix).is_ok_and(|rest| worst_centre_direction(&rest).0 <= limit);
         if stands { Ok(()) } else { Err(Refusal::HangsOnOnePose { pose }) }
     }
 
     /// Refuses an error bar that is too wide, and says when it is the unknown zeros that widen it.
+    #[inline(never)]
     fn refuse_weak(&self, unit: &[T; PACKED], zeros_variance: &[T; CABLES], noise_mm: T) -> Result<(), Refusal> {
         let limit = self.settings.sigma_limit_mm;
         let refused = judgement::refuse_weak(unit, noise_mm, limit);
         if refused.is_err() && self.sum.zeros.is_some() {
-            let known = Factors::of(&self.sum.equations.matrix).map_err(|_| Refusal::Singular)?.inverse();
+            let known = inverse(&self.sum.equations.matrix)?;
             let known = covariance_of_parameters(&known, &self.pivot, &self.placer.points);
             if judgement::refuse_weak(&known, noise_mm, limit).is_ok() {
                 let worst = (0..CABLES).fold(0, |w, k| if zeros_variance[k] > zeros_variance[w] { k } else { w });

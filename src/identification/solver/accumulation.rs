@@ -5,7 +5,7 @@ use super::placement::{Placement, Placer};
 use crate::identification::normal_equations::{NormalEquations, Singular, UNKNOWNS};
 use crate::identification::outcome::Refusal;
 use crate::identification::pose_information::PoseInformation;
-use crate::identification::zeros::{Reduced, ZeroEquations};
+use crate::identification::zeros::ZeroEquations;
 use crate::kinematics::arm::turned;
 use crate::kinematics::pivot::inverse_of_symmetric;
 use crate::kinematics::{CableLengths, LengthEquations, Pivot};
@@ -40,6 +40,13 @@ pub(super) struct Step<T> {
 }
 
 impl<T: Real> Step<T> {
+    /// The step of O and C alone.
+    #[inline(never)]
+    fn of(equations: &NormalEquations<T>) -> Result<Self, Singular> {
+        let pivot = equations.solve()?;
+        Ok(Self { pivot, zeros: [T::zero(); CABLES], squares_left: equations.squares_after(&pivot) })
+    }
+
     /// Largest move of any unknown, mm.
     pub fn largest(&self) -> T {
         self.pivot.iter().chain(&self.zeros).fold(T::zero(), |largest, x| largest.max(x.abs()))
@@ -52,22 +59,21 @@ impl<T: Real> PassSum<T> {
         Self { equations: NormalEquations::new(), zeros, poses: 0 }
     }
 
-    /// The equations of O and C alone, with the zeros eliminated.
-    pub fn reduced(&self) -> Result<Option<Reduced<T>>, Singular> {
-        self.zeros.as_ref().map(|zeros| zeros.reduce(&self.equations)).transpose()
+    /// The step of the pass.
+    #[inline(never)]
+    pub fn step(&self) -> Result<Step<T>, Singular> {
+        // One or the other: with unknown zeros a step takes four times the stack.
+        match &self.zeros {
+            Some(zeros) => self.step_with(zeros),
+            None => Step::of(&self.equations),
+        }
     }
 
-    /// The step of the pass.
-    pub fn step(&self) -> Result<Step<T>, Singular> {
-        let reduced = self.reduced()?;
-        let equations = reduced.as_ref().map_or(&self.equations, |reduced| &reduced.equations);
-        let pivot = equations.solve()?;
-        let gained = pivot.iter().zip(&equations.gradient).fold(T::zero(), |sum, (x, g)| sum + *x * *g);
-        Ok(Step {
-            pivot,
-            zeros: reduced.as_ref().map_or([T::zero(); CABLES], |reduced| reduced.zeros_step(&pivot)),
-            squares_left: (equations.squares - gained).max(T::zero()),
-        })
+    #[inline(never)]
+    fn step_with(&self, zeros: &ZeroEquations<T>) -> Result<Step<T>, Singular> {
+        let Ok(reduced) = &zeros.reduce(&self.equations) else { return Err(Singular) };
+        let step = Step::of(&reduced.equations)?;
+        Ok(Step { zeros: reduced.zeros_step(&step.pivot), ..step })
     }
 
     /// Adds one pose with the weight that `weight` gives to its misfit, and refines its rotation.
@@ -107,6 +113,7 @@ impl<T: Real> PassSum<T> {
     }
 
     /// Adds the centre that a pose would have by itself, all poses alike; its squared distance replaces the misfit.
+    #[inline(never)]
     pub fn add_own_centre(
         &mut self,
         placement: &mut Placement<T>,
@@ -120,7 +127,7 @@ impl<T: Real> PassSum<T> {
         let rotation = placement.rotation();
         let equations = LengthEquations::new(&placer.points, pivot, &rotation, lengths);
         let ridge = Matrix3::identity() * T::of(OWN_CENTRE_RIDGE);
-        let Some(pose) = PoseInformation::of(&equations) else { return };
+        let Some(pose) = &PoseInformation::of(&equations) else { return };
         let Some(inverse) = inverse_of_symmetric(&(pose.information + ridge)) else { return };
         let own = inverse * pose.gradient_mm;
         placement.misfit = own.norm_squared();
@@ -131,6 +138,7 @@ impl<T: Real> PassSum<T> {
     }
 
     /// How far the centre wanders, or that a few poses alone are to blame.
+    #[inline(never)]
     pub fn wander(&self, step: &Step<T>, placements: &mut [Placement<T>], rejected: u16, poses: usize) -> Refusal {
         let freedom = T::of_integer((3 * self.poses as i32 - UNKNOWNS as i32).max(1));
         let variance = step.squares_left / freedom;

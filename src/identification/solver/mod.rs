@@ -100,6 +100,13 @@ pub struct Solver<T: Real, const N: usize = DEFAULT_CAPACITY> {
     result: Option<Identified<T>>,
 }
 
+/// The result handed over.
+// Not inlined, as nothing that lies deep: a copy of the result would be under every slice of work.
+#[inline(never)]
+fn finished<T: Real>(result: &Identified<T>) -> Progress<T> {
+    Progress::Identified(result.clone())
+}
+
 impl<T: Real, const N: usize> Solver<T, N> {
     /// A solver for `rig`, at its beginning.
     pub fn new(rig: &Rig<T>, settings: SolverSettings<T>) -> Self {
@@ -189,7 +196,7 @@ impl<T: Real, const N: usize> Solver<T, N> {
         match outcome {
             Err(refusal) => Progress::Refused(refusal),
             Ok(()) => match (&self.phase, &self.result) {
-                (Phase::Blame(blame), Some(result)) if blame.is_done(result) => Progress::Identified(result.clone()),
+                (Phase::Blame(blame), Some(result)) if blame.is_done(result) => finished(result),
                 _ => Progress::Working,
             },
         }
@@ -200,6 +207,7 @@ impl<T: Real, const N: usize> Solver<T, N> {
         self.deviations_mm.len() as u8
     }
 
+    #[inline(never)]
     fn place(&mut self, lengths: &CableLengths<T>) {
         let placement = match self.placer.octahedron.solve(lengths) {
             Ok(pose) => {
@@ -215,6 +223,7 @@ impl<T: Real, const N: usize> Solver<T, N> {
     }
 
     /// The linear fit of the pivot.
+    #[inline(never)]
     fn finish_placing(&mut self) -> Result<(), Refusal> {
         let placed = self.placements.iter().filter(|p| p.is_placed()).count();
         if placed < FEWEST_POSES {
@@ -256,6 +265,7 @@ impl<T: Real, const N: usize> Solver<T, N> {
     }
 
     /// Adds one pose to the pass.
+    #[inline(never)]
     fn weigh(&mut self, weighing: Weighing<T>, lengths: &CableLengths<T>) {
         let variance = self.noise_mm * self.noise_mm;
         if let (Some(placement), Ok(lengths)) = (self.placements.get_mut(self.next), lengths.less(&self.zeros_mm)) {
@@ -284,6 +294,7 @@ impl<T: Real, const N: usize> Solver<T, N> {
     }
 
     /// Takes the step of a pass and decides what comes next.
+    #[inline(never)]
     fn finish_pass(&mut self, weighing: Weighing<T>, poses: usize) -> Result<(), Refusal> {
         let Ok(step) = self.sum.step() else {
             let refusal = match weighing {
@@ -355,6 +366,7 @@ impl<T: Real, const N: usize> Solver<T, N> {
         }
     }
 
+    #[inline(never)]
     fn explain(&mut self, mut blame: Blame<T>, poses: &[CableLengths<T>]) -> Result<(), Refusal> {
         if let Some(result) = &mut self.result {
             blame.advance(result, &self.placer, &self.pivot, &self.zeros_mm, poses);

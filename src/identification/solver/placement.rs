@@ -4,7 +4,8 @@ use crate::kinematics::arm::{Arm, CableSet, nearest_attitude, rotation_of};
 use crate::kinematics::{BaseEdges, CableLengths, Octahedron, Pivot, RigPoints};
 use crate::rig::Rig;
 use crate::scalar::Real;
-use nalgebra::{Matrix3, UnitQuaternion};
+use crate::vector::{cross, scaled, sum};
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 /// What the solver keeps of a pose.
 #[derive(Clone, Copy, Debug)]
@@ -70,6 +71,14 @@ impl<T: Real> Placement<T> {
 
     pub fn rotation(&self) -> Matrix3<T> {
         rotation_of(&self.attitude)
+    }
+
+    /// A vector of {P} in {B}: v + 2 (w q × v + q × (q × v)), a quarter of the work of a whole matrix.
+    pub fn turned(&self, vector: &Vector3<T>) -> Vector3<T> {
+        let [x, y, z, w]: [T; 4] = self.attitude.coords.into();
+        let axis = Vector3::new(x, y, z);
+        let across = scaled(&cross(&axis, vector), T::of(2.0));
+        sum(&sum(vector, &scaled(&across, w)), &cross(&axis, &across))
     }
 
     pub fn attitude(&self) -> &UnitQuaternion<T> {

@@ -3,29 +3,34 @@
 
 use super::measure::Number;
 
-/// `none`, `paper-f32`, `full-f32`, `paper-f64`, `full-f64`; not set: everything, with the literal form and the device.
+/// `none`, `literal`, and for each precision `paper-f32`, `free-f32`, `full-f32`; not set: everything.
 const ONLY: Option<&str> = option_env!("GLENOID_SPEED_ONLY");
 
 /// A group of paths that is held together.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Part {
+    /// The paper as it is printed.
+    Literal,
     /// The paper's iteration.
     Paper,
-    /// Everything else that the identification offers.
-    Full,
-    /// What only the whole image holds.
-    Comparison,
+    /// Identification without a start, with everything that belongs to it.
+    Free,
+    /// What looks at a centre in use.
+    InUse,
+    /// The whole device.
+    Device,
 }
 
 /// Is this part in the image, in this precision?
 pub const fn holds<T: Number>(part: Part) -> bool {
     let Some(only) = ONLY else { return true };
-    let words = match part {
-        Part::Paper => [T::PAPER, T::FULL],
-        Part::Full => [T::FULL, T::FULL],
-        Part::Comparison => return false,
-    };
-    same(only, words[0]) || same(only, words[1])
+    match part {
+        Part::Literal => same(only, "literal"),
+        Part::Paper => same(only, T::PAPER) || same(only, T::FULL),
+        Part::Free => same(only, T::FREE) || same(only, T::FULL),
+        Part::InUse => same(only, T::FULL),
+        Part::Device => false,
+    }
 }
 
 const fn same(a: &str, b: &str) -> bool {

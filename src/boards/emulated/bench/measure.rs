@@ -14,6 +14,8 @@ pub trait Number: Real {
     const NAME: &str;
     /// Name of the image that holds the paper's path alone.
     const PAPER: &str;
+    /// Name of the image that holds what needs no start, and nothing else.
+    const FREE: &str;
     /// Name of the image that holds all paths of the library.
     const FULL: &str;
 }
@@ -21,12 +23,14 @@ pub trait Number: Real {
 impl Number for f32 {
     const NAME: &str = "f32";
     const PAPER: &str = "paper-f32";
+    const FREE: &str = "free-f32";
     const FULL: &str = "full-f32";
 }
 
 impl Number for f64 {
     const NAME: &str = "f64";
     const PAPER: &str = "paper-f64";
+    const FREE: &str = "free-f64";
     const FULL: &str = "full-f64";
 }
 

@@ -66,13 +66,13 @@ pub fn run<T: Number>(bench: &mut Bench<T>) -> bool {
     let truth = bench.problem.truth;
     // Always there: what measuring and printing take is then in every image alike.
     let mut sound = print::<T>("empty", measure::whole(bench, 0, &truth, whole_runs::empty));
-    if const { holds::<T>(Part::Comparison) } {
+    if const { holds::<T>(Part::Literal) } {
         sound &= print::<T>("literal", measure::whole(bench, size_of::<Rows<T>>(), &truth, literal_form::run));
     }
     if const { holds::<T>(Part::Paper) } {
         sound &= print::<T>("paper", measure::whole(bench, 0, &truth, whole_runs::paper));
     }
-    if const { holds::<T>(Part::Full) } {
+    if const { holds::<T>(Part::Free) } {
         let state = size_of::<Solver<T, POSES>>();
         sound &= print::<T>("start-free", measure::whole(bench, state, &truth, whole_runs::start_free));
         sound &=
@@ -84,6 +84,8 @@ pub fn run<T: Number>(bench: &mut Bench<T>) -> bool {
         sound &= print::<T>("octahedron", measure::pieces(bench, octahedron, samples::geometry, samples::octahedron));
         let arm = size_of::<Geometry<T>>();
         sound &= print::<T>("tracking", measure::pieces(bench, arm, samples::arm_before, samples::tracking));
+    }
+    if const { holds::<T>(Part::InUse) } {
         let watch = size_of::<Watch<T>>();
         sound &= print::<T>("watch", measure::pieces(bench, watch, in_use::new_watch, in_use::watch));
         sound &= print::<T>("verify", measure::pieces(bench, 0, samples::nothing, samples::verify));
@@ -94,7 +96,7 @@ pub fn run<T: Number>(bench: &mut Bench<T>) -> bool {
 /// Measures what an event costs the whole device. False when the calibration did not end as it should.
 #[inline(never)]
 pub fn run_device(problem: &Problem<f32>) -> bool {
-    if const { !holds::<f32>(Part::Comparison) } {
+    if const { !holds::<f32>(Part::Device) } {
         return true;
     }
     let Some(costs) = device::costs(problem) else {

@@ -31,7 +31,31 @@ pub fn paper<T: Number>(bench: &mut Bench<T>) -> Option<Answer<T>> {
 /// The start-free path: from raw lengths to centre, weights and covariance.
 #[inline(never)]
 pub fn start_free<T: Number>(bench: &mut Bench<T>) -> Option<Answer<T>> {
-    new_solver(bench)?;
+    begin(bench, T::zero());
+    finish(bench)
+}
+
+/// The same with the zeros of all six encoders unknown by 10 mm.
+#[inline(never)]
+pub fn zeros<T: Number>(bench: &mut Bench<T>) -> Option<Answer<T>> {
+    begin(bench, T::of(ZERO_PRIOR_MM));
+    finish(bench)
+}
+
+/// The start-free solver at its beginning.
+pub fn new_solver<T: Number>(bench: &mut Bench<T>) -> Option<()> {
+    begin(bench, T::zero());
+    Some(())
+}
+
+// Not inlined: the solver passes through its frame on its way to its place.
+#[inline(never)]
+fn begin<T: Number>(bench: &mut Bench<T>, zero_prior_mm: T) {
+    let rig = &bench.problem.rig;
+    bench.solver = Some(Solver::new(rig, SolverSettings { zero_prior_mm, ..SolverSettings::for_rig(rig) }));
+}
+
+fn finish<T: Number>(bench: &mut Bench<T>) -> Option<Answer<T>> {
     let solver = bench.solver.as_mut()?;
     let poses = bench.problem.poses.as_slice();
     loop {
@@ -39,28 +63,6 @@ pub fn start_free<T: Number>(bench: &mut Bench<T>) -> Option<Answer<T>> {
             return answer.ok();
         }
     }
-}
-
-/// The same with the zeros of all six encoders unknown by 10 mm.
-#[inline(never)]
-pub fn zeros<T: Number>(bench: &mut Bench<T>) -> Option<Answer<T>> {
-    let rig = &bench.problem.rig;
-    let settings = SolverSettings { zero_prior_mm: T::of(ZERO_PRIOR_MM), ..SolverSettings::for_rig(rig) };
-    let solver = bench.solver.insert(Solver::new(rig, settings));
-    let poses = bench.problem.poses.as_slice();
-    loop {
-        if let Some(answer) = answer(&solver.advance(poses)) {
-            return answer.ok();
-        }
-    }
-}
-
-/// The start-free solver at its beginning.
-#[inline(never)]
-pub fn new_solver<T: Number>(bench: &mut Bench<T>) -> Option<()> {
-    let rig = &bench.problem.rig;
-    bench.solver = Some(Solver::new(rig, SolverSettings::for_rig(rig)));
-    Some(())
 }
 
 /// One slice of the start-free path: what it keeps a board from doing anything else.
