@@ -259,6 +259,33 @@ fn an_encoder_that_falls_silent_is_named() {
     assert!(report.plots.is_empty() && !plots.exists());
 }
 
+/// Lines A and B exchanged: it counts down where the others count up.
+#[test]
+fn an_encoder_that_counts_the_wrong_way_gives_no_centre() {
+    for cable in 0..6 {
+        let report = rehearse_in_process(&options(&["--seed", "6", "--poses", "12"]), |_, mut counts| {
+            counts[cable] = -counts[cable];
+            counts
+        });
+        assert_eq!(report.status, Status::Failed, "cable {}: {report}", cable + 1);
+        assert!(report.reasons[0].contains("What to do: "), "{report}");
+    }
+}
+
+/// A line that picks up noise: from counts that jitter within the noise of the others to leaps of centimetres. A centre
+/// that is accepted is the right one.
+#[test]
+fn a_noisy_encoder_gives_no_wrong_centre() {
+    for (seed, most) in [(1_u64, 3), (2, 10), (3, 40), (4, 200), (5, 1_000), (6, 20_000)] {
+        let report = rehearse_in_process(&options(&["--seed", "6", "--poses", "12"]), |sample, mut counts| {
+            let noise = (sample as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15 ^ seed) >> 40;
+            counts[1] += noise as i32 % (2 * most + 1) - most;
+            counts
+        });
+        assert_ne!(report.status, Status::Wrong, "{most}: {report}");
+    }
+}
+
 /// The board itself is sound, but after the restart another one stands in its place.
 #[test]
 fn a_board_that_forgets_its_centre_or_has_another_is_never_right() {
