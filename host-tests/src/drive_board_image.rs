@@ -48,7 +48,7 @@ pub struct Facts {
     pub segments: Vec<Segment>,
     /// The vector table, word by word.
     pub vectors: Vec<u32>,
-    /// Addresses of the functions that [`OWN_VECTORS`] names, in its order.
+    /// Addresses of the handlers that must be the firmware's own: reset, NMI, hard fault, core timer, CAN.
     pub handlers: [u64; OWN_VECTORS.len()],
     /// Where the code lies.
     pub code: Range,

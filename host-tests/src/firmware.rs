@@ -40,6 +40,9 @@ impl Image {
     /// The speed figures of the library on that board (see [`crate::cycles`]).
     pub const SPEED: Self = Self { binary: "speed", feature: "emulated" };
 
+    /// The whole library, for `cargo panic-free`; never run.
+    pub const PANIC_FREE: Self = Self { binary: "panic-free", feature: "panic-free" };
+
     /// The name of its binary.
     pub const fn name(self) -> &'static str {
         self.binary

@@ -1,8 +1,8 @@
 //! The watch over the centre in use, as the device runs it: when it looks, what it tells, until when.
 //!
 //! It looks while a centre is in use and no calibration is under way, at believable encoders only, and at most once in
-//! [`PERIOD_MS`]: that bounds its cost whatever the sampling rate, and at 20 degrees a second the arm turns by a fifth
-//! of a degree meanwhile. A warning stays until somebody acknowledges it or another centre is accepted. If what slipped
+//! [`PERIOD_MS`]: that bounds its cost whatever the sampling rate, and at 20 degrees a second the arm turns by a tenth
+//! of a degree meanwhile. Every sample of a board that takes a hundred a second is looked at, late or early. A warning stays until somebody acknowledges it or another centre is accepted. If what slipped
 //! is still where it slipped to, the next few degrees of motion warn again. The centre in use never changes.
 
 use super::{Action, Device, LogEntry};
@@ -14,7 +14,7 @@ use crate::rig::{CABLES, Rig};
 use crate::watch::{Watch, Watching};
 
 /// Shortest time between two samples that are looked at, ms.
-const PERIOD_MS: u32 = 10;
+const PERIOD_MS: u32 = 5;
 
 /// The watch over the centre in use, if there is one.
 #[derive(Debug, Clone, Default)]

@@ -4,7 +4,7 @@
 //! by a3_i q_i, and the rest of its motion is common to all three end-points. So the row of edge (i, j) with unit
 //! vector e is `(e·a3_i) q_i - (e·a3_j) q_j`, which equals the Appendix's (1/p) C A⁻¹ B, and a pose's D is a 3x3 matrix
 //! of **turns** K with two entries a row, times the 3x6 matrix W whose rows are the q_i. D itself is never formed to
-//! solve (see [`pass_sum`](super::pass_sum)).
+//! solve (see `pass_sum`).
 
 use crate::kinematics::hinge::{BaseEdges, HingeCoordinates};
 use crate::kinematics::tetrahedron::{Foot, TetrahedronBase};

@@ -104,11 +104,15 @@ fn eigen_of_symmetric<T: Real>(matrix: &Matrix3<T>) -> ([Vector3<T>; 3], [T; 3])
         }
     }
     // Sorted by three exchanges of neighbours.
-    for first in [0, 1, 0] {
-        if values[first + 1] > values[first] {
-            values.swap(first, first + 1);
-            axes.swap(first, first + 1);
+    let ([p, q, r], [x, y, z]) = (values, axes);
+    let (mut first, mut second, mut third) = ((p, x), (q, y), (r, z));
+    let sort = |larger: &mut (T, Vector3<T>), smaller: &mut (T, Vector3<T>)| {
+        if smaller.0 > larger.0 {
+            core::mem::swap(larger, smaller);
         }
-    }
-    (axes, values)
+    };
+    sort(&mut first, &mut second);
+    sort(&mut second, &mut third);
+    sort(&mut first, &mut second);
+    ([first.1, second.1, third.1], [first.0, second.0, third.0])
 }

@@ -1,6 +1,6 @@
 //! The error bar: from the covariance of the six unknowns to figures that a person can read.
 
-use super::normal_equations::{PACKED, UNKNOWNS, at};
+use super::normal_equations::{PACKED, UNKNOWNS};
 use crate::kinematics::{Pivot, RigPoints};
 use crate::scalar::Real;
 use crate::vector::{difference, dot, image, image_transposed, scaled, square};
@@ -31,26 +31,26 @@ pub fn covariance_of_parameters<T: Real>(
     let mixed = Matrix3::new(m11, m12, m13, m21, m22, m23, m31, m32, m33);
     let inner = Matrix3::new(c11, c21, c31, c21, c22, c32, c31, c32, c33);
     let mut packed = [T::zero(); PACKED];
-    let [p11, p21, p22, p31, p32, p33, ..] = &mut packed;
+    let [p11, p21, p22, p31, p32, p33, rest @ ..] = &mut packed;
     [*p11, *p21, *p22, *p31, *p32, *p33] = [o11, o21, o22, o31, o32, o33];
+    let mut rest = rest.iter_mut();
     let mut rows = [Vector3::zeros(); 3];
     for i in 0..3 {
         let arm = difference(&pivot.in_platform_mm, &points.platform_mm[i]);
         rows[i] = scaled(&arm, T::one() / square(&arm).root());
         let (with_centre, with_pivot) = (image_transposed(&mixed, &rows[i]), image(&inner, &rows[i]));
-        for j in 0..3 {
-            packed[at(3 + i, j)] = with_centre[j];
-        }
-        for j in 0..=i {
-            packed[at(3 + i, 3 + j)] = dot(&with_pivot, &rows[j]);
-        }
+        // entry after entry, as they are packed
+        let with_radii = rows.iter().take(i + 1).map(|row| dot(&with_pivot, row));
+        let entries = with_centre.iter().copied().chain(with_radii);
+        entries.zip(rest.by_ref()).for_each(|(entry, place)| *place = entry);
     }
     packed
 }
 
 /// 1σ of each unknown from a packed covariance.
 pub fn sigmas<T: Real>(covariance: &[T; PACKED]) -> [T; UNKNOWNS] {
-    core::array::from_fn(|i| covariance[at(i, i)].max(T::zero()).root())
+    let [xx, _, yy, _, _, zz, _, _, _, p1, _, _, _, _, p2, _, _, _, _, _, p3] = *covariance;
+    [xx, yy, zz, p1, p2, p3].map(|variance| variance.max(T::zero()).root())
 }
 
 /// The direction of largest variance among all six unknowns, a unit vector, and its 1σ.
@@ -108,24 +108,41 @@ pub fn worst_of_three<T: Real>(covariance: &[T; 6]) -> (T, [T; 3]) {
 
 /// Power iteration.
 fn worst<T: Real>(covariance: &[T; PACKED]) -> ([T; UNKNOWNS], T) {
-    const K: usize = UNKNOWNS;
-    let entry = |i: usize, j: usize| covariance[if i >= j { at(i, j) } else { at(j, i) }];
+    #[rustfmt::skip]
+    let [
+        xx,
+        yx, yy,
+        zx, zy, zz,
+        px, py, pz, pp,
+        qx, qy, qz, qp, qq,
+        rx, ry, rz, rp, rq, rr,
+    ] = *covariance;
+    let columns = [
+        [xx, yx, zx, px, qx, rx],
+        [yx, yy, zy, py, qy, ry],
+        [zx, zy, zz, pz, qz, rz],
+        [px, py, pz, pp, qp, rp],
+        [qx, qy, qz, qp, qq, rq],
+        [rx, ry, rz, rp, rq, rr],
+    ];
+    let product = |a: &[T; UNKNOWNS], b: &[T; UNKNOWNS]| a.iter().zip(b).fold(T::zero(), |sum, (a, b)| sum + *a * *b);
     // Begins with the column of the largest variance: never orthogonal to the direction that is looked for.
-    let start = (0..K).fold(0, |best, i| if entry(i, i) > entry(best, best) { i } else { best });
-    let mut direction: [T; K] = core::array::from_fn(|i| entry(i, start));
-    let mut variance = entry(start, start);
+    let variances = [yy, zz, pp, qq, rr].into_iter().zip(columns.into_iter().skip(1));
+    let larger = |best: (T, _), next: (T, _)| if next.0 > best.0 { next } else { best };
+    let [first, ..] = columns;
+    let (mut variance, mut direction) = variances.fold((xx, first), larger);
     for _ in 0..POWER_ROUNDS {
-        let norm = direction.iter().fold(T::zero(), |sum, x| sum + *x * *x).root();
+        let norm = product(&direction, &direction).root();
         // A zero or a NaN: there is no direction.
         if !(norm > T::zero()) {
             break;
         }
         direction = direction.map(|x| x / norm);
-        let image: [T; K] = core::array::from_fn(|i| (0..K).fold(T::zero(), |sum, j| sum + entry(i, j) * direction[j]));
-        variance = (0..K).fold(T::zero(), |sum, i| sum + image[i] * direction[i]);
+        let image = columns.map(|column| product(&column, &direction));
+        variance = product(&image, &direction);
         direction = image;
     }
-    let norm = direction.iter().fold(T::zero(), |sum, x| sum + *x * *x).root();
+    let norm = product(&direction, &direction).root();
     if norm > T::zero() {
         direction = direction.map(|x| x / norm);
     }

@@ -45,6 +45,8 @@ impl<T: Real> ZeroEquations<T> {
 
     /// Adds a pose with its rotation ({P} to {B}) and weight.
     pub fn add(&mut self, rotation: &Matrix3<T>, equations: &LengthEquations<T>, pose: &PoseInformation<T>, weight: T) {
+        // entry after entry, as they are packed
+        let mut inner = self.inner.iter_mut();
         for k in 0..CABLES {
             let g = &equations.moment_mm[k];
             let seen = (equations.direction[k] - pose.through * g) * weight;
@@ -55,10 +57,12 @@ impl<T: Real> ZeroEquations<T> {
             }
             self.gradient[k] += (equations.residual_mm[k] - g.dot(&pose.turn)) * weight;
             let taken = pose.turning_inverse * g * weight;
-            for l in 0..k {
-                self.inner[at(k, l)] -= taken.dot(&equations.moment_mm[l]);
+            for (other, entry) in equations.moment_mm.iter().take(k).zip(inner.by_ref()) {
+                *entry -= taken.dot(other);
             }
-            self.inner[at(k, k)] += weight - taken.dot(g);
+            if let Some(entry) = inner.next() {
+                *entry += weight - taken.dot(g);
+            }
         }
     }
 
@@ -72,9 +76,10 @@ impl<T: Real> ZeroEquations<T> {
         let alone = factors.solve(&self.gradient);
         let columns = self.mixed.map(|row| factors.solve(&row));
         let mut reduced = *equations;
+        let mut entries = reduced.matrix.iter_mut();
         for i in 0..UNKNOWNS {
-            for j in 0..=i {
-                reduced.matrix[at(i, j)] -= dot(&self.mixed[i], &columns[j]);
+            for (column, entry) in columns.iter().take(i + 1).zip(entries.by_ref()) {
+                *entry -= dot(&self.mixed[i], column);
             }
             reduced.gradient[i] -= dot(&self.mixed[i], &alone);
         }

@@ -119,13 +119,11 @@ impl<T: Real> Evidence<T> {
         let explained = |&(weight, gradient): &(T, T)| {
             if weight > T::zero() { gradient * gradient / weight } else { T::zero() }
         };
-        let best = (0..CABLES)
-            .fold(0, |best, k| if explained(&self.cables[k]) > explained(&self.cables[best]) { k } else { best });
-        let (weight, gradient) = self.cables[best];
-        (weight > T::zero()).then(|| {
-            let cause = Cause::CableSlipped { cable: best as u8 + 1, error_mm: gradient / weight };
-            (cause, explained(&self.cables[best]), 1)
-        })
+        let [first, ..] = &self.cables;
+        let better = |best: (u8, _), next: (u8, _)| if explained(next.1) > explained(best.1) { next } else { best };
+        let (cable, best) = (1..).zip(&self.cables).fold((1, first), better);
+        let &(weight, gradient) = best;
+        (weight > T::zero()).then(|| (Cause::CableSlipped { cable, error_mm: gradient / weight }, explained(best), 1))
     }
 
     fn strap(&self) -> Option<(Cause<T>, T, i32)> {

@@ -78,10 +78,11 @@ fn measure(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     keep_or_check(arguments, &record)
 }
 
+/// Paths as the board counts them, each with what the trace says of it.
+type Counted = (Vec<figures::Path>, Vec<Option<agreement::Traced>>);
+
 /// The literal form compiled for speed, counted like everything else.
-fn literal_for_speed(
-    toolchain: Toolchain,
-) -> Result<(Vec<figures::Path>, Vec<Option<agreement::Traced>>), Box<dyn Error>> {
+fn literal_for_speed(toolchain: Toolchain) -> Result<Counted, Box<dyn Error>> {
     let image = flash::build_literal_for_speed(toolchain)?;
     let paths = run::paths(&image)?;
     let traced = agreement::assign(&paths, &trace::single_precision(&image)?)?;

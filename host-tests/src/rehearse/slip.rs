@@ -113,12 +113,14 @@ impl Session<'_> {
     }
 }
 
-/// The arm's rotation from home after so many seconds: at home at first, then some 20 degrees a second within two
-/// thirds of `tilt_deg` about two axes.
+/// The arm's rotation from home after so many seconds: from home within a second to two thirds of `tilt_deg`, where it
+/// goes in circles, turning about its own length meanwhile. At 45 degrees it turns by 30 degrees or more in any two
+/// seconds.
 fn arm(at_s: f64, tilt_deg: f64) -> Rotation3<f64> {
-    let tilt = tilt_deg.to_radians() * 2.0 / 3.0;
-    let (x, y, z) = (tilt * libm::sin(0.9 * at_s), tilt * libm::sin(0.7 * at_s), 0.3 * libm::sin(0.8 * at_s));
-    Rotation3::new(Vector3::new(x, y, 0.0)) * Rotation3::new(Vector3::new(0.0, 0.0, z))
+    let tilt = tilt_deg.to_radians() * 2.0 / 3.0 * at_s.min(1.0);
+    let azimuth = 0.7 * at_s;
+    let across = Vector3::new(tilt * libm::cos(azimuth), tilt * libm::sin(azimuth), 0.0);
+    Rotation3::new(across) * Rotation3::new(Vector3::new(0.0, 0.0, 0.3 * libm::sin(0.8 * at_s)))
 }
 
 impl Exercise {

@@ -146,10 +146,12 @@ impl Board {
     }
 
     fn handle(&mut self, now_ms: u32, event: Event) {
-        let Self { device, outside, .. } = self;
-        device.handle(now_ms, event, &mut |action| outside.carry_out(action));
-        if let Some(result) = self.outside.stored.take() {
-            self.handle(now_ms, Event::Stored(result));
+        let mut next = Some(event);
+        // a store's outcome follows its event, and causes no other
+        while let Some(event) = next {
+            let Self { device, outside, .. } = self;
+            device.handle(now_ms, event, &mut |action| outside.carry_out(action));
+            next = self.outside.stored.take().map(Event::Stored);
         }
     }
 
@@ -244,8 +246,9 @@ fn main() -> ! {
         Err(error) => give_up(error.text()),
     };
     let Some(mut board) = Board::start(config) else { give_up("started twice") };
-    // what is measured from here on is the work, not the start
+    // what is measured from here on is the work, not the start; painting holds the sampling up
     stack::paint();
+    sampling::measure_anew();
     loop {
         if !board.turn() {
             asm::wfi();

@@ -37,7 +37,7 @@ pub struct Sample {
     pub button_down: bool,
     /// Clock cycles at this sample, to tell the interval to the next.
     cycles: u32,
-    /// Longest interval between two samples so far, clock cycles: [`PERIODS_A_SAMPLE`] and what the sampling was held
+    /// Longest interval between two samples since [`measure_anew`], clock cycles: [`PERIODS_A_SAMPLE`] and what the sampling was held
     /// up.
     pub longest_cycles: u32,
 }
@@ -64,6 +64,14 @@ pub fn start(mut timer: SYST, scb: &mut SCB, dcb: &mut DCB, mut counter: DWT) {
 /// The latest sample.
 pub fn latest() -> Sample {
     free(|cs| LATEST.borrow(cs).get())
+}
+
+/// Forgets the longest interval.
+pub fn measure_anew() {
+    free(|cs| {
+        let latest = LATEST.borrow(cs);
+        latest.set(Sample { longest_cycles: 0, ..latest.get() });
+    });
 }
 
 /// The main loop has taken the sample of this time, and is alive.

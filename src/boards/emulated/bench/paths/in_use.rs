@@ -26,7 +26,7 @@ pub fn new_watch<T: Number>(bench: &mut Bench<T>) -> Option<()> {
     let mut attitude = nearest_attitude(&octahedron.solve(bench.problem.poses.as_slice().first()?).ok()?.rotation);
     bench.motion.clear();
     for index in 0..POSES {
-        let turn = if (index / THERE) % 2 == 0 { TURN_RAD } else { -TURN_RAD };
+        let turn = if (index / THERE).is_multiple_of(2) { TURN_RAD } else { -TURN_RAD };
         attitude = turned(&attitude, &Vector3::new(T::of(turn), T::zero(), T::zero()));
         let slip = if index < SLIP.0 { 0.0 } else { SLIP.1 };
         let centre = pivot.in_base_mm + Vector3::new(T::zero(), T::zero(), T::of(slip));
