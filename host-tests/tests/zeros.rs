@@ -141,3 +141,15 @@ fn errors_of_centre_and_zeros_are_what_the_error_bar_says() {
         assert!((mean - 1.0).abs() < 0.33, "{centre:?} {zero:?}");
     }
 }
+
+/// Four poses give twelve equations for twelve unknowns: whatever is wrong with one of them, nothing contradicts it.
+#[test]
+fn four_poses_with_unknown_zeros_are_refused() {
+    let mut accepted = 0;
+    for seed in 0..200 {
+        let mut poses = shifted(&shoulder(), seed, 4, &random_zeros(seed, 10.0));
+        add_noise(&mut poses, &mut rng(seed), NOISE_MM);
+        accepted += usize::from(solve::<f64>(&shoulder(), &poses, 10.0).is_ok());
+    }
+    assert_eq!(accepted, 0);
+}

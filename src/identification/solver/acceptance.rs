@@ -312,8 +312,20 @@ impl<T: Real, const N: usize> Solver<T, N> {
         let Some(known) = &PoseInformation::of(&equations) else { return Ok(()) };
         let mut without = self.sum.equations;
         without.add_information(&rotation, &-known.information, &-known.gradient_mm);
-        let (limit, _) = worst_centre_direction(&inverse(&self.sum.equations.matrix)?);
-        let limit = limit * judgement::limit_without_one_pose(self.sum.poses);
+        let mut all = self.sum.equations;
+        let mut poses = self.sum.poses;
+        // Four poses hardly contradict each other when there are zeros to be found as well, and the prior hides it: it
+        // alone bounds the error bar of what is left. So few poses get no more indulgence than many.
+        if let Some(zeros) = &self.sum.zeros {
+            let mut rest = *zeros;
+            rest.add(&rotation, &equations, known, -T::one());
+            let refused = Refusal::HangsOnOnePose { pose };
+            without = rest.reduce(&without).map_err(|_| refused)?.equations;
+            all = zeros.reduce(&all).map_err(|_| refused)?.equations;
+            poses = poses.max(judgement::FEW_POSES);
+        }
+        let (limit, _) = worst_centre_direction(&inverse(&all.matrix)?);
+        let limit = limit * judgement::limit_without_one_pose(poses);
         let stands = inverse(&without.matrix).is_ok_and(|rest| worst_centre_direction(&rest).0 <= limit);
         if stands { Ok(()) } else { Err(Refusal::HangsOnOnePose { pose }) }
     }
