@@ -24,8 +24,8 @@ const VERIFICATION_POSES: u8 = 3;
 /// The lines are in the log before the session ends.
 const LOG_LIMIT: Duration = Duration::from_secs(5);
 
-/// Build both firmware images and print their flash and static RAM by section; check the drive board's own (entry,
-/// vectors, memory, sizes); then let the emulated board work through a calibration and print what the solver takes and
+/// Build both firmware images and print their flash and static RAM by section, which must keep within their limits;
+/// check the drive board's own (entry, vectors, memory, sizes); then let the emulated board work through a calibration and print what the solver takes and
 /// how far the stack reached.
 #[derive(Parser)]
 #[command(name = "cargo footprint", bin_name = "cargo footprint")]
@@ -79,7 +79,11 @@ fn print_sections(image: &Elf) -> Result<(), Box<dyn Error>> {
     let flash = total(&sections, |section| section.in_flash);
     let ram = total(&sections, |section| section.in_ram);
     println!("{:<27} {flash:>8} {ram:>8}", "in all, bytes");
+    println!("{:<27} {MOST_FLASH_BYTES:>8} {MOST_STATIC_BYTES:>8}", "at most");
     println!("{:<27} {FLASH_BYTES:>8} {RAM_BYTES:>8}", "of the drive board's");
+    if flash > MOST_FLASH_BYTES || ram > MOST_STATIC_BYTES {
+        return Err("the image is too large".into());
+    }
     Ok(())
 }
 
@@ -91,8 +95,6 @@ fn check(facts: &Facts) -> Result<(), String> {
         return Err(format!("the drive board's image is unsound: {}", faults.join("; ")));
     }
     println!("entry, {} vectors, memory and record as the chip wants them", facts.vectors.len());
-    let (flash, ram) = (facts.flash_bytes(), facts.static_bytes());
-    println!("{flash} bytes of flash, at most {MOST_FLASH_BYTES}; {ram} of static RAM, at most {MOST_STATIC_BYTES}");
     Ok(())
 }
 
