@@ -1,5 +1,6 @@
 //! Host side of Glenoid.
 
+pub mod command_line;
 pub mod cycles;
 pub mod debugger;
 pub mod drive_board_image;

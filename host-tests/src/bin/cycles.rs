@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Parser;
+use host_tests::command_line;
 use host_tests::cycles::profile::{self, Place};
 use host_tests::cycles::record::Record;
 use host_tests::cycles::trace::{self, Trace};
@@ -44,7 +45,7 @@ const PROFILE_LINES: usize = 40;
 const MODULE_LINES: usize = 12;
 
 fn main() -> ExitCode {
-    match measure(&Arguments::parse()) {
+    match measure(&Arguments::parse_from(command_line::arguments())) {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::FAILURE,
         Err(error) => {

@@ -7,6 +7,7 @@ use std::sync::mpsc::{self, RecvTimeoutError};
 use std::time::Duration;
 
 use clap::Parser;
+use host_tests::command_line;
 use host_tests::emulator::{self, Emulator, Options};
 use host_tests::firmware::{self, Image};
 use host_tests::packages::Consent;
@@ -31,7 +32,7 @@ struct Arguments {
 }
 
 fn main() -> ExitCode {
-    match run(&Arguments::parse()) {
+    match run(&Arguments::parse_from(command_line::arguments())) {
         Ok(code) => code,
         Err(error) => {
             eprintln!("cargo emulate: {error}");

@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use clap::Parser;
 use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, Rig};
+use host_tests::command_line;
 use host_tests::drive_board_image::{Facts, MOST_FLASH_BYTES, MOST_STATIC_BYTES};
 use host_tests::elf::{Elf, Section};
 use host_tests::emulator::{self, Emulator, Options};
@@ -42,7 +43,7 @@ struct Arguments {
 }
 
 fn main() -> ExitCode {
-    match run(&Arguments::parse()) {
+    match run(&Arguments::parse_from(command_line::arguments())) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("cargo footprint: {error}");

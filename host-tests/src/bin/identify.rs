@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Parser, ValueEnum};
+use host_tests::command_line;
 use host_tests::identify::report::{Method, Precision, Status};
 use host_tests::identify::{self, Request};
 
@@ -64,7 +65,7 @@ enum PrecisionName {
 }
 
 fn main() -> ExitCode {
-    let arguments = match Arguments::try_parse() {
+    let arguments = match Arguments::try_parse_from(command_line::arguments()) {
         Ok(arguments) => arguments,
         Err(error) => {
             let _ = error.print();

@@ -5,6 +5,7 @@ use std::error::Error;
 use std::process::ExitCode;
 
 use clap::Parser;
+use host_tests::command_line;
 use host_tests::elf::Elf;
 use host_tests::firmware::{self, FirmwareError, Image};
 use host_tests::packages::Consent;
@@ -27,7 +28,7 @@ const LINK_ANYWAY: &str = "GLENOID_LINK_ANYWAY";
 const PARTS: [&str; 8] = ["can", "device", "identification", "kinematics", "procedure", "record", "restart", "slcan"];
 
 fn main() -> ExitCode {
-    match run(&Arguments::parse()) {
+    match run(&Arguments::parse_from(command_line::arguments())) {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::FAILURE,
         Err(error) => {

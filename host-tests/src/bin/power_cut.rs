@@ -4,6 +4,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use clap::Parser;
+use host_tests::command_line;
 use host_tests::flash::TornWord;
 use host_tests::power_cut::{OnePage, Scheme, Tally, TwoPages, WithoutCommit, cut_everywhere, random_life};
 use rayon::prelude::*;
@@ -27,7 +28,7 @@ struct Arguments {
 const STORES: u32 = 1_000;
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse();
+    let arguments = Arguments::parse_from(command_line::arguments());
     let began = Instant::now();
     println!("torn words read as\n");
     let sum = run::<TwoPages>("two pages and a commit word (the firmware's)", &arguments);

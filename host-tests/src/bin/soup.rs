@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use std::process::{Command, ExitCode};
 
 use clap::Parser;
+use host_tests::command_line;
 use host_tests::firmware::{TARGET, workspace};
 
 /// Write docs/soup.md: every third-party crate with its version and licence, as Cargo.lock and the crates themselves say.
@@ -32,7 +33,7 @@ struct Found {
 }
 
 fn main() -> ExitCode {
-    match run(&Arguments::parse()) {
+    match run(&Arguments::parse_from(command_line::arguments())) {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::FAILURE,
         Err(error) => {

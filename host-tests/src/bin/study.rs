@@ -1,6 +1,7 @@
 //! `cargo study`: the simulations, as tables on the screen and as CSV, SVG and PNG under `target/study/`.
 
 use clap::Parser;
+use host_tests::command_line;
 use host_tests::study::{ALL, Plan, Problem, Study, output};
 use std::path::Path;
 use std::process::ExitCode;
@@ -28,7 +29,7 @@ struct Arguments {
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../target/study");
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse();
+    let arguments = Arguments::parse_from(command_line::arguments());
     if arguments.list {
         for study in ALL {
             println!("{:<12} {:>8}  {}", study.name, study.trials, study.about);

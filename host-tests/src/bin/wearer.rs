@@ -3,6 +3,7 @@
 
 use clap::Parser;
 use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, Rig};
+use host_tests::command_line;
 use host_tests::wearer::{Pose, Wearer, WearerSettings};
 use std::error::Error;
 use std::io::Write;
@@ -35,7 +36,7 @@ struct Options {
 }
 
 fn main() -> ExitCode {
-    match play(&Options::parse()) {
+    match play(&Options::parse_from(command_line::arguments())) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("wearer: {error}");

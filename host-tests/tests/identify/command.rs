@@ -43,9 +43,10 @@ impl Desk {
         self
     }
 
-    /// Runs the command here; the arguments are separated by blanks.
+    /// Runs the command here, as `cargo identify -- LENGTHS.csv ...` does; the arguments are separated by blanks.
     pub fn identify(&self, arguments: &str) -> Ran {
         let output = Command::new(env!("CARGO_BIN_EXE_identify"))
+            .arg("--")
             .args(arguments.split_whitespace())
             .current_dir(&self.0)
             .output()
