@@ -55,7 +55,8 @@ fn every_command_that_is_named_exists() {
         let text = read(document);
         for command in quoted(&text).into_iter().filter_map(|quoted| quoted.strip_prefix("cargo ")) {
             let name = command.split([' ', '[']).next().unwrap();
-            let known = ["test", "run", "build", "bench", "+nightly"].contains(&name) || aliases.contains(&format!("\n{name} = "));
+            let known = ["test", "run", "build", "bench", "+nightly"].contains(&name)
+                || aliases.contains(&format!("\n{name} = "));
             assert!(known, "{document} names `cargo {name}`");
         }
     }
