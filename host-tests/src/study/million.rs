@@ -86,8 +86,11 @@ impl Experiment {
             let poses_mm: Vec<_> = (0..poses).map(|_| scene.lengths(&self.reach.rotation(&mut random))).collect();
             let double = ending::<f64>(&scene, &poses_mm, Told::Noise);
             let single = ending::<f32>(&scene, &poses_mm, Told::Noise);
-            // From thirteen poses on the solver does not look whether the set hangs on one.
-            let trusting = if poses > 12 { double } else { ending::<f64>(&scene, &poses_mm, Told::NoiseAndSoundPoses) };
+            // Trust changes nothing but that refusal.
+            let trusting = match double {
+                Ending::Refused(Cause::HangsOnOnePose) => ending::<f64>(&scene, &poses_mm, Told::NoiseAndSoundPoses),
+                other => other,
+            };
             Ok(Trial { poses, double, single, trusting })
         });
         let trials = outcomes.into_iter().collect::<Result<Vec<_>, Problem>>()?;

@@ -202,8 +202,7 @@ impl<T: Real, const N: usize> Solver<T, N> {
                 let pooled = ((squares_mm2 + prior * rig * rig) / (freedom + prior)).root();
                 let beyond = squares_mm2 > rig * rig * judgement::chi_square_limit(freedom, judgement::FALSE_ALARM);
                 let few = self.sum.poses < judgement::POSES_TO_ESTIMATE;
-                let widening =
-                    if beyond && few { judgement::widening_for_one_bad_reading(self.sum.poses) } else { T::one() };
+                let widening = if beyond && few { T::of(judgement::WIDENING_FOR_ONE_BAD_READING) } else { T::one() };
                 (pooled, widening)
             }
         }
