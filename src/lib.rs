@@ -26,5 +26,6 @@ pub mod rig;
 pub mod rig_link;
 pub mod scalar;
 pub mod slcan;
+pub mod symmetric;
 mod vector;
 pub mod watch;

@@ -9,10 +9,12 @@ use common::sets::{machines, noisy, sound, sweep};
 use common::{Worn, rng};
 use glenoid::identification::normal_equations::{PACKED, at};
 use glenoid::identification::observability::{RotationSum, Sway};
-use glenoid::identification::uncertainty::{covariance_of_parameters, sigmas, worst_centre_direction, worst_direction};
+use glenoid::identification::blocks::Blocks;
+use glenoid::identification::uncertainty::{covariance_of_parameters, packed, sigmas, worst_centre_direction, worst_direction};
 use glenoid::identification::{Solver, SolverSettings, Survey};
 use glenoid::kinematics::{OctahedronError, Pivot, RigPoints};
 use glenoid::scalar::Real;
+use glenoid::symmetric::Symmetric;
 use nalgebra::{Matrix3, Matrix6, Rotation3, SMatrix, Unit, Vector3, Vector6};
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
@@ -219,10 +221,16 @@ fn covariance_of_the_radii_follows_from_that_of_the_platforms_centre() {
         let worn = Worn::random(&mut rng, 20.0);
         let points = RigPoints::new(&rig::<f64>(&worn));
         let pivot = Pivot { in_base_mm: worn.centre_mm, in_platform_mm: Vector3::new(70.0, 40.0, -90.0) };
-        let (packed, dense) = covariance(&mut rng);
+        let (_, dense) = covariance(&mut rng);
         let jacobian = derivative::<6, 6>(|step| pivot_parameters(&pivot, &points, step));
         let expected = jacobian * dense * jacobian.transpose();
-        let mine = covariance_of_parameters(&packed, &pivot, &points);
+        let symmetric = |at: usize| {
+            let block = dense.fixed_view::<3, 3>(at, at);
+            Symmetric([block[(0, 0)], block[(1, 0)], block[(1, 1)], block[(2, 0)], block[(2, 1)], block[(2, 2)]])
+        };
+        let mixed = dense.fixed_view::<3, 3>(3, 0).into_owned();
+        let of_pivot = Blocks { first: symmetric(0), mixed, second: symmetric(3) };
+        let mine = packed(&covariance_of_parameters(&of_pivot, &pivot, &points), 1.0);
         for i in 0..6 {
             for j in 0..=i {
                 assert!((mine[at(i, j)] - expected[(i, j)]).abs() < 1e-8, "entry {i}, {j}");

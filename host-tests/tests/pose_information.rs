@@ -9,7 +9,7 @@ use common::dense::{derivative, lengths_mm};
 use common::library::{as_cables, rig};
 use common::sets::{machines, normal};
 use common::{Worn, arm, rng};
-use glenoid::identification::normal_equations::{NormalEquations, at};
+use glenoid::identification::blocks::{BlockEquations, Blocks};
 use glenoid::identification::pose_information::PoseInformation;
 use glenoid::kinematics::{LengthEquations, Pivot, RigPoints};
 use glenoid::scalar::Real;
@@ -61,9 +61,16 @@ fn offset(rng: &mut ChaCha8Rng) -> Vector3<f64> {
     Vector3::from_fn(|_, _| rng.random_range(-5.0..5.0))
 }
 
-/// The symmetric matrix in a packed lower triangle.
-fn unpacked<T: Real>(equations: &NormalEquations<T>) -> Matrix6<f64> {
-    Matrix6::from_fn(|i, j| equations.matrix()[if i >= j { at(i, j) } else { at(j, i) }].to_f64())
+/// The symmetric matrix in full.
+fn unpacked<T: Real>(equations: &BlockEquations<T>) -> Matrix6<f64> {
+    let Blocks { first, mixed, second } = &equations.matrix;
+    let (first, second) = (first.to_matrix(), second.to_matrix());
+    Matrix6::from_fn(|i, j| match (i < 3, j < 3) {
+        (true, true) => first[(i, j)].to_f64(),
+        (false, false) => second[(i - 3, j - 3)].to_f64(),
+        (false, true) => mixed[(i - 3, j)].to_f64(),
+        (true, false) => mixed[(j - 3, i)].to_f64(),
+    })
 }
 
 /// Asserts that two matrices agree to `relative` of the largest entry.
@@ -88,10 +95,10 @@ fn information_is_the_schur_complement_of_the_dense_normal_matrix() {
 
         let pose = PoseInformation::of(&equations).expect("a pose has a rotation");
         // In the first three unknowns J is the identity.
-        assert_close(&pose.information, &expected.fixed_view::<3, 3>(0, 0).into_owned(), 1e-8);
+        assert_close(&pose.eliminated.rest.to_matrix(), &expected.fixed_view::<3, 3>(0, 0).into_owned(), 1e-8);
         assert_close(&pose.gradient_mm, &expected_right.fixed_rows::<3>(0).into_owned(), 1e-8);
-        let mut summed = NormalEquations::new();
-        summed.add_information(&rotation, &pose.information, &pose.gradient_mm);
+        let mut summed = BlockEquations::new();
+        summed.add_pose(&rotation, &pose.eliminated.rest, &pose.gradient_mm, 1.0);
         assert_close(&unpacked(&summed), &expected, 1e-8);
 
         // With O and C held, the best rotation and what it leaves.
@@ -110,14 +117,14 @@ fn several_poses_give_the_step_of_the_whole_problem() {
             let (centre_off, platform_off) = (offset(&mut rng), offset(&mut rng));
             let mut dense = DMatrix::zeros(6 * count, 6 + 3 * count);
             let mut right = DVector::zeros(6 * count);
-            let mut summed = NormalEquations::new();
+            let mut summed = BlockEquations::new();
             for pose in 0..count {
                 let Case { rows, residuals, rotation, equations } = case(&mut rng, &worn, centre_off, platform_off);
                 dense.view_mut((6 * pose, 0), (6, 6)).copy_from(&rows.fixed_columns::<6>(0));
                 dense.view_mut((6 * pose, 6 + 3 * pose), (6, 3)).copy_from(&rows.fixed_columns::<3>(6));
                 right.rows_mut(6 * pose, 6).copy_from(&residuals);
                 let known = PoseInformation::of(&equations).expect("a pose has a rotation");
-                summed.add_information(&rotation, &known.information, &known.gradient_mm);
+                summed.add_pose(&rotation, &known.eliminated.rest, &known.gradient_mm, 1.0);
             }
             let expected = dense.svd(true, true).solve(&right, 1e-14).expect("a solution");
             let step = summed.solve().expect("poses about many axes");
@@ -136,9 +143,10 @@ fn information_of_a_pose_is_never_negative() {
         let worn = Worn::random(&mut rng, 20.0);
         let Case { equations, .. } = case(&mut rng, &worn, Vector3::zeros(), Vector3::zeros());
         let pose = PoseInformation::of(&equations).expect("a pose has a rotation");
-        assert!(pose.information.symmetric_eigenvalues().min() > -1e-12, "{}", pose.information);
+        let information = pose.eliminated.rest.to_matrix();
+        assert!(information.symmetric_eigenvalues().min() > -1e-12, "{information}");
         // A length knows at most itself.
-        assert!(pose.information.trace() < 6.0, "{}", pose.information);
+        assert!(information.trace() < 6.0, "{information}");
         assert!(pose.squares_mm2 >= 0.0);
     }
 }

@@ -6,13 +6,13 @@
 //! * [`zeros`]: unknown encoder zeros as six more unknowns.
 //! * [`verification`]: the deviation over a second set of poses that was never used to identify.
 
+pub mod blocks;
 pub mod model;
 pub mod normal_equations;
 pub mod observability;
 pub mod outcome;
 pub mod paper;
 mod pass_sum;
-mod pivot_equations;
 pub mod pivot_fit;
 pub mod pose_buffer;
 pub mod pose_information;

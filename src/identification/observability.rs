@@ -6,8 +6,12 @@
 //! So a largest singular value of one means a common axis, and its left singular vector is that axis in {B}.
 
 use crate::scalar::Real;
-use crate::vector::{difference, image_transposed, product, scaled, scaled_matrix, square, sum, sum_of_matrices};
+use crate::symmetric::Symmetric;
+use crate::vector::{image, scaled, scaled_matrix, square, sum_of_matrices};
 use nalgebra::{Matrix3, Vector3};
+
+/// Squarings for the common axis. The next axis may be nearly as good: 2^12 rounds tell them apart to a thousandth.
+const SQUARINGS: usize = 12;
 
 /// Sum of the rotations of a set of poses.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,65 +58,40 @@ impl<T: Real> RotationSum<T> {
             let zero = T::zero();
             return Sway { axis: Vector3::z(), axis_in_platform: Vector3::z(), least_rad: zero, second_rad: zero };
         };
-        let (axes, squares) = eigen_of_symmetric(&product(&mean, &mean.transpose()));
-        let axis = axes[0];
-        let image = image_transposed(&mean, &axis);
+        // 1 - R̄ᵀR̄ has the eigenvalues 1 - σ². Its adjugate has the same axes and the products of the two others: the
+        // largest of them belongs to the axis looked for, though that one's own eigenvalue may be zero.
+        let lacking = lacking(&mean);
+        let (others, axis_in_platform) = lacking.adjugate().largest(SQUARINGS);
+        let image = image(&mean, &axis_in_platform);
         let norm = square(&image).root();
-        let moved = |square: T| {
-            let singular = square.max(T::zero()).root();
-            ((T::one() - singular).max(T::zero()) * T::of(2.0)).root()
+        let one = T::one();
+        let least = one - norm * norm;
+        let [xx, _, yy, .., zz] = lacking.0;
+        // The two others by their sum and their product; the smaller of them.
+        let sum = xx + yy + zz - least;
+        let second = if sum > T::zero() {
+            let root = (sum * sum - others * T::of(4.0)).max(T::zero()).root();
+            (others + others) / (sum + root)
+        } else {
+            T::zero()
+        };
+        // 2 (1 - σ) of 1 - σ².
+        let moved = |lacking: T| {
+            let singular = (one - lacking).max(T::zero()).root();
+            ((one - singular).max(T::zero()) * T::of(2.0)).root()
         };
         Sway {
-            axis,
-            axis_in_platform: if norm > T::zero() { scaled(&image, T::one() / norm) } else { image },
-            least_rad: moved(squares[0]),
-            second_rad: moved(squares[1]),
+            axis: if norm > T::zero() { scaled(&image, T::one() / norm) } else { image },
+            axis_in_platform,
+            least_rad: moved(least),
+            second_rad: moved(second),
         }
     }
 }
 
-/// Eigenvectors and eigenvalues of a symmetric 3x3 matrix, largest first, by cyclic Jacobi rotations: no
-/// trigonometric call, no failure, and accurate to the last digits that the sway hangs on.
-#[inline(never)]
-fn eigen_of_symmetric<T: Real>(matrix: &Matrix3<T>) -> ([Vector3<T>; 3], [T; 3]) {
-    let mut values = [matrix.m11, matrix.m22, matrix.m33];
-    // off[k] couples the two others.
-    let mut off = [matrix.m32, matrix.m31, matrix.m21];
-    let zero = T::zero();
-    let one = T::one();
-    let mut axes = [Vector3::new(one, zero, zero), Vector3::new(zero, one, zero), Vector3::new(zero, zero, one)];
-    // Convergence is quadratic: four sweeps reach the last digit of a double.
-    for _ in 0..5 {
-        for _ in 0..3 {
-            // Turns p and q until nothing couples them; then the next pair comes to the front.
-            let ([p, q, r], [to_q, to_p, between]) = (values, off);
-            let (tan, cos, sin) = if between == zero {
-                (zero, one, zero)
-            } else {
-                let theta = (q - p) / (between + between);
-                let size = theta.abs() + (theta * theta + one).root();
-                let tan = if theta < zero { -one / size } else { one / size };
-                let cos = one / (tan * tan + one).root();
-                (tan, cos, tan * cos)
-            };
-            let [x, y, z] = &axes;
-            let turned_x = difference(&scaled(x, cos), &scaled(y, sin));
-            let turned_y = sum(&scaled(x, sin), &scaled(y, cos));
-            axes = [turned_y, *z, turned_x];
-            values = [q + tan * between, r, p - tan * between];
-            off = [to_p * cos - to_q * sin, zero, to_q * cos + to_p * sin];
-        }
-    }
-    // Sorted by three exchanges of neighbours.
-    let ([p, q, r], [x, y, z]) = (values, axes);
-    let (mut first, mut second, mut third) = ((p, x), (q, y), (r, z));
-    let sort = |larger: &mut (T, Vector3<T>), smaller: &mut (T, Vector3<T>)| {
-        if smaller.0 > larger.0 {
-            core::mem::swap(larger, smaller);
-        }
-    };
-    sort(&mut first, &mut second);
-    sort(&mut second, &mut third);
-    sort(&mut first, &mut second);
-    ([first.1, second.1, third.1], [first.0, second.0, third.0])
+/// 1 - R̄ᵀR̄: how much the mean rotation lacks of a rotation, by direction in {P}.
+pub(super) fn lacking<T: Real>(mean: &Matrix3<T>) -> Symmetric<T> {
+    let mut lacking = Symmetric::diagonal(T::one());
+    lacking.add(&Symmetric::gram(mean, mean), -T::one());
+    lacking
 }

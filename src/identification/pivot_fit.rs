@@ -11,10 +11,11 @@
 //! three unknowns instead of six, from fifteen sums.
 
 use super::normal_equations::{Singular, smallest_pivot};
-use super::observability::RotationSum;
+use super::observability::{RotationSum, lacking};
 use crate::kinematics::{Pivot, PlatformPose};
 use crate::scalar::Real;
-use crate::vector::{add_to, difference, dot, image, image_transposed, scaled, sum};
+use crate::symmetric::Symmetric;
+use crate::vector::{add_to, difference, image, image_transposed, scaled, sum};
 use nalgebra::Vector3;
 
 /// The sums over the poses added so far.
@@ -55,28 +56,9 @@ impl<T: Real> PivotFit<T> {
         let (mean, share) = self.rotations.mean().ok_or(Singular)?;
         let origin = scaled(&self.origins, share);
         let right = difference(&image_transposed(&mean, &origin), &scaled(&self.turned_origins, share));
-        // 1 - R̄ᵀR̄, lower triangle, and its factors L D Lᵀ. Each pivot began as the 1 on the diagonal.
-        let column = |j: usize| Vector3::new(mean[(0, j)], mean[(1, j)], mean[(2, j)]);
-        let (x, y, z) = (column(0), column(1), column(2));
-        let one = T::one();
-        let smallest = smallest_pivot::<T>();
-        let d1 = one - dot(&x, &x);
-        let (a21, a31) = (-dot(&y, &x), -dot(&z, &x));
-        let (l21, l31) = (a21 / d1, a31 / d1);
-        let d2 = one - dot(&y, &y) - l21 * a21;
-        let a32 = -dot(&z, &y) - l31 * a21;
-        let l32 = a32 / d2;
-        let d3 = one - dot(&z, &z) - l31 * a31 - l32 * a32;
-        // Also refuses NaN.
-        if !(d1 > smallest && d2 > smallest && d3 > smallest) {
-            return Err(Singular);
-        }
-        let u = right.x;
-        let v = right.y - l21 * u;
-        let w = (right.z - l31 * u - l32 * v) / d3;
-        let v = v / d2 - l32 * w;
-        let u = u / d1 - l21 * v - l31 * w;
-        let in_platform_mm = Vector3::new(u, v, w);
+        // Each pivot of 1 - R̄ᵀR̄ began as the 1 on the diagonal.
+        let inverse = lacking(&mean).inverse(&Symmetric::diagonal(T::one()), smallest_pivot()).ok_or(Singular)?;
+        let in_platform_mm = inverse.image(&right);
         Ok(Pivot { in_base_mm: sum(&origin, &image(&mean, &in_platform_mm)), in_platform_mm })
     }
 }

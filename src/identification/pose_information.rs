@@ -5,26 +5,26 @@
 //! 3x3 information matrix S and a vector S δ̂: everything that the pose knows, with the exact maximum-likelihood
 //! weight.
 
-use crate::kinematics::pivot::{LengthEquations, inverse_of_symmetric};
+use super::blocks::{Blocks, Elimination};
+use crate::kinematics::LengthEquations;
 use crate::scalar::Real;
-use crate::vector::{add_to, difference, dot, image, product, scaled};
-use nalgebra::{Matrix3, Vector3};
+use crate::vector::{add_to, difference, dot, image_transposed, scaled};
+use nalgebra::Vector3;
+
+/// Smallest pivot of the information on ω, in roundings: a sound rig's poses are a thousand times above it.
+const SMALLEST_PIVOT_ROUNDINGS: f64 = 8.0;
 
 /// One pose's least-squares information in units of 1/mm² of length variance (multiply by 1/σ²).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoseInformation<T> {
-    /// S: information on δ, symmetric, dimensionless.
-    pub information: Matrix3<T>,
+    /// With ω eliminated. What is left, `rest`, is S: information on δ, dimensionless.
+    pub eliminated: Elimination<T>,
     /// S δ̂, mm.
     pub gradient_mm: Vector3<T>,
     /// Sum of the squared length residuals with the best ω and δ = 0, mm².
     pub squares_mm2: T,
     /// The best ω for δ = 0, rad.
     pub turn: Vector3<T>,
-    /// Inverse of the information on ω, rad²/mm².
-    pub turning_inverse: Matrix3<T>,
-    /// The information shared by δ and ω, times that inverse, 1/mm: what ω takes away from δ.
-    pub through: Matrix3<T>,
 }
 
 impl<T: Real> PoseInformation<T> {
@@ -33,61 +33,31 @@ impl<T: Real> PoseInformation<T> {
     #[inline(never)]
     pub fn of(equations: &LengthEquations<T>) -> Option<Self> {
         let zero = T::zero();
-        // Σ u uᵀ and Σ g gᵀ (lower triangles), Σ u gᵀ (row by row): with the rest 28 sums, which stay in registers.
-        let [mut dxx, mut dyx, mut dyy, mut dzx, mut dzy, mut dzz] = [zero; 6];
-        let [mut txx, mut tyx, mut tyy, mut tzx, mut tzy, mut tzz] = [zero; 6];
-        let [mut mxx, mut mxy, mut mxz, mut myx, mut myy, mut myz, mut mzx, mut mzy, mut mzz] = [zero; 9];
+        // 28 sums, which stay in registers.
+        let mut sums = Blocks::zero();
         let [mut gradient, mut torque] = [Vector3::new(zero, zero, zero); 2];
         let mut squares = zero;
         let cables = equations.direction.iter().zip(&equations.moment_mm).zip(&equations.residual_mm);
         for ((u, g), e) in cables {
-            dxx += u.x * u.x;
-            dyx += u.y * u.x;
-            dyy += u.y * u.y;
-            dzx += u.z * u.x;
-            dzy += u.z * u.y;
-            dzz += u.z * u.z;
-            txx += g.x * g.x;
-            tyx += g.y * g.x;
-            tyy += g.y * g.y;
-            tzx += g.z * g.x;
-            tzy += g.z * g.y;
-            tzz += g.z * g.z;
-            mxx += u.x * g.x;
-            mxy += u.x * g.y;
-            mxz += u.x * g.z;
-            myx += u.y * g.x;
-            myy += u.y * g.y;
-            myz += u.y * g.z;
-            mzx += u.z * g.x;
-            mzy += u.z * g.y;
-            mzz += u.z * g.z;
+            sums.first.add_square(u);
+            sums.second.add_square(g);
+            let mixed = &mut sums.mixed;
+            mixed.m11 += g.x * u.x;
+            mixed.m12 += g.x * u.y;
+            mixed.m13 += g.x * u.z;
+            mixed.m21 += g.y * u.x;
+            mixed.m22 += g.y * u.y;
+            mixed.m23 += g.y * u.z;
+            mixed.m31 += g.z * u.x;
+            mixed.m32 += g.z * u.y;
+            mixed.m33 += g.z * u.z;
             add_to(&mut gradient, &scaled(u, *e));
             add_to(&mut torque, &scaled(g, *e));
             squares += *e * *e;
         }
-        let inverse = inverse_of_symmetric(&Matrix3::new(txx, tyx, tzx, tyx, tyy, tzy, tzx, tzy, tzz))?;
-        let mixed = Matrix3::new(mxx, mxy, mxz, myx, myy, myz, mzx, mzy, mzz);
-        let through = product(&mixed, &inverse);
-        let turn = image(&inverse, &torque);
-        // Symmetric: six entries of `direct` - `through` `mixed`ᵀ are all.
-        let (xx, yx, yy) = (
-            dxx - (through.m11 * mxx + through.m12 * mxy + through.m13 * mxz),
-            dyx - (through.m21 * mxx + through.m22 * mxy + through.m23 * mxz),
-            dyy - (through.m21 * myx + through.m22 * myy + through.m23 * myz),
-        );
-        let (zx, zy, zz) = (
-            dzx - (through.m31 * mxx + through.m32 * mxy + through.m33 * mxz),
-            dzy - (through.m31 * myx + through.m32 * myy + through.m33 * myz),
-            dzz - (through.m31 * mzx + through.m32 * mzy + through.m33 * mzz),
-        );
-        Some(Self {
-            information: Matrix3::new(xx, yx, zx, yx, yy, zy, zx, zy, zz),
-            gradient_mm: difference(&gradient, &image(&mixed, &turn)),
-            squares_mm2: squares - dot(&torque, &turn),
-            turn,
-            turning_inverse: inverse,
-            through,
-        })
+        let eliminated = sums.eliminate(T::default_epsilon() * T::of(SMALLEST_PIVOT_ROUNDINGS))?;
+        let turn = eliminated.inverse.image(&torque);
+        let gradient_mm = difference(&gradient, &image_transposed(&eliminated.through, &torque));
+        Some(Self { eliminated, gradient_mm, squares_mm2: squares - dot(&torque, &turn), turn })
     }
 }

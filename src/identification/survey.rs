@@ -3,11 +3,11 @@
 //! The information of a pose hangs on its geometry alone, so the covariance of the result is known before any residual
 //! is looked at. A therapist can be told after each pose how good the centre would be, and what is missing.
 
-use super::normal_equations::{NormalEquations, centre_covariance};
+use super::blocks::BlockEquations;
 use super::observability::Sway;
 use super::pivot_fit::PivotFit;
 use super::pose_information::PoseInformation;
-use super::uncertainty::worst_of_three;
+use super::uncertainty::worst_direction_of_point;
 use crate::kinematics::{CableLengths, LengthEquations, Octahedron, OctahedronError, Pivot, PlatformPose, RigPoints};
 use crate::rig::Rig;
 use crate::scalar::Real;
@@ -20,7 +20,7 @@ pub struct Survey<T: Real> {
     noise_mm: T,
     pivot: Pivot<T>,
     linear: PivotFit<T>,
-    information: NormalEquations<T>,
+    information: BlockEquations<T>,
 }
 
 /// What an identification from the poses so far would be worth.
@@ -42,7 +42,7 @@ impl<T: Real> Survey<T> {
             points,
             noise_mm: rig.length_noise_mm(),
             linear: PivotFit::default(),
-            information: NormalEquations::new(),
+            information: BlockEquations::new(),
         }
     }
 
@@ -61,15 +61,15 @@ impl<T: Real> Survey<T> {
         }
         let equations = LengthEquations::new(&self.points, &self.pivot, &pose.rotation, lengths);
         if let Some(known) = &PoseInformation::of(&equations) {
-            self.information.add_information(&pose.rotation, &known.information, &known.gradient_mm);
+            self.information.add_pose(&pose.rotation, &known.eliminated.rest, &known.gradient_mm, T::one());
         }
         solved
     }
 
     /// The error bar that the poses so far would give, or `None` while they leave the centre undetermined.
     pub fn foretold(&self) -> Option<Foretold<T>> {
-        let centre = centre_covariance(&self.information.matrix).ok()?;
-        let (sigma, direction) = worst_of_three(&centre);
+        let centre = self.information.matrix.first_inverse().ok()?;
+        let (sigma, direction) = worst_direction_of_point(&centre);
         Some(Foretold { sigma_mm: sigma * self.noise_mm, direction })
     }
 

@@ -8,7 +8,8 @@
 //! After a pose's rotation is eliminated (see [`pose_information`](super::pose_information)), zero z_k is seen through
 //! a_k = u_k - K G⁻¹ g_k in the pose's three combinations δ, and through δ_kl - g_k G⁻¹ g_l against the other zeros.
 
-use super::normal_equations::{Factors, NormalEquations, PACKED, Singular, UNKNOWNS, at};
+use super::blocks::{BlockEquations, Blocks};
+use super::normal_equations::{Factors, PACKED, Singular, UNKNOWNS, at};
 use super::pose_information::PoseInformation;
 use crate::kinematics::LengthEquations;
 use crate::rig::CABLES;
@@ -45,18 +46,19 @@ impl<T: Real> ZeroEquations<T> {
 
     /// Adds a pose with its rotation ({P} to {B}) and weight.
     pub fn add(&mut self, rotation: &Matrix3<T>, equations: &LengthEquations<T>, pose: &PoseInformation<T>, weight: T) {
+        let through = &pose.eliminated.through;
         // entry after entry, as they are packed
         let mut inner = self.inner.iter_mut();
         for k in 0..CABLES {
             let g = &equations.moment_mm[k];
-            let seen = (equations.direction[k] - pose.through * g) * weight;
+            let seen = (equations.direction[k] - through.tr_mul(g)) * weight;
             let in_platform = rotation.tr_mul(&seen);
             for i in 0..3 {
                 self.mixed[i][k] += seen[i];
                 self.mixed[3 + i][k] -= in_platform[i];
             }
             self.gradient[k] += (equations.residual_mm[k] - g.dot(&pose.turn)) * weight;
-            let taken = pose.turning_inverse * g * weight;
+            let taken = pose.eliminated.inverse.image(g) * weight;
             for (other, entry) in equations.moment_mm.iter().take(k).zip(inner.by_ref()) {
                 *entry -= taken.dot(other);
             }
@@ -71,17 +73,16 @@ impl<T: Real> ZeroEquations<T> {
     /// # Errors
     /// [`Singular`] when the zeros determine each other badly; cannot happen with a prior.
     #[inline(never)]
-    pub fn reduce(&self, equations: &NormalEquations<T>) -> Result<Reduced<T>, Singular> {
+    pub fn reduce(&self, equations: &BlockEquations<T>) -> Result<Reduced<T>, Singular> {
         let Ok(factors) = &Factors::of(&self.inner) else { return Err(Singular) };
         let alone = factors.solve(&self.gradient);
         let columns = self.mixed.map(|row| factors.solve(&row));
         let mut reduced = *equations;
-        let mut entries = reduced.matrix.iter_mut();
         for i in 0..UNKNOWNS {
-            for (column, entry) in columns.iter().take(i + 1).zip(entries.by_ref()) {
-                *entry -= dot(&self.mixed[i], column);
+            for (j, column) in columns.iter().enumerate().take(i + 1) {
+                *reduced.matrix.entry(i, j) -= dot(&self.mixed[i], column);
             }
-            reduced.gradient[i] -= dot(&self.mixed[i], &alone);
+            reduced.gradient[i / 3][i % 3] -= dot(&self.mixed[i], &alone);
         }
         reduced.squares = equations.squares + self.prior_squares - dot(&self.gradient, &alone);
         Ok(Reduced { equations: reduced, alone, columns, inverse: factors.inverse() })
@@ -92,22 +93,22 @@ impl<T: Real> ZeroEquations<T> {
     /// # Errors
     /// [`Singular`] when the poses leave O and C undetermined.
     #[inline(never)]
-    pub fn eliminated(&self, equations: &NormalEquations<T>) -> Result<Variances<T>, Singular> {
+    pub fn eliminated(&self, equations: &BlockEquations<T>) -> Result<Variances<T>, Singular> {
         let Ok(reduced) = &self.reduce(equations) else { return Err(Singular) };
-        let Ok(factors) = &Factors::of(&reduced.equations.matrix) else { return Err(Singular) };
-        let covariance = factors.inverse();
-        Ok((covariance, reduced.zeros_variance(&covariance)))
+        let mut covariance = reduced.equations.matrix.inverse()?;
+        let zeros = reduced.zeros_variance(&mut covariance);
+        Ok((covariance, zeros))
     }
 }
 
-/// For a noise of 1 mm: the covariance of O and C (lower triangle), and the variance of each zero.
-pub type Variances<T> = ([T; PACKED], [T; CABLES]);
+/// For a noise of 1 mm: the covariance of O and C and the variance of each zero.
+pub type Variances<T> = (Blocks<T>, [T; CABLES]);
 
 /// The zeros eliminated, and what is needed to get them back.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reduced<T> {
     /// For O and C; `squares` is what is left with the best zeros and O, C unmoved.
-    pub equations: NormalEquations<T>,
+    pub equations: BlockEquations<T>,
     alone: [T; CABLES],
     columns: [[T; CABLES]; UNKNOWNS],
     inverse: [T; PACKED],
@@ -119,13 +120,13 @@ impl<T: Real> Reduced<T> {
         core::array::from_fn(|k| (0..UNKNOWNS).fold(self.alone[k], |rest, i| rest - self.columns[i][k] * step[i]))
     }
 
-    /// Variance of each zero for a noise of 1 mm, given the covariance of O and C (lower triangle) for the same.
-    pub fn zeros_variance(&self, covariance: &[T; PACKED]) -> [T; CABLES] {
+    /// Variance of each zero for a noise of 1 mm, given the covariance of O and C for the same.
+    fn zeros_variance(&self, covariance: &mut Blocks<T>) -> [T; CABLES] {
         core::array::from_fn(|k| {
             let mut variance = self.inverse[at(k, k)];
             for i in 0..UNKNOWNS {
                 for j in 0..UNKNOWNS {
-                    let entry = covariance[if i >= j { at(i, j) } else { at(j, i) }];
+                    let entry = *covariance.entry(i.max(j), i.min(j));
                     variance += self.columns[i][k] * entry * self.columns[j][k];
                 }
             }

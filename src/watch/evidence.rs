@@ -1,11 +1,12 @@
 //! The evidence of a suspicious stretch of motion, laid against each possible cause.
 
-use crate::identification::normal_equations::{Factors, NormalEquations, UNKNOWNS};
+use crate::identification::blocks::BlockEquations;
+use crate::identification::normal_equations::UNKNOWNS;
 use crate::identification::pose_information::PoseInformation;
 use crate::kinematics::LengthEquations;
-use crate::kinematics::pivot::inverse_of_symmetric;
 use crate::rig::CABLES;
 use crate::scalar::Real;
+use crate::symmetric::Symmetric;
 use nalgebra::{Matrix3, Vector3};
 
 /// What is left per degree of freedom, in units of the noise's variance, up to which a cause explains the evidence. 1
@@ -51,8 +52,8 @@ pub(super) struct Evidence<T> {
     /// Squares with no explanation, mm².
     squares: T,
     /// δO, and (rows 3..6) δO per radian of elevation.
-    drift: NormalEquations<T>,
-    cuff: (Matrix3<T>, Vector3<T>),
+    drift: BlockEquations<T>,
+    cuff: (Symmetric<T>, Vector3<T>),
     cables: [(T, T); CABLES],
 }
 
@@ -61,8 +62,8 @@ impl<T: Real> Evidence<T> {
         Self {
             samples: 0,
             squares: T::zero(),
-            drift: NormalEquations::new(),
-            cuff: (Matrix3::zeros(), Vector3::zeros()),
+            drift: BlockEquations::new(),
+            cuff: (Symmetric::zero(), Vector3::zeros()),
             cables: [(T::zero(), T::zero()); CABLES],
         }
     }
@@ -75,12 +76,13 @@ impl<T: Real> Evidence<T> {
     pub fn add(&mut self, rotation: &Matrix3<T>, equations: &LengthEquations<T>, pose: &PoseInformation<T>) {
         self.samples = self.samples.saturating_add(1);
         self.squares += pose.squares_mm2;
-        self.drift.add_growing(&pose.information, &pose.gradient_mm, elevation(rotation));
-        self.cuff.0 += rotation.tr_mul(&pose.information) * rotation;
+        let information = &pose.eliminated.rest;
+        self.drift.add_growing(information, &pose.gradient_mm, elevation(rotation));
+        self.cuff.0.add(&Symmetric::gram(rotation, &information.times(rotation)), T::one());
         self.cuff.1 -= rotation.tr_mul(&pose.gradient_mm);
         for (k, (weight, gradient)) in self.cables.iter_mut().enumerate() {
             let g = &equations.moment_mm[k];
-            *weight += T::one() - g.dot(&(pose.turning_inverse * g));
+            *weight += T::one() - g.dot(&pose.eliminated.inverse.image(g));
             *gradient += equations.residual_mm[k] - g.dot(&pose.turn);
         }
     }
@@ -127,23 +129,27 @@ impl<T: Real> Evidence<T> {
     }
 
     fn strap(&self) -> Option<(Cause<T>, T, i32)> {
-        let (information, gradient) = self.drift.constant_part();
-        let moved = inverse_of_symmetric(&information)? * gradient;
-        Some((Cause::StrapSlipped(moved), moved.dot(&gradient), 3))
+        let (moved, explained) = moved(&self.drift.matrix.first, &self.drift.gradient[0])?;
+        Some((Cause::StrapSlipped(moved), explained, 3))
     }
 
     fn cuff(&self) -> Option<(Cause<T>, T, i32)> {
-        let moved = inverse_of_symmetric(&self.cuff.0)? * self.cuff.1;
-        Some((Cause::CuffSlipped(moved), moved.dot(&self.cuff.1), 3))
+        let (moved, explained) = moved(&self.cuff.0, &self.cuff.1)?;
+        Some((Cause::CuffSlipped(moved), explained, 3))
     }
 
     fn drift(&self) -> Option<(Cause<T>, T, i32)> {
-        let step = Factors::of(&self.drift.matrix).ok()?.solve(&self.drift.gradient);
-        let explained = step.iter().zip(&self.drift.gradient).fold(T::zero(), |sum, (x, g)| sum + *x * *g);
+        let step = self.drift.solve().ok()?;
         // A radian of elevation to 10 degrees.
         let per_ten_degrees = Vector3::new(step[3], step[4], step[5]) * T::of(0.174_532_925_199_432_95);
-        Some((Cause::NotABall(per_ten_degrees), explained, UNKNOWNS as i32))
+        Some((Cause::NotABall(per_ten_degrees), self.drift.gained(&step), UNKNOWNS as i32))
     }
+}
+
+/// What moves a point best, and the squares that it explains.
+fn moved<T: Real>(information: &Symmetric<T>, gradient: &Vector3<T>) -> Option<(Vector3<T>, T)> {
+    let moved = information.inverse(information, T::default_epsilon())?.image(gradient);
+    Some((moved, moved.dot(gradient)))
 }
 
 /// Angle between the arm's long axis (z of {P}) and z of {B}, rad, from its sine and cosine.

@@ -4,25 +4,18 @@ use super::blame::Blame;
 use super::placement::Placement;
 use super::settings::Noise;
 use super::{FEWEST_AFTER_REJECTION, FEWEST_POSES, Phase, Solver, Weighing, judgement};
-use crate::identification::normal_equations::{Factors, PACKED, UNKNOWNS};
+use crate::identification::blocks::Blocks;
+use crate::identification::normal_equations::{Singular, UNKNOWNS};
 use crate::identification::observability::{RotationSum, Sway};
 use crate::identification::outcome::{Identified, MOST_REJECTED, Refusal, Rejected, Termination, deviation};
 use crate::identification::pose_information::PoseInformation;
-use crate::identification::uncertainty::{covariance_of_parameters, worst_centre_direction};
+use crate::identification::uncertainty::{covariance_of_parameters, packed, worst_direction_of_point};
+use crate::identification::zeros::Variances;
 use crate::kinematics::{CableLengths, LengthEquations};
 use crate::rig::CABLES;
 use crate::scalar::Real;
 use crate::vector::{difference, square};
 use heapless::Vec;
-
-/// Inverse of a packed 6x6 matrix.
-#[inline(never)]
-fn inverse<T: Real>(matrix: &[T; PACKED]) -> Result<[T; PACKED], Refusal> {
-    match &Factors::of(matrix) {
-        Ok(factors) => Ok(factors.inverse()),
-        Err(_) => Err(Refusal::Singular),
-    }
-}
 
 /// Square of the way that a pose moves the most common axis.
 fn moves<T: Real>(placement: &Placement<T>, sway: &Sway<T>) -> T {
@@ -222,7 +215,7 @@ impl<T: Real, const N: usize> Solver<T, N> {
         let covariance = self.unit_covariance();
         let (unit, zeros_variance) = match &covariance {
             Ok((unit, zeros_variance)) => (unit, zeros_variance),
-            Err(refusal) => return Err(*refusal),
+            Err(Singular) => return Err(Refusal::Singular),
         };
         // Noise-free lengths must not pass a geometry that noise would ruin.
         let bar = noise_mm * widening;
@@ -236,10 +229,10 @@ impl<T: Real, const N: usize> Solver<T, N> {
     /// Covariance of the parameters and variance of the zeros, for a noise of 1 mm.
     // Not inlined, like what follows: what each needs of the stack is free again before the next.
     #[inline(never)]
-    fn unit_covariance(&self) -> Result<([T; PACKED], [T; CABLES]), Refusal> {
+    fn unit_covariance(&self) -> Result<Variances<T>, Singular> {
         let (of_pivot, zeros_variance) = match &self.sum.zeros {
-            Some(zeros) => zeros.eliminated(&self.sum.equations).map_err(|_| Refusal::Singular)?,
-            None => (inverse(&self.sum.equations.matrix)?, [T::zero(); CABLES]),
+            Some(zeros) => zeros.eliminated(&self.sum.equations)?,
+            None => (self.sum.equations.matrix.inverse()?, [T::zero(); CABLES]),
         };
         Ok((covariance_of_parameters(&of_pivot, &self.pivot, &self.placer.points), zeros_variance))
     }
@@ -253,14 +246,14 @@ impl<T: Real, const N: usize> Solver<T, N> {
         deviation_mm: T,
         noise_mm: T,
         bar: T,
-        unit: &[T; PACKED],
+        unit: &Blocks<T>,
         zeros_variance: &[T; CABLES],
         sway_rad: T,
     ) {
         // Written where it stays: on the stack it would be the largest thing there.
         let result = self.result.insert(Identified {
             parameters: self.pivot.parameters(&self.placer.points),
-            covariance_mm2: unit.map(|entry| entry * bar * bar),
+            covariance_mm2: packed(unit, bar * bar),
             noise_mm,
             deviation_mm,
             deviations_mm: Vec::new(),
@@ -310,7 +303,7 @@ impl<T: Real, const N: usize> Solver<T, N> {
         let equations = LengthEquations::new(&self.placer.points, &self.pivot, &rotation, &lengths);
         let Some(known) = &PoseInformation::of(&equations) else { return Ok(()) };
         let mut without = self.sum.equations;
-        without.add_information(&rotation, &-known.information, &-known.gradient_mm);
+        without.add_pose(&rotation, &known.eliminated.rest, &known.gradient_mm, -T::one());
         let mut all = self.sum.equations;
         let mut poses = self.sum.poses;
         // Four poses hardly contradict each other when there are zeros to be found as well, and the prior hides it: it
@@ -323,20 +316,19 @@ impl<T: Real, const N: usize> Solver<T, N> {
             all = zeros.reduce(&all).map_err(|_| refused)?.equations;
             poses = poses.max(judgement::FEW_POSES);
         }
-        let (limit, _) = worst_centre_direction(&inverse(&all.matrix)?);
-        let limit = limit * judgement::limit_without_one_pose(poses);
-        let stands = inverse(&without.matrix).is_ok_and(|rest| worst_centre_direction(&rest).0 <= limit);
+        let all = all.matrix.first_inverse().map_err(|_| Refusal::Singular)?;
+        let limit = worst_direction_of_point(&all).0 * judgement::limit_without_one_pose(poses);
+        let stands = without.matrix.first_inverse().is_ok_and(|rest| worst_direction_of_point(&rest).0 <= limit);
         if stands { Ok(()) } else { Err(Refusal::HangsOnOnePose { pose }) }
     }
 
     /// Refuses an error bar that is too wide, and says when it is the unknown zeros that widen it.
     #[inline(never)]
-    fn refuse_weak(&self, unit: &[T; PACKED], zeros_variance: &[T; CABLES], noise_mm: T) -> Result<(), Refusal> {
+    fn refuse_weak(&self, unit: &Blocks<T>, zeros_variance: &[T; CABLES], noise_mm: T) -> Result<(), Refusal> {
         let limit = self.settings.sigma_limit_mm;
-        let refused = judgement::refuse_weak(unit, noise_mm, limit);
+        let refused = judgement::refuse_weak(&unit.first, noise_mm, limit);
         if refused.is_err() && self.sum.zeros.is_some() {
-            let known = inverse(&self.sum.equations.matrix)?;
-            let known = covariance_of_parameters(&known, &self.pivot, &self.placer.points);
+            let known = self.sum.equations.matrix.first_inverse().map_err(|_| Refusal::Singular)?;
             if judgement::refuse_weak(&known, noise_mm, limit).is_ok() {
                 let worst = (0..CABLES).fold(0, |w, k| if zeros_variance[k] > zeros_variance[w] { k } else { w });
                 return Err(Refusal::ZeroNotDetermined {

@@ -2,17 +2,17 @@
 
 use super::judgement;
 use super::placement::{Placement, Placer};
-use crate::identification::normal_equations::{NormalEquations, Singular, UNKNOWNS};
+use crate::identification::blocks::BlockEquations;
+use crate::identification::normal_equations::{Singular, UNKNOWNS};
 use crate::identification::outcome::Refusal;
 use crate::identification::pose_information::PoseInformation;
 use crate::identification::zeros::ZeroEquations;
 use crate::kinematics::arm::turned;
-use crate::kinematics::pivot::inverse_of_symmetric;
 use crate::kinematics::{CableLengths, LengthEquations, Pivot};
 use crate::rig::CABLES;
 use crate::scalar::Real;
-use crate::vector::{scaled, scaled_matrix};
-use nalgebra::Matrix3;
+use crate::symmetric::Symmetric;
+use crate::vector::square;
 
 /// Ridge on a pose's information when its own centre is asked for: keeps the direction that a pose near the fold does
 /// not know from drowning the others.
@@ -22,7 +22,7 @@ const OWN_CENTRE_RIDGE: f64 = 0.02;
 #[derive(Clone, Debug)]
 pub(super) struct PassSum<T> {
     /// Normal equations of (O, C); `squares` is the weighted sum of squares before the step, mm².
-    pub equations: NormalEquations<T>,
+    pub equations: BlockEquations<T>,
     /// The part of the zeros, when they are unknown.
     pub zeros: Option<ZeroEquations<T>>,
     /// Poses with a weight above zero.
@@ -42,9 +42,9 @@ pub(super) struct Step<T> {
 impl<T: Real> Step<T> {
     /// The step of O and C alone.
     #[inline(never)]
-    fn of(equations: &NormalEquations<T>) -> Result<Self, Singular> {
+    fn of(equations: &BlockEquations<T>) -> Result<Self, Singular> {
         let pivot = equations.solve()?;
-        Ok(Self { pivot, zeros: [T::zero(); CABLES], squares_left: equations.squares_after(&pivot) })
+        Ok(Self { pivot, zeros: [T::zero(); CABLES], squares_left: (equations.squares - equations.gained(&pivot)).max(T::zero()) })
     }
 
     /// Largest move of any unknown, mm.
@@ -56,7 +56,7 @@ impl<T: Real> Step<T> {
 impl<T: Real> PassSum<T> {
     /// An empty pass.
     pub fn new(zeros: Option<ZeroEquations<T>>) -> Self {
-        Self { equations: NormalEquations::new(), zeros, poses: 0 }
+        Self { equations: BlockEquations::new(), zeros, poses: 0 }
     }
 
     /// The step of the pass.
@@ -104,8 +104,7 @@ impl<T: Real> PassSum<T> {
         if weight > T::zero() {
             self.poses += 1;
             self.equations.squares += pose.squares_mm2 * weight;
-            let (information, gradient) = (scaled_matrix(&pose.information, weight), scaled(&pose.gradient_mm, weight));
-            self.equations.add_information(&rotation, &information, &gradient);
+            self.equations.add_pose(&rotation, &pose.eliminated.rest, &pose.gradient_mm, weight);
             if let Some(zeros) = &mut self.zeros {
                 zeros.add(&rotation, &equations, pose, weight);
             }
@@ -126,15 +125,16 @@ impl<T: Real> PassSum<T> {
         }
         let rotation = placement.rotation();
         let equations = LengthEquations::new(&placer.points, pivot, &rotation, lengths);
-        let ridge = Matrix3::identity() * T::of(OWN_CENTRE_RIDGE);
         let Some(pose) = &PoseInformation::of(&equations) else { return };
-        let Some(inverse) = inverse_of_symmetric(&(pose.information + ridge)) else { return };
-        let own = inverse * pose.gradient_mm;
-        placement.misfit = own.norm_squared();
+        let (one, mut ridged) = (Symmetric::diagonal(T::one()), pose.eliminated.rest);
+        ridged.add(&one, T::of(OWN_CENTRE_RIDGE));
+        let Some(inverse) = &ridged.inverse(&ridged, T::zero()) else { return };
+        let own = inverse.image(&pose.gradient_mm);
+        placement.misfit = square(&own);
         placement.set_attitude(turned(placement.attitude(), &pose.turn));
         self.poses += 1;
-        self.equations.squares += own.norm_squared();
-        self.equations.add_information(&rotation, &Matrix3::identity(), &own);
+        self.equations.squares += square(&own);
+        self.equations.add_pose(&rotation, &one, &own, T::one());
     }
 
     /// How far the centre wanders, or that a few poses alone are to blame.

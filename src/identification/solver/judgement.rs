@@ -1,11 +1,11 @@
 //! The limits of acceptance, and the statistics behind them.
 
 use super::placement::Placement;
-use crate::identification::normal_equations::PACKED;
 use crate::identification::observability::Sway;
 use crate::identification::outcome::Refusal;
-use crate::identification::uncertainty::worst_centre_direction;
+use crate::identification::uncertainty::worst_direction_of_point;
 use crate::scalar::Real;
+use crate::symmetric::Symmetric;
 use nalgebra::Vector3;
 
 /// Misfit beyond which a pose is left out: chi-square with three degrees of freedom exceeds 25 once in 65 000 sound
@@ -126,8 +126,8 @@ pub(super) fn refuse_degenerate<T: Real>(
 }
 
 /// Refuses a centre whose error bar in its worst direction is too wide. `unit`: covariance for a noise of 1 mm.
-pub(super) fn refuse_weak<T: Real>(unit: &[T; PACKED], noise_mm: T, limit_mm: T) -> Result<(), Refusal> {
-    let (sigma, direction) = worst_centre_direction(unit);
+pub(super) fn refuse_weak<T: Real>(unit: &Symmetric<T>, noise_mm: T, limit_mm: T) -> Result<(), Refusal> {
+    let (sigma, direction) = worst_direction_of_point(unit);
     let sigma_mm = sigma * noise_mm;
     // Also refuses NaN.
     if !(sigma_mm <= limit_mm) {

@@ -1,0 +1,162 @@
+//! Least squares of two 3-vectors, by blocks: O and C of the pivot, δ and the rotation of one pose, the two parts of a
+//! drift.
+//!
+//! The second vector is eliminated, which leaves a symmetric 3x3 matrix for the first. Everything wanted follows from
+//! that: the step, the covariance of the first alone, the whole covariance.
+
+use super::normal_equations::{Singular, UNKNOWNS, at, smallest_pivot};
+use crate::scalar::Real;
+use crate::symmetric::Symmetric;
+use crate::vector::{add_to, difference, dot, image, image_transposed, scaled};
+use nalgebra::{Matrix3, Vector3};
+
+/// A symmetric 6x6 matrix: information on two vectors, or their covariance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Blocks<T> {
+    /// First with first.
+    pub first: Symmetric<T>,
+    /// Second (rows) with first (columns).
+    pub mixed: Matrix3<T>,
+    /// Second with second.
+    pub second: Symmetric<T>,
+}
+
+/// The second vector eliminated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Elimination<T> {
+    /// Inverse of the second block.
+    pub inverse: Symmetric<T>,
+    /// That inverse times the mixed block: how the second vector follows the first.
+    pub through: Matrix3<T>,
+    /// What is left for the first vector.
+    pub rest: Symmetric<T>,
+}
+
+/// Normal equations of two vectors, summed equation by equation or pose by pose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BlockEquations<T> {
+    /// Their matrix.
+    pub matrix: Blocks<T>,
+    /// Right-hand sides of the first vector and of the second.
+    pub gradient: [Vector3<T>; 2],
+    /// Sum of the squared values.
+    pub squares: T,
+}
+
+impl<T: Real> Blocks<T> {
+    /// Nothing known.
+    pub fn zero() -> Self {
+        Self { first: Symmetric::zero(), mixed: Matrix3::zeros(), second: Symmetric::zero() }
+    }
+
+    /// Eliminates the second vector; `None` when a pivot of its block is not larger than the part `smallest` of the
+    /// diagonal entry that it came from.
+    #[inline(never)]
+    pub fn eliminate(&self, smallest: T) -> Option<Elimination<T>> {
+        let inverse = self.second.inverse(&self.second, smallest)?;
+        let through = inverse.times(&self.mixed);
+        let mut rest = self.first;
+        rest.add(&Symmetric::gram(&self.mixed, &through), -T::one());
+        Some(Elimination { inverse, through, rest })
+    }
+
+    /// The first block of the inverse: the covariance of the first vector, the second eliminated.
+    ///
+    /// # Errors
+    /// [`Singular`] when a pivot is too small against the diagonal entry that it came from, or is not a number.
+    pub fn first_inverse(&self) -> Result<Symmetric<T>, Singular> {
+        self.inverted().map(|(_, inverse)| inverse)
+    }
+
+    /// The whole inverse.
+    ///
+    /// # Errors
+    /// As [`first_inverse`](Self::first_inverse).
+    #[inline(never)]
+    pub fn inverse(&self) -> Result<Self, Singular> {
+        let (Elimination { inverse, through, .. }, first) = self.inverted()?;
+        let turned = through.transpose();
+        let mixed = first.times(&turned);
+        let mut second = Symmetric::gram(&turned, &mixed);
+        second.add(&inverse, T::one());
+        Ok(Self { first, mixed: -mixed.transpose(), second })
+    }
+
+    /// Row `i`, column `j <= i` of the whole 6x6 matrix.
+    pub fn entry(&mut self, i: usize, j: usize) -> &mut T {
+        match (i < 3, j < 3) {
+            (true, _) => &mut self.first.0[at(i, j)],
+            (false, true) => &mut self.mixed[(i - 3, j)],
+            (false, false) => &mut self.second.0[at(i - 3, j - 3)],
+        }
+    }
+
+    #[inline(never)]
+    fn inverted(&self) -> Result<(Elimination<T>, Symmetric<T>), Singular> {
+        let smallest = smallest_pivot();
+        let eliminated = self.eliminate(smallest).ok_or(Singular)?;
+        let first = eliminated.rest.inverse(&self.first, smallest).ok_or(Singular)?;
+        Ok((eliminated, first))
+    }
+}
+
+impl<T: Real> Default for BlockEquations<T> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<T: Real> BlockEquations<T> {
+    /// No equations yet.
+    pub fn new() -> Self {
+        Self { matrix: Blocks::zero(), gradient: [Vector3::zeros(); 2], squares: T::zero() }
+    }
+
+    /// The step of both vectors.
+    ///
+    /// # Errors
+    /// [`Singular`] as for [`Blocks::first_inverse`].
+    #[inline(never)]
+    pub fn solve(&self) -> Result<[T; UNKNOWNS], Singular> {
+        let (eliminated, inverse) = &self.matrix.inverted()?;
+        let [first, second] = &self.gradient;
+        let a = inverse.image(&difference(first, &image_transposed(&eliminated.through, second)));
+        let b = difference(&eliminated.inverse.image(second), &image(&eliminated.through, &a));
+        Ok([a.x, a.y, a.z, b.x, b.y, b.z])
+    }
+
+    /// How much of the squares a step takes away, as far as the equations are linear.
+    pub fn gained(&self, [a, b, c, d, e, f]: &[T; UNKNOWNS]) -> T {
+        let [first, second] = &self.gradient;
+        dot(&Vector3::new(*a, *b, *c), first) + dot(&Vector3::new(*d, *e, *f), second)
+    }
+
+    /// Adds what a pose knows of δ = δO - R δC, `weight` times: Jᵀ S J and Jᵀ g for J = [I, -R], unknowns O and C.
+    #[inline(never)]
+    pub fn add_pose(&mut self, rotation: &Matrix3<T>, information: &Symmetric<T>, gradient: &Vector3<T>, weight: T) {
+        let turned = information.times(rotation);
+        let Blocks { first, mixed, second } = &mut self.matrix;
+        first.add(information, weight);
+        second.add(&Symmetric::gram(rotation, &turned), weight);
+        for i in 0..3 {
+            for j in 0..3 {
+                mixed[(i, j)] -= turned[(j, i)] * weight;
+            }
+        }
+        let gradient = scaled(gradient, weight);
+        let [of_first, of_second] = &mut self.gradient;
+        add_to(of_first, &gradient);
+        *of_second = difference(of_second, &image_transposed(rotation, &gradient));
+    }
+
+    /// Adds what a sample knows of δO = a + b t, unknowns a and b, for a known t.
+    pub fn add_growing(&mut self, information: &Symmetric<T>, gradient: &Vector3<T>, t: T) {
+        let Blocks { first, mixed, second } = &mut self.matrix;
+        first.add(information, T::one());
+        second.add(information, t * t);
+        *mixed += information.to_matrix() * t;
+        let [of_first, of_second] = &mut self.gradient;
+        add_to(of_first, gradient);
+        add_to(of_second, &scaled(gradient, t));
+    }
+}
