@@ -7,6 +7,16 @@ pub trait Real: RealField + Copy {
     /// A constant of the source text in this precision. `T::of(0.5)` is folded at compile time.
     fn of(value: f64) -> Self;
 
+    /// A number within ±1, kept in as little memory as its use allows: 16 bits on the target, where a thousandth of a
+    /// degree is enough; in double precision in full.
+    type Fraction: Copy + core::fmt::Debug + PartialEq;
+
+    /// A number within ±1, to be kept.
+    fn to_fraction(self) -> Self::Fraction;
+
+    /// A number that was kept.
+    fn of_fraction(fraction: Self::Fraction) -> Self;
+
     /// An integer, rounded to the nearest number. No double precision on the way: the target has none in hardware.
     fn of_integer(value: i32) -> Self;
 
@@ -26,7 +36,19 @@ pub trait Real: RealField + Copy {
     fn is_a_number(self) -> bool;
 }
 
+/// Steps of a 16-bit fraction in one.
+const FRACTION_STEPS: f32 = 32_767.0;
+
 impl Real for f32 {
+    type Fraction = i16;
+    #[inline(always)]
+    fn to_fraction(self) -> i16 {
+        (self * FRACTION_STEPS) as i32 as i16
+    }
+    #[inline(always)]
+    fn of_fraction(fraction: i16) -> Self {
+        f32::from(fraction) * (1.0 / FRACTION_STEPS)
+    }
     #[inline(always)]
     fn of(value: f64) -> Self {
         value as f32
@@ -53,6 +75,15 @@ impl Real for f32 {
 }
 
 impl Real for f64 {
+    type Fraction = f64;
+    #[inline(always)]
+    fn to_fraction(self) -> f64 {
+        self
+    }
+    #[inline(always)]
+    fn of_fraction(fraction: f64) -> Self {
+        fraction
+    }
     #[inline(always)]
     fn of(value: f64) -> Self {
         value

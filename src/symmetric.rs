@@ -104,8 +104,7 @@ impl<T: Real> Symmetric<T> {
         let [c11, c21, _, c31, _, minor] = adjugate.0;
         let determinant = xx * c11 + yx * c21 + zx * c31;
         // The pivots are the quotients of the leading minors. Written as products, and so that NaN is refused.
-        let regular =
-            xx > first * smallest && minor > second * smallest * xx && determinant > third * smallest * minor;
+        let regular = xx > first * smallest && minor > second * smallest * xx && determinant > third * smallest * minor;
         regular.then(|| Self(adjugate.0.map(|cofactor| cofactor / determinant)))
     }
 

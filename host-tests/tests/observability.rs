@@ -7,10 +7,12 @@ use common::dense::derivative;
 use common::library::{as_cables, as_poses, rig};
 use common::sets::{machines, noisy, sound, sweep};
 use common::{Worn, rng};
+use glenoid::identification::blocks::Blocks;
 use glenoid::identification::normal_equations::{PACKED, at};
 use glenoid::identification::observability::{RotationSum, Sway};
-use glenoid::identification::blocks::Blocks;
-use glenoid::identification::uncertainty::{covariance_of_parameters, packed, sigmas, worst_centre_direction, worst_direction};
+use glenoid::identification::uncertainty::{
+    covariance_of_parameters, packed, sigmas, worst_centre_direction, worst_direction,
+};
 use glenoid::identification::{Solver, SolverSettings, Survey};
 use glenoid::kinematics::{OctahedronError, Pivot, RigPoints};
 use glenoid::scalar::Real;

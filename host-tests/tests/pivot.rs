@@ -130,7 +130,8 @@ fn spheres_that_do_not_meet_give_the_nearest_point_of_the_plane() {
 #[test]
 fn a_step_moves_both_points() {
     let pivot = Pivot::from_array(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
-    let moved = pivot.moved_by(&[0.5, 0.25, -1.0, 2.0, -3.0, 8.0]);
+    let mut moved = pivot;
+    moved.move_by(&[0.5, 0.25, -1.0, 2.0, -3.0, 8.0]);
     assert_eq!(moved.in_base_mm, Vector3::new(1.5, 2.25, 2.0));
     assert_eq!(moved.in_platform_mm, Vector3::new(6.0, 2.0, 14.0));
 }

@@ -258,7 +258,8 @@ fn sliced<T: Real>(worn: &Worn, poses: &[Lengths<f64>]) -> (Result<Identified<T>
             Progress::Working => {}
             Progress::Identified(identified) => {
                 // Asked again it says the same.
-                assert_eq!(solver.advance(&poses), Progress::Identified(identified.clone()));
+                let identified = identified.clone();
+                assert_eq!(solver.advance(&poses), Progress::Identified(&identified));
                 return (Ok(identified), slice);
             }
             Progress::Refused(refusal) => return (Err(refusal), slice),

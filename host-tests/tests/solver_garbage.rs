@@ -31,7 +31,7 @@ fn run<T: Real, const N: usize>(
     for _ in 0..(MOST_ITERATIONS + 4) * (N + 1) + 22 * MOST_REJECTED {
         match solver.advance(&poses) {
             Progress::Working => {}
-            Progress::Identified(identified) => return Ok(identified),
+            Progress::Identified(identified) => return Ok(identified.clone()),
             Progress::Refused(refusal) => return Err(refusal),
         }
     }

@@ -214,15 +214,13 @@ impl Refusal {
     }
 }
 
-/// Where a solver stands after a slice of work.
+/// Where a solver stands after a slice of work. `R`: the result, or a reference to it where it is kept.
 #[derive(Clone, Debug, PartialEq)]
-// The outcome is handed over once, by value, at the end of thousands of slices; boxing it would need a heap.
-#[allow(clippy::large_enum_variant)]
-pub enum Progress<T> {
+pub enum Progress<R> {
     /// More slices are wanted.
     Working,
     /// The centre is identified.
-    Identified(Identified<T>),
+    Identified(R),
     /// There is no result, and why.
     Refused(Refusal),
 }

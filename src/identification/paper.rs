@@ -81,7 +81,7 @@ impl<T: Real> PaperIteration<T> {
 
     /// One slice: lays the next poses against the model ([`POSES_A_SLICE`] at most), and after the last pose takes a
     /// step. `poses` must be the same in every call.
-    pub fn advance(&mut self, poses: &[CableLengths<T>]) -> Progress<T> {
+    pub fn advance(&mut self, poses: &[CableLengths<T>]) -> Progress<Identified<T>> {
         if poses.len() < FEWEST_POSES {
             return Progress::Refused(Refusal::TooFewPoses { poses: poses.len() as u16 });
         }
@@ -133,7 +133,7 @@ impl<T: Real> PaperIteration<T> {
     }
 
     /// δE of this pass; then either the end or the next step (Eq. 15, 16).
-    fn finish_pass(&mut self, poses: usize) -> Progress<T> {
+    fn finish_pass(&mut self, poses: usize) -> Progress<Identified<T>> {
         let closing = self.closing.take();
         let squares_mm2 = closing.unwrap_or(self.sum.squares());
         let deviation_mm = deviation(squares_mm2, poses);
@@ -228,7 +228,7 @@ impl<T: Real> PaperIteration<T> {
     }
 
     /// The result, with s² = YᵀY / (3m - 6).
-    fn identified(&self, squares_mm2: T, termination: Termination, poses: usize) -> Progress<T> {
+    fn identified(&self, squares_mm2: T, termination: Termination, poses: usize) -> Progress<Identified<T>> {
         let variance_mm2 = squares_mm2 / T::of_integer(3 * poses as i32 - UNKNOWNS as i32);
         let Ok(covariance_mm2) = self.covariance(variance_mm2) else { return Progress::Refused(Refusal::Singular) };
         Progress::Identified(Identified {

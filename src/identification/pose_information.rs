@@ -8,7 +8,8 @@
 use super::blocks::{Blocks, Elimination};
 use crate::kinematics::LengthEquations;
 use crate::scalar::Real;
-use crate::vector::{add_to, difference, dot, image_transposed, scaled};
+use crate::symmetric::Symmetric;
+use crate::vector::{add_to, difference, dot, image_transposed, scaled, square};
 use nalgebra::Vector3;
 
 /// Smallest pivot of the information on ω, in roundings: a sound rig's poses are a thousand times above it.
@@ -59,5 +60,19 @@ impl<T: Real> PoseInformation<T> {
         let turn = eliminated.inverse.image(&torque);
         let gradient_mm = difference(&gradient, &image_transposed(&eliminated.through, &torque));
         Some(Self { eliminated, gradient_mm, squares_mm2: squares - dot(&torque, &turn), turn })
+    }
+
+    /// Becomes the centre that the pose would have by itself, exactly known: its squared distance is the squares then.
+    /// `ridge` is added to the information, which may not know a direction.
+    pub fn own_centre(&mut self, ridge: T) {
+        let one = Symmetric::diagonal(T::one());
+        let mut ridged = self.eliminated.rest;
+        ridged.add(&one, ridge);
+        // Never singular: information is not negative, and the ridge is positive.
+        if let Some(inverse) = ridged.inverse(&ridged, T::zero()) {
+            self.gradient_mm = inverse.image(&self.gradient_mm);
+        }
+        self.squares_mm2 = square(&self.gradient_mm);
+        self.eliminated.rest = one;
     }
 }

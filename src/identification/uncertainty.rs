@@ -17,11 +17,7 @@ const SQUARINGS: usize = 5;
 
 /// Covariance of x, y, z and p1, p2, p3 from that of O and C: dp_i = -(s_i - C)·dC / p_i.
 #[inline(never)]
-pub fn covariance_of_parameters<T: Real>(
-    of_pivot: &Blocks<T>,
-    pivot: &Pivot<T>,
-    points: &RigPoints<T>,
-) -> Blocks<T> {
+pub fn covariance_of_parameters<T: Real>(of_pivot: &Blocks<T>, pivot: &Pivot<T>, points: &RigPoints<T>) -> Blocks<T> {
     let mut directions = Matrix3::zeros();
     let mut mixed = Matrix3::zeros();
     for i in 0..3 {

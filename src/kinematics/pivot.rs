@@ -43,14 +43,10 @@ impl<T: Real> Pivot<T> {
         Self { in_base_mm: Vector3::new(*x, *y, *z), in_platform_mm: Vector3::new(*u, *v, *w) }
     }
 
-    /// Moved by a step in O and C, mm.
-    #[must_use]
-    pub fn moved_by(&self, step: &[T; 6]) -> Self {
-        let step = Self::from_array(step);
-        Self {
-            in_base_mm: self.in_base_mm + step.in_base_mm,
-            in_platform_mm: self.in_platform_mm + step.in_platform_mm,
-        }
+    /// Moves by a step in O and C, mm.
+    pub fn move_by(&mut self, step: &[T; 6]) {
+        let unknowns = self.in_base_mm.iter_mut().chain(self.in_platform_mm.iter_mut());
+        unknowns.zip(step).for_each(|(unknown, step)| *unknown += *step);
     }
 
     /// The pivot from the centre in {B} and the radii: C is where three spheres of radii p_i about the end-points

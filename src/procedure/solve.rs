@@ -1,7 +1,7 @@
 //! The solver as the procedure sees it: one slice of work at a time, and a refusal in the terms of the reports.
 
 use super::reason::Reason;
-use crate::identification::{Progress, Refusal, Solver, SolverSettings};
+use crate::identification::{Identified, Progress, Refusal, Solver, SolverSettings};
 use crate::kinematics::CableLengths;
 use crate::rig::Rig;
 
@@ -25,7 +25,7 @@ impl Work {
     }
 
     /// One slice of work: at most the placing of one pose.
-    pub fn advance(&mut self, poses: &[CableLengths<f32>]) -> Progress<f32> {
+    pub fn advance(&mut self, poses: &[CableLengths<f32>]) -> Progress<&Identified<f32>> {
         self.slices = self.slices.saturating_add(1);
         self.solver.advance(poses)
     }

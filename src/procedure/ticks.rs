@@ -94,7 +94,10 @@ impl Procedure {
     fn tick_identifying(&mut self, now_ms: u32) {
         match self.work.advance(self.poses.lengths()) {
             Progress::Working => {}
-            Progress::Identified(identified) => self.found(now_ms, identified),
+            Progress::Identified(identified) => {
+                let identified = identified.clone();
+                self.found(now_ms, identified);
+            }
             Progress::Refused(refusal) => self.refused(now_ms, Detail::from(refusal)),
         }
     }

@@ -10,7 +10,8 @@ use crate::firmware::{self, FirmwareError, Image, Toolchain};
 const ONLY: &str = "GLENOID_SPEED_ONLY";
 
 /// Images that hold a part of the library each, by the word that selects them.
-pub const PARTS: [&str; 6] = ["paper-f32", "free-f32", "full-f32", "paper-f64", "free-f64", "full-f64"];
+pub const PARTS: [&str; 8] =
+    ["paper-f32", "free-f32", "zeros-f32", "full-f32", "paper-f64", "free-f64", "zeros-f64", "full-f64"];
 
 /// The image of the paper as it is printed, alone.
 const LITERAL: &str = "literal";

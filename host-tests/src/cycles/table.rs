@@ -27,9 +27,10 @@ const PATHS: [(&str, &str); 14] = [
 ];
 
 /// The images whose sizes are told.
-const PARTS: [(&str, &str); 3] = [
+const PARTS: [(&str, &str); 4] = [
     ("paper", "the paper's iteration"),
-    ("free", "no start, weights, covariance, zeros, foretold σ, forward kinematics"),
+    ("free", "no start, weights, covariance, foretold σ, forward kinematics"),
+    ("zeros", "the same with unknown zeros"),
     ("full", "both, verification and watch"),
 ];
 

@@ -91,7 +91,10 @@ impl Problem<'_> {
         loop {
             match solver.advance(poses) {
                 Progress::Working => {}
-                Progress::Identified(identified) => return (Ok(identified), solver.iterations()),
+                Progress::Identified(identified) => {
+                    let identified = identified.clone();
+                    return (Ok(identified), solver.iterations());
+                }
                 Progress::Refused(refusal) => return (Err(refusal), solver.iterations()),
             }
         }

@@ -5,24 +5,25 @@ use super::placement::Placement;
 use super::settings::Noise;
 use super::{FEWEST_AFTER_REJECTION, FEWEST_POSES, Phase, Solver, Weighing, judgement};
 use crate::identification::blocks::Blocks;
-use crate::identification::normal_equations::{Singular, UNKNOWNS};
+use crate::identification::normal_equations::UNKNOWNS;
 use crate::identification::observability::{RotationSum, Sway};
 use crate::identification::outcome::{Identified, MOST_REJECTED, Refusal, Rejected, Termination, deviation};
 use crate::identification::pose_information::PoseInformation;
 use crate::identification::uncertainty::{covariance_of_parameters, packed, worst_direction_of_point};
-use crate::identification::zeros::Variances;
+use crate::identification::zeros::Zeros;
 use crate::kinematics::{CableLengths, LengthEquations};
 use crate::rig::CABLES;
 use crate::scalar::Real;
-use crate::vector::{difference, square};
+use crate::symmetric::Symmetric;
+use crate::vector::{difference, image, square};
 use heapless::Vec;
 
 /// Square of the way that a pose moves the most common axis.
 fn moves<T: Real>(placement: &Placement<T>, sway: &Sway<T>) -> T {
-    square(&difference(&placement.turned(&sway.axis_in_platform), &sway.axis))
+    square(&difference(&image(&placement.rotation(), &sway.axis_in_platform), &sway.axis))
 }
 
-impl<T: Real, const N: usize> Solver<T, N> {
+impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
     /// Rotations decide why the normal matrix has no inverse.
     pub(super) fn no_inverse(&self) -> Refusal {
         self.refuse_degenerate(|p| p.is_placed()).err().unwrap_or(Refusal::Singular)
@@ -96,7 +97,7 @@ impl<T: Real, const N: usize> Solver<T, N> {
         poses: usize,
         squares_mm2: T,
     ) -> Result<(), Refusal> {
-        let limit = judgement::median_misfit(&mut self.placements) * T::of(judgement::STANDS_OUT);
+        let limit = judgement::median_misfit(&self.placements) * T::of(judgement::STANDS_OUT);
         let beside = self.placements.iter().any(|p| p.is_used() && p.misfit > limit);
         if !beside || self.doubted {
             return self.accept(poses, squares_mm2);
@@ -108,7 +109,7 @@ impl<T: Real, const N: usize> Solver<T, N> {
 
     /// Is a pose's misfit far beyond those of the others, and beyond noise?
     pub(super) fn stands_out(&mut self) -> bool {
-        let median = judgement::median_misfit(&mut self.placements);
+        let median = judgement::median_misfit(&self.placements);
         let worst = self.placements.iter().fold(T::zero(), |worst, p| worst.max(p.misfit));
         let typical = median.max(T::of(judgement::MEDIAN_OF_CHI_SQUARE_3));
         worst > typical * T::of(judgement::STANDS_OUT)
@@ -126,14 +127,14 @@ impl<T: Real, const N: usize> Solver<T, N> {
     /// The noise that the typical misfit speaks of, mm.
     fn typical_noise_mm(&mut self) -> T {
         let poses = T::of_integer(self.placements.len() as i32);
-        let median = judgement::median_misfit(&mut self.placements);
+        let median = judgement::median_misfit(&self.placements);
         let typical = median / T::of(judgement::MEDIAN_OF_CHI_SQUARE_3) * poses / (poses - T::of(2.0));
         self.noise_mm * typical.root()
     }
 
     /// First scale of the annealing; with an unknown noise, its robust estimate too.
     pub(super) fn begin_annealing(&mut self) -> T {
-        let median = judgement::median_misfit(&mut self.placements);
+        let median = judgement::median_misfit(&self.placements);
         if let Noise::EstimatedUpTo(_) = self.settings.noise {
             self.noise_shrinks();
             return T::of(judgement::ANNEALED_SCALE * 8.0);
@@ -212,29 +213,17 @@ impl<T: Real, const N: usize> Solver<T, N> {
     pub(super) fn accept(&mut self, poses: usize, squares_mm2: T) -> Result<(), Refusal> {
         let sway = self.refuse_degenerate(|p| p.is_used())?;
         let (noise_mm, widening) = self.noise_of_error_bar(squares_mm2);
-        let covariance = self.unit_covariance();
-        let (unit, zeros_variance) = match &covariance {
-            Ok((unit, zeros_variance)) => (unit, zeros_variance),
-            Err(Singular) => return Err(Refusal::Singular),
-        };
+        let mut zero_variances = [T::zero(); CABLES];
+        let covariance = self.zeros.covariance(&self.sum.equations, &mut zero_variances);
+        let Ok(of_pivot) = &covariance else { return Err(Refusal::Singular) };
         // Noise-free lengths must not pass a geometry that noise would ruin.
         let bar = noise_mm * widening;
         let gate = bar.max(self.placer.rig_noise_mm);
-        self.refuse_weak(unit, zeros_variance, gate)?;
+        self.refuse_weak(&of_pivot.first, &zero_variances, gate)?;
         let deviation_mm = deviation(squares_mm2, self.sum.poses);
-        self.write_result(poses, deviation_mm, noise_mm, bar, unit, zeros_variance, sway.least_rad);
+        let covariance = covariance_of_parameters(of_pivot, &self.pivot, &self.placer.points);
+        self.write_result(poses, deviation_mm, noise_mm, bar, &covariance, &zero_variances, sway.least_rad);
         self.begin_check(&sway)
-    }
-
-    /// Covariance of the parameters and variance of the zeros, for a noise of 1 mm.
-    // Not inlined, like what follows: what each needs of the stack is free again before the next.
-    #[inline(never)]
-    fn unit_covariance(&self) -> Result<Variances<T>, Singular> {
-        let (of_pivot, zeros_variance) = match &self.sum.zeros {
-            Some(zeros) => zeros.eliminated(&self.sum.equations)?,
-            None => (self.sum.equations.matrix.inverse()?, [T::zero(); CABLES]),
-        };
-        Ok((covariance_of_parameters(&of_pivot, &self.pivot, &self.placer.points), zeros_variance))
     }
 
     /// The result, with `bar` as the noise of its error bar, mm.
@@ -247,7 +236,7 @@ impl<T: Real, const N: usize> Solver<T, N> {
         noise_mm: T,
         bar: T,
         unit: &Blocks<T>,
-        zeros_variance: &[T; CABLES],
+        zero_variances: &[T; CABLES],
         sway_rad: T,
     ) {
         // Written where it stays: on the stack it would be the largest thing there.
@@ -262,8 +251,8 @@ impl<T: Real, const N: usize> Solver<T, N> {
             poses: poses as u16,
             rejected: Vec::new(),
             sway_rad,
-            zeros_mm: self.zeros_mm,
-            zero_sigmas_mm: zeros_variance.map(|variance| variance.max(T::zero()).root() * bar),
+            zeros_mm: self.zeros.estimate_mm().copied().unwrap_or([T::zero(); CABLES]),
+            zero_sigmas_mm: zero_variances.map(|variance| variance.max(T::zero()).root() * bar),
         });
         result.deviations_mm.clone_from(&self.deviations_mm);
         for (pose, placement) in self.placements.iter().enumerate() {
@@ -298,42 +287,37 @@ impl<T: Real, const N: usize> Solver<T, N> {
         let pose = self.next as u16;
         let placement = self.placements.get(self.next).filter(|p| p.is_used());
         self.next += 1;
-        let (Some(placement), Ok(lengths)) = (placement, lengths.less(&self.zeros_mm)) else { return Ok(()) };
+        let Some(placement) = placement else { return Ok(()) };
+        let lengths = self.zeros.corrected(lengths);
         let rotation = placement.rotation();
         let equations = LengthEquations::new(&self.placer.points, &self.pivot, &rotation, &lengths);
         let Some(known) = &PoseInformation::of(&equations) else { return Ok(()) };
+        let refused = Refusal::HangsOnOnePose { pose };
+        let all = self.zeros.centre_covariance(&self.sum.equations).map_err(|_| refused)?;
         let mut without = self.sum.equations;
         without.add_pose(&rotation, &known.eliminated.rest, &known.gradient_mm, -T::one());
-        let mut all = self.sum.equations;
-        let mut poses = self.sum.poses;
+        let mut zeros = self.zeros.clone();
+        zeros.add_pose(&rotation, &equations, known, -T::one());
         // Four poses hardly contradict each other when there are zeros to be found as well, and the prior hides it: it
         // alone bounds the error bar of what is left. So few poses get no more indulgence than many.
-        if let Some(zeros) = &self.sum.zeros {
-            let mut rest = *zeros;
-            rest.add(&rotation, &equations, known, -T::one());
-            let refused = Refusal::HangsOnOnePose { pose };
-            without = rest.reduce(&without).map_err(|_| refused)?.equations;
-            all = zeros.reduce(&all).map_err(|_| refused)?.equations;
-            poses = poses.max(judgement::FEW_POSES);
-        }
-        let all = all.matrix.first_inverse().map_err(|_| Refusal::Singular)?;
-        let limit = worst_direction_of_point(&all).0 * judgement::limit_without_one_pose(poses);
-        let stands = without.matrix.first_inverse().is_ok_and(|rest| worst_direction_of_point(&rest).0 <= limit);
-        if stands { Ok(()) } else { Err(Refusal::HangsOnOnePose { pose }) }
+        let fewest = if zeros.take_part() { judgement::FEW_POSES } else { 0 };
+        let limit = worst_direction_of_point(&all).0 * judgement::limit_without_one_pose(self.sum.poses.max(fewest));
+        let stands = zeros.centre_covariance(&without).is_ok_and(|rest| worst_direction_of_point(&rest).0 <= limit);
+        if stands { Ok(()) } else { Err(refused) }
     }
 
     /// Refuses an error bar that is too wide, and says when it is the unknown zeros that widen it.
     #[inline(never)]
-    fn refuse_weak(&self, unit: &Blocks<T>, zeros_variance: &[T; CABLES], noise_mm: T) -> Result<(), Refusal> {
+    fn refuse_weak(&self, unit: &Symmetric<T>, zero_variances: &[T; CABLES], noise_mm: T) -> Result<(), Refusal> {
         let limit = self.settings.sigma_limit_mm;
-        let refused = judgement::refuse_weak(&unit.first, noise_mm, limit);
-        if refused.is_err() && self.sum.zeros.is_some() {
+        let refused = judgement::refuse_weak(unit, noise_mm, limit);
+        if refused.is_err() && self.zeros.take_part() {
             let known = self.sum.equations.matrix.first_inverse().map_err(|_| Refusal::Singular)?;
             if judgement::refuse_weak(&known, noise_mm, limit).is_ok() {
-                let worst = (0..CABLES).fold(0, |w, k| if zeros_variance[k] > zeros_variance[w] { k } else { w });
+                let worst = (0..CABLES).fold(0, |w, k| if zero_variances[k] > zero_variances[w] { k } else { w });
                 return Err(Refusal::ZeroNotDetermined {
                     cable: worst as u8 + 1,
-                    sigma_mm: (zeros_variance[worst].max(T::zero()).root() * noise_mm).to_f32(),
+                    sigma_mm: (zero_variances[worst].max(T::zero()).root() * noise_mm).to_f32(),
                 });
             }
         }

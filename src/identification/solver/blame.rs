@@ -6,6 +6,7 @@
 
 use super::placement::Placer;
 use crate::identification::outcome::Identified;
+use crate::identification::zeros::Zeros;
 use crate::kinematics::arm::CableSet;
 use crate::kinematics::{CableLengths, Pivot};
 use crate::rig::CABLES;
@@ -43,15 +44,14 @@ impl<T: Real> Blame<T> {
         result: &mut Identified<T>,
         placer: &Placer<T>,
         pivot: &Pivot<T>,
-        zeros_mm: &[T; CABLES],
+        zeros: &impl Zeros<T>,
         poses: &[CableLengths<T>],
     ) {
         let noise = result.noise_mm.max(placer.rig_noise_mm);
         let variance = noise * noise;
         let Some(rejected) = result.rejected.get_mut(self.next) else { return };
         let Some(measured) = poses.get(usize::from(rejected.pose)) else { return };
-        // A length shorter than its zero error explains itself badly enough; it is left as it is.
-        let lengths = &measured.less(zeros_mm).unwrap_or(*measured);
+        let lengths = &zeros.corrected(measured);
         if let Some(slot) = self.without.get_mut(self.question) {
             let cable = self.question;
             *slot = placer.arm(pivot).fit(lengths, CableSet::all_but(cable)).map(|fit| fit.squares_mm2);

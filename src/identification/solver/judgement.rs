@@ -90,7 +90,7 @@ pub(super) fn chi_square_limit<T: Real>(freedom: T, quantile: f64) -> T {
 /// Median of the misfits of the placed poses; 0 without any.
 ///
 /// By bisection on the value: no copy, no reordering. Exact enough for a scale (1 %).
-pub(super) fn median_misfit<T: Real>(placements: &mut [Placement<T>]) -> T {
+pub(super) fn median_misfit<T: Real>(placements: &[Placement<T>]) -> T {
     let placed = || placements.iter().filter(|p| p.is_placed());
     let half = placed().count().div_ceil(2);
     let (mut low, mut high) = (T::zero(), placed().fold(T::zero(), |most, p| most.max(p.misfit)));

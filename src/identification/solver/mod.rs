@@ -20,6 +20,7 @@
 
 mod acceptance;
 mod accumulation;
+mod attitude;
 mod blame;
 mod judgement;
 mod placement;
@@ -33,9 +34,9 @@ use super::normal_equations::Singular;
 use super::outcome::{Identified, MOST_ITERATIONS, Progress, Refusal, deviation};
 use super::pivot_fit::PivotFit;
 use super::pose_buffer::DEFAULT_CAPACITY;
-use super::zeros::ZeroEquations;
-use crate::kinematics::{CableLengths, LengthFault, OctahedronError, Pivot};
-use crate::rig::{CABLES, Rig};
+use super::zeros::{UnknownZeros, Zeros};
+use crate::kinematics::{CableLengths, LengthEquations, LengthFault, OctahedronError, Pivot};
+use crate::rig::Rig;
 use crate::scalar::Real;
 use heapless::Vec;
 
@@ -64,6 +65,21 @@ enum Weighing<T> {
     },
 }
 
+impl<T: Real> Weighing<T> {
+    /// Weight of a pose with this misfit.
+    fn weight(&self, misfit: T) -> T {
+        match self {
+            Self::Equal | Self::Wander { .. } => T::one(),
+            Self::Annealed(scale) => {
+                let root = *scale / (*scale + misfit);
+                root * root
+            }
+            Self::Selected if misfit <= T::of(judgement::MISFIT_LIMIT) => T::one(),
+            Self::Selected => T::zero(),
+        }
+    }
+}
+
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Phase<T> {
     Place,
@@ -79,7 +95,7 @@ enum Phase<T> {
 /// The solver, resumable: each call of [`advance`](Self::advance) does a bounded slice of work, at most the placing of
 /// one pose. Holds 24 bytes a pose in single precision beside the pose buffer.
 #[derive(Clone, Debug)]
-pub struct Solver<T: Real, const N: usize = DEFAULT_CAPACITY> {
+pub struct Solver<T: Real, const N: usize = DEFAULT_CAPACITY, Z = UnknownZeros<T>> {
     settings: SolverSettings<T>,
     placer: Placer<T>,
     placements: Vec<Placement<T>, N>,
@@ -87,7 +103,7 @@ pub struct Solver<T: Real, const N: usize = DEFAULT_CAPACITY> {
     next: usize,
     linear: PivotFit<T>,
     pivot: Pivot<T>,
-    zeros_mm: [T; CABLES],
+    zeros: Z,
     sum: PassSum<T>,
     noise_mm: T,
     selected_before: usize,
@@ -100,14 +116,7 @@ pub struct Solver<T: Real, const N: usize = DEFAULT_CAPACITY> {
     result: Option<Identified<T>>,
 }
 
-/// The result handed over.
-// Not inlined, as nothing that lies deep: a copy of the result would be under every slice of work.
-#[inline(never)]
-fn finished<T: Real>(result: &Identified<T>) -> Progress<T> {
-    Progress::Identified(result.clone())
-}
-
-impl<T: Real, const N: usize> Solver<T, N> {
+impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
     /// A solver for `rig`, at its beginning.
     pub fn new(rig: &Rig<T>, settings: SolverSettings<T>) -> Self {
         let placer = Placer::new(rig);
@@ -117,15 +126,14 @@ impl<T: Real, const N: usize> Solver<T, N> {
             Noise::EstimatedUpTo(_) => rig.length_noise_mm(),
         };
         Self {
-            settings,
             pivot: Pivot::from_parameters(rig.nominal(), &placer.points),
             placer,
             placements: Vec::new(),
             phase: Phase::Place,
             next: 0,
             linear: PivotFit::default(),
-            zeros_mm: [T::zero(); CABLES],
-            sum: PassSum::new(None),
+            zeros: Z::new(settings.zero_prior_mm),
+            sum: PassSum::new(),
             noise_mm,
             selected_before: 0,
             passes_in_weighing: 0,
@@ -133,6 +141,7 @@ impl<T: Real, const N: usize> Solver<T, N> {
             doubted: false,
             deviations_mm: Vec::new(),
             result: None,
+            settings,
         }
     }
 
@@ -143,8 +152,8 @@ impl<T: Real, const N: usize> Solver<T, N> {
         self.phase = Phase::Place;
         self.next = 0;
         self.linear = PivotFit::default();
-        self.zeros_mm = [T::zero(); CABLES];
-        self.sum = PassSum::new(None);
+        self.zeros = Z::new(self.settings.zero_prior_mm);
+        self.sum = PassSum::new();
         if let Noise::EstimatedUpTo(_) = self.settings.noise {
             self.noise_mm = self.placer.rig_noise_mm;
         }
@@ -163,14 +172,14 @@ impl<T: Real, const N: usize> Solver<T, N> {
         loop {
             match self.advance(poses) {
                 Progress::Working => {}
-                Progress::Identified(identified) => return Ok(identified),
+                Progress::Identified(identified) => return Ok(identified.clone()),
                 Progress::Refused(refusal) => return Err(refusal),
             }
         }
     }
 
     /// One slice of work. `poses` must be the same in every call, at most `N` of them (more are not looked at).
-    pub fn advance(&mut self, poses: &[CableLengths<T>]) -> Progress<T> {
+    pub fn advance(&mut self, poses: &[CableLengths<T>]) -> Progress<&Identified<T>> {
         let poses = poses.get(..N).unwrap_or(poses);
         if poses.len() < FEWEST_POSES {
             return Progress::Refused(Refusal::TooFewPoses { poses: poses.len() as u16 });
@@ -196,7 +205,7 @@ impl<T: Real, const N: usize> Solver<T, N> {
         match outcome {
             Err(refusal) => Progress::Refused(refusal),
             Ok(()) => match (&self.phase, &self.result) {
-                (Phase::Blame(blame), Some(result)) if blame.is_done(result) => finished(result),
+                (Phase::Blame(blame), Some(result)) if blame.is_done(result) => Progress::Identified(result),
                 _ => Progress::Working,
             },
         }
@@ -256,38 +265,27 @@ impl<T: Real, const N: usize> Solver<T, N> {
             Weighing::Selected if self.passes_in_weighing < 2 => T::of(judgement::HOPELESS_MISFIT),
             _ => T::of(f64::INFINITY),
         };
-        let prior = self.settings.zero_prior_mm;
-        let zeros_take_part = prior > T::zero() && !matches!(weighing, Weighing::Wander { .. });
-        self.sum = PassSum::new(zeros_take_part.then(|| {
-            let ratio = self.noise_mm / prior;
-            ZeroEquations::new(ratio * ratio, &self.zeros_mm)
-        }));
+        match weighing {
+            Weighing::Wander { .. } => self.zeros.hold(),
+            _ => self.zeros.begin_pass(self.noise_mm),
+        }
+        self.sum = PassSum::new();
     }
 
     /// Adds one pose to the pass.
     #[inline(never)]
     fn weigh(&mut self, weighing: Weighing<T>, lengths: &CableLengths<T>) {
-        let variance = self.noise_mm * self.noise_mm;
-        if let (Some(placement), Ok(lengths)) = (self.placements.get_mut(self.next), lengths.less(&self.zeros_mm)) {
-            let lengths = &lengths;
+        let lengths = self.zeros.corrected(lengths);
+        if let Some(placement) = self.placements.get_mut(self.next) {
             let places_anew = self.doubt < T::of(f64::INFINITY);
             if places_anew && (placement.misfit > self.doubt || !placement.is_placed()) {
-                self.placer.replace(placement, &self.pivot, lengths);
+                self.placer.replace(placement, &self.pivot, &lengths);
             }
-            match weighing {
-                Weighing::Equal => self.sum.add(placement, &self.placer, &self.pivot, lengths, variance, &|_| T::one()),
-                Weighing::Annealed(scale) => {
-                    self.sum.add(placement, &self.placer, &self.pivot, lengths, variance, &|misfit| {
-                        let weight = scale / (scale + misfit);
-                        weight * weight
-                    });
-                }
-                Weighing::Selected => {
-                    self.sum.add(placement, &self.placer, &self.pivot, lengths, variance, &|misfit| {
-                        if misfit <= T::of(judgement::MISFIT_LIMIT) { T::one() } else { T::zero() }
-                    });
-                }
-                Weighing::Wander { .. } => self.sum.add_own_centre(placement, &self.placer, &self.pivot, lengths),
+            if placement.is_placed() {
+                let rotation = placement.rotation();
+                let equations = LengthEquations::new(&self.placer.points, &self.pivot, &rotation, &lengths);
+                let variance = self.noise_mm * self.noise_mm;
+                self.sum.add(placement, &mut self.zeros, &rotation, &equations, variance, weighing);
             }
         }
         self.next += 1;
@@ -296,7 +294,7 @@ impl<T: Real, const N: usize> Solver<T, N> {
     /// Takes the step of a pass and decides what comes next.
     #[inline(never)]
     fn finish_pass(&mut self, weighing: Weighing<T>, poses: usize) -> Result<(), Refusal> {
-        let Ok(step) = self.sum.step() else {
+        let Ok(step) = self.zeros.step(&self.sum.equations) else {
             let refusal = match weighing {
                 Weighing::Wander { rejected, .. } => Refusal::TooManyOutliers { rejected, poses: poses as u16 },
                 // Hardly any pose agrees with another.
@@ -305,14 +303,13 @@ impl<T: Real, const N: usize> Solver<T, N> {
             };
             return Err(refusal);
         };
-        self.pivot = self.pivot.moved_by(&step.pivot);
-        self.zeros_mm = core::array::from_fn(|k| self.zeros_mm[k] + step.zeros[k]);
-        let squares_mm2 = step.squares_left;
+        self.pivot.move_by(&step.pivot);
+        let squares_mm2 = step.squares_left_mm2;
         let deviation_mm = deviation(squares_mm2, self.sum.poses.max(1));
         if self.deviations_mm.push(deviation_mm).is_err() {
             return Err(Refusal::IterationCap);
         }
-        let settled = step.largest() <= self.settings.tolerance_mm;
+        let settled = step.largest_mm <= self.settings.tolerance_mm;
         match weighing {
             Weighing::Equal => {
                 if settled && self.sum.poses == poses && self.residuals_are_noise(squares_mm2) {
@@ -350,7 +347,7 @@ impl<T: Real, const N: usize> Solver<T, N> {
                 self.begin_pass(weighing);
             }
             Weighing::Wander { left: 0, rejected } => {
-                return Err(self.sum.wander(&step, &mut self.placements, rejected, poses));
+                return Err(self.sum.wander(squares_mm2, &self.placements, rejected, poses));
             }
             Weighing::Wander { left, rejected } => self.begin_pass(Weighing::Wander { left: left - 1, rejected }),
         }
@@ -359,17 +356,13 @@ impl<T: Real, const N: usize> Solver<T, N> {
 
     /// Unknown zeros of centimetres take more steps to find than noise does.
     fn most_equal_passes(&self) -> u8 {
-        if self.settings.zero_prior_mm > T::zero() {
-            judgement::EQUAL_PASSES_WITH_ZEROS
-        } else {
-            judgement::EQUAL_PASSES
-        }
+        if self.zeros.take_part() { judgement::EQUAL_PASSES_WITH_ZEROS } else { judgement::EQUAL_PASSES }
     }
 
     #[inline(never)]
     fn explain(&mut self, mut blame: Blame<T>, poses: &[CableLengths<T>]) -> Result<(), Refusal> {
         if let Some(result) = &mut self.result {
-            blame.advance(result, &self.placer, &self.pivot, &self.zeros_mm, poses);
+            blame.advance(result, &self.placer, &self.pivot, &self.zeros, poses);
         }
         self.phase = Phase::Blame(blame);
         Ok(())

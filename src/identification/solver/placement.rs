@@ -1,16 +1,16 @@
 //! Where each pose stands: its rotation, and how badly it fits.
 
+use super::attitude::PackedAttitude;
 use crate::kinematics::arm::{Arm, CableSet, nearest_attitude, rotation_of};
 use crate::kinematics::{BaseEdges, CableLengths, Octahedron, Pivot, RigPoints};
 use crate::rig::Rig;
 use crate::scalar::Real;
-use crate::vector::{cross, scaled, sum};
-use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, UnitQuaternion};
 
 /// What the solver keeps of a pose.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Placement<T> {
-    attitude: UnitQuaternion<T>,
+pub(super) struct Placement<T: Real> {
+    attitude: PackedAttitude<T>,
     /// Squared length residuals over the noise's variance, the pose's rotation at its best: chi-square with three
     /// degrees of freedom when the pose is sound.
     pub misfit: T,
@@ -31,11 +31,11 @@ enum State {
 
 impl<T: Real> Placement<T> {
     pub fn at(rotation: &Matrix3<T>) -> Self {
-        Self { attitude: nearest_attitude(rotation), misfit: T::zero(), state: State::Placed }
+        Self { attitude: PackedAttitude::of(&nearest_attitude(rotation)), misfit: T::zero(), state: State::Placed }
     }
 
     pub fn unplaced() -> Self {
-        Self { attitude: UnitQuaternion::identity(), misfit: T::zero(), state: State::Unplaced }
+        Self { attitude: PackedAttitude::identity(), misfit: T::zero(), state: State::Unplaced }
     }
 
     pub fn broken(cable: u8) -> Self {
@@ -70,23 +70,15 @@ impl<T: Real> Placement<T> {
     }
 
     pub fn rotation(&self) -> Matrix3<T> {
-        rotation_of(&self.attitude)
+        rotation_of(&self.attitude())
     }
 
-    /// A vector of {P} in {B}: v + 2 (w q × v + q × (q × v)), a quarter of the work of a whole matrix.
-    pub fn turned(&self, vector: &Vector3<T>) -> Vector3<T> {
-        let [x, y, z, w]: [T; 4] = self.attitude.coords.into();
-        let axis = Vector3::new(x, y, z);
-        let across = scaled(&cross(&axis, vector), T::of(2.0));
-        sum(&sum(vector, &scaled(&across, w)), &cross(&axis, &across))
+    pub fn attitude(&self) -> UnitQuaternion<T> {
+        self.attitude.unpacked()
     }
 
-    pub fn attitude(&self) -> &UnitQuaternion<T> {
-        &self.attitude
-    }
-
-    pub fn set_attitude(&mut self, attitude: UnitQuaternion<T>) {
-        self.attitude = attitude;
+    pub fn set_attitude(&mut self, attitude: &UnitQuaternion<T>) {
+        self.attitude = PackedAttitude::of(attitude);
         if self.state == State::Unplaced {
             self.state = State::Placed;
         }
@@ -121,7 +113,7 @@ impl<T: Real> Placer<T> {
             return;
         }
         if let Some(fit) = self.arm(pivot).fit(lengths, CableSet::ALL) {
-            placement.set_attitude(fit.attitude);
+            placement.set_attitude(&fit.attitude);
         }
     }
 }

@@ -14,8 +14,10 @@ pub trait Number: Real {
     const NAME: &str;
     /// Name of the image that holds the paper's path alone.
     const PAPER: &str;
-    /// Name of the image that holds what needs no start, and nothing else.
+    /// Name of the image that holds what needs no start, the zeros known, and nothing else.
     const FREE: &str;
+    /// The same with unknown zeros.
+    const ZEROS: &str;
     /// Name of the image that holds all paths of the library.
     const FULL: &str;
 }
@@ -24,6 +26,7 @@ impl Number for f32 {
     const NAME: &str = "f32";
     const PAPER: &str = "paper-f32";
     const FREE: &str = "free-f32";
+    const ZEROS: &str = "zeros-f32";
     const FULL: &str = "full-f32";
 }
 
@@ -31,6 +34,7 @@ impl Number for f64 {
     const NAME: &str = "f64";
     const PAPER: &str = "paper-f64";
     const FREE: &str = "free-f64";
+    const ZEROS: &str = "zeros-f64";
     const FULL: &str = "full-f64";
 }
 

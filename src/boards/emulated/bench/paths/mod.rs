@@ -8,6 +8,7 @@ mod whole_runs;
 
 use core::mem::size_of;
 
+use glenoid::identification::zeros::{KnownZeros, UnknownZeros};
 use glenoid::identification::{PoseBuffer, Solver, Survey};
 use glenoid::kinematics::{CableLengths, Octahedron, Pivot, RigPoints};
 use glenoid::watch::Watch;
@@ -23,7 +24,8 @@ use literal_form::Rows;
 /// slices cannot live on the stack.
 pub struct Bench<T: Number> {
     problem: Problem<T>,
-    solver: Option<Solver<T, POSES>>,
+    solver: Option<Solver<T, POSES, KnownZeros>>,
+    solver_with_zeros: Option<Solver<T, POSES, UnknownZeros<T>>>,
     survey: Option<Survey<T>>,
     geometry: Option<Geometry<T>>,
     watch: Option<Watch<T>>,
@@ -46,6 +48,7 @@ impl<T: Number> Bench<T> {
         Self {
             // All made by the paths that want them: an image without those holds nothing of them.
             solver: None,
+            solver_with_zeros: None,
             survey: None,
             geometry: None,
             watch: None,
@@ -73,11 +76,16 @@ pub fn run<T: Number>(bench: &mut Bench<T>) -> bool {
         sound &= print::<T>("paper", measure::whole(bench, 0, &truth, whole_runs::paper));
     }
     if const { holds::<T>(Part::Free) } {
-        let state = size_of::<Solver<T, POSES>>();
+        let state = size_of::<Solver<T, POSES, KnownZeros>>();
         sound &= print::<T>("start-free", measure::whole(bench, state, &truth, whole_runs::start_free));
         sound &=
             print::<T>("start-free-slice", measure::pieces(bench, state, whole_runs::new_solver, whole_runs::slice));
+    }
+    if const { holds::<T>(Part::Zeros) } {
+        let state = size_of::<Solver<T, POSES, UnknownZeros<T>>>();
         sound &= print::<T>("start-free-zeros", measure::whole(bench, state, &truth, whole_runs::zeros));
+    }
+    if const { holds::<T>(Part::Samples) } {
         let survey = size_of::<Survey<T>>();
         sound &= print::<T>("survey", measure::pieces(bench, survey, samples::new_survey, samples::survey));
         let octahedron = size_of::<Octahedron<T>>();

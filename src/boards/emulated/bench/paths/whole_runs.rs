@@ -1,9 +1,13 @@
 //! Identifications from beginning to end.
 
+use core::borrow::Borrow;
+
+use glenoid::identification::zeros::Zeros;
 use glenoid::identification::{Identified, PaperIteration, PaperSettings, Progress, Refusal, Solver, SolverSettings};
 
 use super::Bench;
 use crate::measure::{Answer, Number};
+use crate::problem::{POSES, Problem};
 
 /// How well the encoders' zeros are known where nobody has homed them, 1σ, mm.
 const ZERO_PRIOR_MM: f64 = 10.0;
@@ -22,7 +26,7 @@ pub fn paper<T: Number>(bench: &mut Bench<T>) -> Option<Answer<T>> {
     let poses = problem.poses.as_slice();
     let mut paper = PaperIteration::new(&problem.rig, problem.start, PaperSettings::default());
     loop {
-        if let Some(answer) = answer(&paper.advance(poses)) {
+        if let Some(answer) = answer(paper.advance(poses)) {
             return answer.ok();
         }
     }
@@ -31,35 +35,34 @@ pub fn paper<T: Number>(bench: &mut Bench<T>) -> Option<Answer<T>> {
 /// The start-free path: from raw lengths to centre, weights and covariance.
 #[inline(never)]
 pub fn start_free<T: Number>(bench: &mut Bench<T>) -> Option<Answer<T>> {
-    begin(bench, T::zero());
-    finish(bench)
+    begin(&bench.problem, &mut bench.solver, T::zero());
+    finish(&bench.problem, bench.solver.as_mut()?)
 }
 
 /// The same with the zeros of all six encoders unknown by 10 mm.
 #[inline(never)]
 pub fn zeros<T: Number>(bench: &mut Bench<T>) -> Option<Answer<T>> {
-    begin(bench, T::of(ZERO_PRIOR_MM));
-    finish(bench)
+    begin(&bench.problem, &mut bench.solver_with_zeros, T::of(ZERO_PRIOR_MM));
+    finish(&bench.problem, bench.solver_with_zeros.as_mut()?)
 }
 
 /// The start-free solver at its beginning.
 pub fn new_solver<T: Number>(bench: &mut Bench<T>) -> Option<()> {
-    begin(bench, T::zero());
+    begin(&bench.problem, &mut bench.solver, T::zero());
     Some(())
 }
 
 // Not inlined: the solver passes through its frame on its way to its place.
 #[inline(never)]
-fn begin<T: Number>(bench: &mut Bench<T>, zero_prior_mm: T) {
-    let rig = &bench.problem.rig;
-    bench.solver = Some(Solver::new(rig, SolverSettings { zero_prior_mm, ..SolverSettings::for_rig(rig) }));
+fn begin<T: Number, Z: Zeros<T>>(problem: &Problem<T>, slot: &mut Option<Solver<T, POSES, Z>>, zero_prior_mm: T) {
+    let settings = SolverSettings { zero_prior_mm, ..SolverSettings::for_rig(&problem.rig) };
+    *slot = Some(Solver::new(&problem.rig, settings));
 }
 
-fn finish<T: Number>(bench: &mut Bench<T>) -> Option<Answer<T>> {
-    let solver = bench.solver.as_mut()?;
-    let poses = bench.problem.poses.as_slice();
+fn finish<T: Number, Z: Zeros<T>>(problem: &Problem<T>, solver: &mut Solver<T, POSES, Z>) -> Option<Answer<T>> {
+    let poses = problem.poses.as_slice();
     loop {
-        if let Some(answer) = answer(&solver.advance(poses)) {
+        if let Some(answer) = answer(solver.advance(poses)) {
             return answer.ok();
         }
     }
@@ -69,7 +72,7 @@ fn finish<T: Number>(bench: &mut Bench<T>) -> Option<Answer<T>> {
 #[inline(never)]
 pub fn slice<T: Number>(bench: &mut Bench<T>, _: usize) -> Option<bool> {
     let solver = bench.solver.as_mut()?;
-    match answer(&solver.advance(bench.problem.poses.as_slice())) {
+    match answer(solver.advance(bench.problem.poses.as_slice())) {
         None => Some(true),
         Some(Ok(_)) => Some(false),
         Some(Err(_)) => None,
@@ -77,12 +80,13 @@ pub fn slice<T: Number>(bench: &mut Bench<T>, _: usize) -> Option<bool> {
 }
 
 /// What a slice ended with, if it ended the run.
-fn answer<T: Number>(progress: &Progress<T>) -> Option<Result<Answer<T>, Refusal>> {
+fn answer<T: Number>(progress: Progress<impl Borrow<Identified<T>>>) -> Option<Result<Answer<T>, Refusal>> {
     match progress {
         Progress::Working => None,
-        Progress::Identified(Identified { parameters, iterations, .. }) => {
+        Progress::Identified(identified) => {
+            let Identified { parameters, iterations, .. } = identified.borrow();
             Some(Ok(Answer { parameters: *parameters, steps: *iterations }))
         }
-        Progress::Refused(refusal) => Some(Err(*refusal)),
+        Progress::Refused(refusal) => Some(Err(refusal)),
     }
 }

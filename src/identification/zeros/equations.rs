@@ -1,16 +1,12 @@
-//! Unknown encoder zeros: six more unknowns, each with a prior.
+//! The six zeros as unknowns of the normal equations, and their elimination.
 //!
-//! An incremental encoder wakes with an unknown zero, so a measured length is L + z with the same z in every pose. The
-//! deviation cannot see a common error: 1 mm on all cables moves the centre by 0.7 mm with hardly any residual. The
-//! zeros are identifiable from the same poses all the same. A prior standard deviation says how well the machine was
-//! homed: 0 means that the zeros are known, 10 mm that nobody homed it; the error bar of the centre is honest about it.
-//!
-//! After a pose's rotation is eliminated (see [`pose_information`](super::pose_information)), zero z_k is seen through
-//! a_k = u_k - K G⁻¹ g_k in the pose's three combinations δ, and through δ_kl - g_k G⁻¹ g_l against the other zeros.
+//! After a pose's rotation is eliminated (see [`pose_information`](crate::identification::pose_information)), zero z_k is
+//! seen through a_k = u_k - K G⁻¹ g_k in the pose's three combinations δ, and through δ_kl - g_k G⁻¹ g_l against the
+//! other zeros.
 
-use super::blocks::{BlockEquations, Blocks};
-use super::normal_equations::{Factors, PACKED, Singular, UNKNOWNS, at};
-use super::pose_information::PoseInformation;
+use crate::identification::blocks::{BlockEquations, Blocks};
+use crate::identification::normal_equations::{Factors, PACKED, Singular, UNKNOWNS, at};
+use crate::identification::pose_information::PoseInformation;
 use crate::kinematics::LengthEquations;
 use crate::rig::CABLES;
 use crate::scalar::Real;
@@ -88,21 +84,22 @@ impl<T: Real> ZeroEquations<T> {
         Ok(Reduced { equations: reduced, alone, columns, inverse: factors.inverse() })
     }
 
-    /// The variances that remain.
+    /// Covariance of O and C for a noise of 1 mm, and the variances of the zeros for the same.
     ///
     /// # Errors
     /// [`Singular`] when the poses leave O and C undetermined.
     #[inline(never)]
-    pub fn eliminated(&self, equations: &BlockEquations<T>) -> Result<Variances<T>, Singular> {
+    pub fn covariance(
+        &self,
+        equations: &BlockEquations<T>,
+        variances: &mut [T; CABLES],
+    ) -> Result<Blocks<T>, Singular> {
         let Ok(reduced) = &self.reduce(equations) else { return Err(Singular) };
         let mut covariance = reduced.equations.matrix.inverse()?;
-        let zeros = reduced.zeros_variance(&mut covariance);
-        Ok((covariance, zeros))
+        *variances = reduced.zeros_variance(&mut covariance);
+        Ok(covariance)
     }
 }
-
-/// For a noise of 1 mm: the covariance of O and C and the variance of each zero.
-pub type Variances<T> = (Blocks<T>, [T; CABLES]);
 
 /// The zeros eliminated, and what is needed to get them back.
 #[derive(Clone, Copy, Debug, PartialEq)]
