@@ -13,6 +13,7 @@
 #![no_std]
 #![deny(unsafe_code)]
 
+mod calls;
 pub mod can;
 pub mod device;
 pub mod drive_board;

@@ -3,8 +3,9 @@
 //! Six numbers instead of nine, and closed forms instead of loops: the inverse by the adjugate, the largest eigenvalue
 //! by squaring. Products that are wanted in several places are calls, not inlined: each is a hundred bytes of code.
 
+use crate::calls::unit;
 use crate::scalar::Real;
-use crate::vector::{dot, scaled, square};
+use crate::vector::dot;
 use nalgebra::{Matrix3, Vector3};
 
 /// A symmetric 3x3 matrix: xx, yx, yy, zx, zy, zz.
@@ -24,6 +25,7 @@ impl<T: Real> Symmetric<T> {
     }
 
     /// The matrix in full.
+    #[inline(never)]
     pub fn to_matrix(&self) -> Matrix3<T> {
         let [xx, yx, yy, zx, zy, zz] = self.0;
         Matrix3::new(xx, yx, zx, yx, yy, zy, zx, zy, zz)
@@ -50,7 +52,7 @@ impl<T: Real> Symmetric<T> {
     }
 
     /// The image of a vector.
-    #[inline(always)]
+    #[inline(never)]
     pub fn image(&self, a: &Vector3<T>) -> Vector3<T> {
         let [xx, yx, yy, zx, zy, zz] = self.0;
         Vector3::new(xx * a.x + yx * a.y + zx * a.z, yx * a.x + yy * a.y + zy * a.z, zx * a.x + zy * a.y + zz * a.z)
@@ -122,27 +124,20 @@ impl<T: Real> Symmetric<T> {
             if !(scale > zero && scale.is_a_number()) {
                 break;
             }
-            let [xx, yx, yy, zx, zy, zz] = power.0.map(|entry| entry * scale);
-            power = Self([
-                xx * xx + yx * yx + zx * zx,
-                yx * (xx + yy) + zy * zx,
-                yx * yx + yy * yy + zy * zy,
-                zx * (xx + zz) + zy * yx,
-                zy * (yy + zz) + zx * yx,
-                zx * zx + zy * zy + zz * zz,
-            ]);
+            power.0.iter_mut().for_each(|entry| *entry *= scale);
+            let matrix = power.to_matrix();
+            power = Self::gram(&matrix, &matrix);
         }
         // Every column is along that direction; the longest holds the most digits.
-        let [xx, yx, yy, zx, zy, zz] = power.0;
-        let column = if xx >= yy && xx >= zz {
-            Vector3::new(xx, yx, zx)
-        } else if yy >= zz {
-            Vector3::new(yx, yy, zy)
+        let [x, y, z] = power.to_matrix().data.0.map(Vector3::from);
+        let column = if x.x >= y.y && x.x >= z.z {
+            x
+        } else if y.y >= z.z {
+            y
         } else {
-            Vector3::new(zx, zy, zz)
+            z
         };
-        let norm = square(&column).root();
-        let direction = if norm > zero { scaled(&column, T::one() / norm) } else { column };
+        let direction = unit(&column);
         (dot(&self.image(&direction), &direction), direction)
     }
 }

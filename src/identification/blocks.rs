@@ -5,9 +5,10 @@
 //! that: the step, the covariance of the first alone, the whole covariance.
 
 use super::normal_equations::{Singular, UNKNOWNS, at, smallest_pivot};
+use crate::calls::{difference, dot, image, image_transposed, scaled};
 use crate::scalar::Real;
 use crate::symmetric::Symmetric;
-use crate::vector::{add_to, difference, dot, image, image_transposed, scaled};
+use crate::vector::add_to;
 use nalgebra::{Matrix3, Vector3};
 
 /// A symmetric 6x6 matrix: information on two vectors, or their covariance.

@@ -5,9 +5,9 @@
 //! its singular values σ_i, the mean of |R_m a' - a|² over the poses is 2 (1 - σ_i) for the singular vectors a, a'.
 //! So a largest singular value of one means a common axis, and its left singular vector is that axis in {B}.
 
+use crate::calls::{dot, image, unit};
 use crate::scalar::Real;
 use crate::symmetric::Symmetric;
-use crate::vector::{image, scaled, scaled_matrix, square, sum_of_matrices};
 use nalgebra::{Matrix3, Vector3};
 
 /// Squarings for the common axis. The next axis may be nearly as good: 2^12 rounds tell them apart to a thousandth.
@@ -42,14 +42,22 @@ impl<T: Real> Default for RotationSum<T> {
 impl<T: Real> RotationSum<T> {
     /// Adds the rotation ({P} to {B}) of a pose.
     pub fn add(&mut self, rotation: &Matrix3<T>) {
-        self.sum = sum_of_matrices(&self.sum, rotation);
+        for (sum, entry) in self.sum.as_mut_slice().iter_mut().zip(rotation.as_slice()) {
+            *sum += *entry;
+        }
         self.poses += 1;
     }
 
     /// R̄, and the share of one pose in it; `None` without poses.
+    #[inline(never)]
     pub fn mean(&self) -> Option<(Matrix3<T>, T)> {
+        if self.poses == 0 {
+            return None;
+        }
         let share = T::one() / T::of_integer(self.poses as i32);
-        (self.poses > 0).then(|| (scaled_matrix(&self.sum, share), share))
+        let mut mean = self.sum;
+        mean.as_mut_slice().iter_mut().for_each(|entry| *entry *= share);
+        Some((mean, share))
     }
 
     /// The sway of the poses added. All zero when there are none.
@@ -63,30 +71,21 @@ impl<T: Real> RotationSum<T> {
         let lacking = lacking(&mean);
         let (others, axis_in_platform) = lacking.adjugate().largest(SQUARINGS);
         let image = image(&mean, &axis_in_platform);
-        let norm = square(&image).root();
-        let one = T::one();
-        let least = one - norm * norm;
+        let least = T::one() - dot(&image, &image);
         let [xx, _, yy, .., zz] = lacking.0;
         // The two others by their sum and their product; the smaller of them.
         let sum = xx + yy + zz - least;
-        let second = if sum > T::zero() {
-            let root = (sum * sum - others * T::of(4.0)).max(T::zero()).root();
-            (others + others) / (sum + root)
-        } else {
-            T::zero()
-        };
-        // 2 (1 - σ) of 1 - σ².
-        let moved = |lacking: T| {
-            let singular = (one - lacking).max(T::zero()).root();
-            ((one - singular).max(T::zero()) * T::of(2.0)).root()
-        };
-        Sway {
-            axis: if norm > T::zero() { scaled(&image, T::one() / norm) } else { image },
-            axis_in_platform,
-            least_rad: moved(least),
-            second_rad: moved(second),
-        }
+        let root = (sum * sum - others * T::of(4.0)).max(T::zero()).root();
+        let second = if sum > T::zero() { (others + others) / (sum + root) } else { T::zero() };
+        Sway { axis: unit(&image), axis_in_platform, least_rad: moved(least), second_rad: moved(second) }
     }
+}
+
+/// By how much an axis is moved, rad: 2 (1 - σ) is its square, `lacking` is 1 - σ².
+#[inline(never)]
+fn moved<T: Real>(lacking: T) -> T {
+    let singular = (T::one() - lacking).max(T::zero()).root();
+    ((T::one() - singular).max(T::zero()) * T::of(2.0)).root()
 }
 
 /// 1 - R̄ᵀR̄: how much the mean rotation lacks of a rotation, by direction in {P}.

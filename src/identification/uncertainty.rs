@@ -2,10 +2,10 @@
 
 use super::blocks::Blocks;
 use super::normal_equations::{PACKED, UNKNOWNS};
+use crate::calls::{difference, image_transposed, unit};
 use crate::kinematics::{Pivot, RigPoints};
 use crate::scalar::Real;
 use crate::symmetric::Symmetric;
-use crate::vector::{difference, image_transposed, scaled, square};
 use nalgebra::Matrix3;
 
 /// Rounds of the power iteration. A direction that stands out by a factor of two in variance is exact to 1e-4 then;
@@ -22,7 +22,7 @@ pub fn covariance_of_parameters<T: Real>(of_pivot: &Blocks<T>, pivot: &Pivot<T>,
     let mut mixed = Matrix3::zeros();
     for i in 0..3 {
         let arm = difference(&pivot.in_platform_mm, &points.platform_mm[i]);
-        let direction = scaled(&arm, T::one() / square(&arm).root());
+        let direction = unit(&arm);
         let with_centre = image_transposed(&of_pivot.mixed, &direction);
         for k in 0..3 {
             directions[(k, i)] = direction[k];

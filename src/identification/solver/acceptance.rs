@@ -4,6 +4,7 @@ use super::blame::Blame;
 use super::placement::Placement;
 use super::settings::Noise;
 use super::{FEWEST_AFTER_REJECTION, FEWEST_POSES, Phase, Solver, Weighing, judgement};
+use crate::calls::{difference, image};
 use crate::identification::blocks::Blocks;
 use crate::identification::normal_equations::UNKNOWNS;
 use crate::identification::observability::{RotationSum, Sway};
@@ -15,7 +16,7 @@ use crate::kinematics::{CableLengths, LengthEquations};
 use crate::rig::CABLES;
 use crate::scalar::Real;
 use crate::symmetric::Symmetric;
-use crate::vector::{difference, image, square};
+use crate::vector::square;
 use heapless::Vec;
 
 /// Square of the way that a pose moves the most common axis.
