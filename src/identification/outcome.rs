@@ -75,6 +75,25 @@ pub struct Identified<T> {
 }
 
 impl<T: Real> Identified<T> {
+    /// A result to be filled in, where it stays: the solver's largest value is never moved.
+    pub(crate) fn empty(nominal: Parameters<T>) -> Self {
+        let zero = T::zero();
+        Self {
+            parameters: nominal,
+            covariance_mm2: [zero; PACKED],
+            noise_mm: zero,
+            deviation_mm: zero,
+            deviations_mm: Vec::new(),
+            iterations: 0,
+            termination: Termination::Settled,
+            poses: 0,
+            rejected: Vec::new(),
+            sway_rad: zero,
+            zeros_mm: [zero; CABLES],
+            zero_sigmas_mm: [zero; CABLES],
+        }
+    }
+
     /// 1σ of x, y, z, p1, p2, p3, mm.
     pub fn sigma_mm(&self) -> [T; UNKNOWNS] {
         super::uncertainty::sigmas(&self.covariance_mm2)

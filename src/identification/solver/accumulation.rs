@@ -68,7 +68,7 @@ impl<T: Real> PassSum<T> {
     pub fn wander(&self, squares_mm2: T, placements: &[Placement<T>], rejected: u16, poses: usize) -> Refusal {
         let freedom = T::of_integer((3 * self.poses as i32 - UNKNOWNS as i32).max(1));
         let variance = squares_mm2 / freedom;
-        let median = judgement::median_misfit(placements);
+        let median = judgement::misfits(placements).median;
         // A normal scatter in space has a mean of its squares 1.27 times their median; a few poses far off, much more.
         let scattered = variance * T::of(3.0) <= median * T::of(judgement::SCATTER_RATIO);
         if scattered {

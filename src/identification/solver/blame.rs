@@ -4,11 +4,10 @@
 //! still checked (two degrees of freedom). The cable without which the pose fits is to blame. When no single cable
 //! is, two may have been exchanged.
 
-use super::placement::Placer;
 use crate::identification::outcome::Identified;
 use crate::identification::zeros::Zeros;
-use crate::kinematics::arm::CableSet;
-use crate::kinematics::{CableLengths, Pivot};
+use crate::kinematics::CableLengths;
+use crate::kinematics::arm::{Arm, CableSet};
 use crate::rig::CABLES;
 use crate::scalar::Real;
 
@@ -20,18 +19,33 @@ const SOUND_AFTER_EXCHANGE: f64 = 25.0;
 /// A second cable that explains the pose worse by less than this looks alike, and is named too.
 const LOOKS_ALIKE: f64 = 9.0;
 
+/// The fifteen exchanges of two cables.
+const EXCHANGES: [(usize, usize); 15] = {
+    let mut exchanges = [(0, 0); 15];
+    let (mut at, mut first) = (0, 0);
+    while first < CABLES {
+        let mut second = first + 1;
+        while second < CABLES {
+            exchanges[at] = (first, second);
+            (at, second) = (at + 1, second + 1);
+        }
+        first += 1;
+    }
+    exchanges
+};
+
 /// Progress over the poses left out: one question a slice.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Blame<T> {
     next: usize,
     question: usize,
-    /// Squares without each cable, mm².
-    without: [Option<T>; CABLES],
+    /// Squares without each cable, mm²; infinite where no rotation fits.
+    without: [T; CABLES],
 }
 
 impl<T: Real> Blame<T> {
     pub fn new() -> Self {
-        Self { next: 0, question: 0, without: [None; CABLES] }
+        Self { next: 0, question: 0, without: [T::zero(); CABLES] }
     }
 
     pub fn is_done(&self, result: &Identified<T>) -> bool {
@@ -39,59 +53,53 @@ impl<T: Real> Blame<T> {
     }
 
     /// Asks one question of the next pose left out: six times "which cable", fifteen times "which exchange".
+    #[inline(never)]
     pub fn advance(
         &mut self,
         result: &mut Identified<T>,
-        placer: &Placer<T>,
-        pivot: &Pivot<T>,
+        arm: &Arm<'_, T>,
+        rig_noise_mm: T,
         zeros: &impl Zeros<T>,
         poses: &[CableLengths<T>],
     ) {
-        let noise = result.noise_mm.max(placer.rig_noise_mm);
+        let noise = result.noise_mm.max(rig_noise_mm);
         let variance = noise * noise;
         let Some(rejected) = result.rejected.get_mut(self.next) else { return };
         let Some(measured) = poses.get(usize::from(rejected.pose)) else { return };
-        let lengths = &zeros.corrected(measured);
-        if let Some(slot) = self.without.get_mut(self.question) {
-            let cable = self.question;
-            *slot = placer.arm(pivot).fit(lengths, CableSet::all_but(cable)).map(|fit| fit.squares_mm2);
-            self.question += 1;
-            if self.question == CABLES {
-                let named = self.single_cables(variance);
-                if named != 0 {
-                    rejected.cables = named;
-                    *self = Self { next: self.next + 1, ..Self::new() };
-                }
-            }
-            return;
+        let mut lengths = zeros.corrected(measured);
+        let mut cables = CableSet::ALL;
+        let mut suspects = 0;
+        if self.question < CABLES {
+            cables = CableSet::all_but(self.question);
+        } else if let Some((i, j)) = EXCHANGES.get(self.question - CABLES) {
+            lengths = lengths.exchanged(*i, *j);
+            suspects = 1 << i | 1 << j;
         }
-        match pair(self.question - CABLES) {
-            Some((i, j)) => {
-                self.question += 1;
-                let exchanged = lengths.exchanged(i, j);
-                let fit = placer.arm(pivot).fit(&exchanged, CableSet::ALL);
-                if fit.is_some_and(|fit| fit.squares_mm2 <= variance * T::of(SOUND_AFTER_EXCHANGE)) {
-                    rejected.cables = 1 << i | 1 << j;
-                    *self = Self { next: self.next + 1, ..Self::new() };
-                }
-            }
-            None => *self = Self { next: self.next + 1, ..Self::new() },
+        let squares = arm.fit(&lengths, cables).map_or(T::of(f64::INFINITY), |fit| fit.squares_mm2);
+        if let Some(without) = self.without.get_mut(self.question) {
+            *without = squares;
+        }
+        self.question += 1;
+        let named = if self.question == CABLES {
+            self.single_cables(variance)
+        } else if squares <= variance * T::of(SOUND_AFTER_EXCHANGE) {
+            suspects
+        } else {
+            0
+        };
+        if named != 0 {
+            rejected.cables = named;
+        }
+        if named != 0 || self.question == CABLES + EXCHANGES.len() {
+            (self.next, self.question) = (self.next + 1, 0);
         }
     }
 
     /// Bits of the cables without which the pose fits; none when it never does.
     fn single_cables(&self, variance: T) -> u8 {
-        let (sound, alike) = (variance * T::of(SOUND), variance * T::of(LOOKS_ALIKE));
-        let best = self.without.iter().flatten().fold(T::of(f64::INFINITY), |best, s| best.min(*s));
-        let limit = sound.min(best + alike);
-        self.without
-            .iter()
-            .enumerate()
-            .fold(0, |bits, (cable, squares)| bits | u8::from(squares.is_some_and(|squares| squares <= limit)) << cable)
+        let best = self.without.iter().fold(T::of(f64::INFINITY), |best, squares| best.min(*squares));
+        let limit = (variance * T::of(SOUND)).min(best + variance * T::of(LOOKS_ALIKE));
+        let named = |(cable, squares): (usize, &T)| u8::from(*squares <= limit) << cable;
+        self.without.iter().enumerate().map(named).fold(0, |bits, bit| bits | bit)
     }
-}
-
-/// The `index`-th of the fifteen pairs of cables.
-fn pair(index: usize) -> Option<(usize, usize)> {
-    (0..CABLES).flat_map(|i| (i + 1..CABLES).map(move |j| (i, j))).nth(index)
 }

@@ -1,7 +1,6 @@
 //! The limits of acceptance, and the statistics behind them.
 
 use super::placement::Placement;
-use crate::identification::observability::Sway;
 use crate::identification::outcome::Refusal;
 use crate::identification::uncertainty::worst_direction_of_point;
 use crate::scalar::Real;
@@ -81,48 +80,43 @@ pub(super) const WIDENING: f64 = 1.645;
 
 /// Chi-square value with `freedom` degrees of freedom at a quantile of the normal distribution (Wilson and Hilferty
 /// 1931; at the false-alarm quantile within 4 % at three degrees of freedom, 2 % from six on).
+#[inline(never)]
 pub(super) fn chi_square_limit<T: Real>(freedom: T, quantile: f64) -> T {
     let ninth = T::of(2.0) / (freedom * T::of(9.0));
     let root = T::one() - ninth + T::of(quantile) * ninth.root();
     freedom * root * root * root
 }
 
-/// Median of the misfits of the placed poses; 0 without any.
-///
-/// By bisection on the value: no copy, no reordering. Exact enough for a scale (1 %).
-pub(super) fn median_misfit<T: Real>(placements: &[Placement<T>]) -> T {
+/// Misfits of the placed poses; 0 without any.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Misfits<T> {
+    /// The typical one, within 1 %.
+    pub median: T,
+    /// The largest.
+    pub worst: T,
+}
+
+/// The misfits of the placed poses, their median by bisection on the value: no copy, no reordering.
+#[inline(never)]
+pub(super) fn misfits<T: Real>(placements: &[Placement<T>]) -> Misfits<T> {
     let placed = || placements.iter().filter(|p| p.is_placed());
-    let half = placed().count().div_ceil(2);
-    let (mut low, mut high) = (T::zero(), placed().fold(T::zero(), |most, p| most.max(p.misfit)));
+    let below = |limit: T| placed().filter(|p| p.misfit <= limit).count();
+    let worst = placed().fold(T::zero(), |worst, p| if p.misfit > worst { p.misfit } else { worst });
+    let half = below(worst).div_ceil(2);
+    let (mut low, mut median) = (T::zero(), worst);
     for _ in 0..40 {
-        if low * T::of(1.01) > high {
+        if low * T::of(1.01) > median {
             break;
         }
         // Between the geometric and the arithmetic middle: misfits span many powers of ten.
-        let middle = if low > T::zero() { (low * high).root() } else { high * T::of(1.0 / 64.0) };
-        if placed().filter(|p| p.misfit <= middle).count() >= half {
-            high = middle;
+        let middle = if low > T::zero() { (low * median).root() } else { median * T::of(1.0 / 64.0) };
+        if below(middle) >= half {
+            median = middle;
         } else {
             low = middle;
         }
     }
-    high
-}
-
-/// Refuses poses that are all alike, that turn about one axis, or of which hardly any (fewer than two and a tenth of them) does not.
-pub(super) fn refuse_degenerate<T: Real>(
-    sway: &Sway<T>,
-    (swaying, all): (usize, usize),
-    sway_limit_rad: T,
-    spread_limit_rad: T,
-) -> Result<(), Refusal> {
-    if sway.second_rad < spread_limit_rad {
-        return Err(Refusal::TooAlike { spread_rad: sway.second_rad.to_f32() });
-    }
-    if sway.least_rad < sway_limit_rad || swaying < 2 + all / 10 {
-        return Err(Refusal::OneAxis { axis: to_f32(&sway.axis), sway_rad: sway.least_rad.to_f32() });
-    }
-    Ok(())
+    Misfits { median, worst }
 }
 
 /// Refuses a centre whose error bar in its worst direction is too wide. `unit`: covariance for a noise of 1 mm.
@@ -136,6 +130,6 @@ pub(super) fn refuse_weak<T: Real>(unit: &Symmetric<T>, noise_mm: T, limit_mm: T
     Ok(())
 }
 
-fn to_f32<T: Real>(vector: &Vector3<T>) -> [f32; 3] {
+pub(super) fn to_f32<T: Real>(vector: &Vector3<T>) -> [f32; 3] {
     [vector.x.to_f32(), vector.y.to_f32(), vector.z.to_f32()]
 }

@@ -23,6 +23,7 @@ mod accumulation;
 mod attitude;
 mod blame;
 mod judgement;
+mod noise;
 mod placement;
 mod settings;
 
@@ -31,7 +32,7 @@ use self::blame::Blame;
 use self::placement::{Placement, Placer};
 pub use self::settings::{Noise, SolverSettings};
 use super::normal_equations::Singular;
-use super::outcome::{Identified, MOST_ITERATIONS, Progress, Refusal, deviation};
+use super::outcome::{Identified, Progress, Refusal, deviation};
 use super::pivot_fit::PivotFit;
 use super::pose_buffer::DEFAULT_CAPACITY;
 use super::zeros::{UnknownZeros, Zeros};
@@ -89,7 +90,7 @@ enum Phase<T> {
         /// One past the last pose to be doubted.
         last: usize,
     },
-    Blame(Blame<T>),
+    Blame,
 }
 
 /// The solver, resumable: each call of [`advance`](Self::advance) does a bounded slice of work, at most the placing of
@@ -112,8 +113,9 @@ pub struct Solver<T: Real, const N: usize = DEFAULT_CAPACITY, Z = UnknownZeros<T
     doubt: T,
     /// Has a pose among vanishing residuals been placed anew?
     doubted: bool,
-    deviations_mm: Vec<T, { MOST_ITERATIONS + 1 }>,
-    result: Option<Identified<T>>,
+    blame: Blame<T>,
+    /// Filled as it becomes known.
+    result: Identified<T>,
 }
 
 impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
@@ -139,8 +141,8 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
             passes_in_weighing: 0,
             doubt: T::zero(),
             doubted: false,
-            deviations_mm: Vec::new(),
-            result: None,
+            blame: Blame::new(),
+            result: Identified::empty(*rig.nominal()),
             settings,
         }
     }
@@ -160,8 +162,7 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
         self.selected_before = 0;
         self.passes_in_weighing = 0;
         self.doubted = false;
-        self.deviations_mm.clear();
-        self.result = None;
+        self.result.deviations_mm.clear();
     }
 
     /// Runs to the end.
@@ -197,23 +198,27 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
             (Phase::Pass(weighing), None) => self.finish_pass(weighing, poses.len()),
             (Phase::Check { last }, Some(lengths)) if self.next < last => self.check_without(lengths),
             (Phase::Check { .. }, _) => {
-                self.phase = Phase::Blame(Blame::new());
+                self.phase = Phase::Blame;
                 Ok(())
             }
-            (Phase::Blame(blame), _) => self.explain(blame, poses),
+            (Phase::Blame, _) => {
+                let arm = self.placer.arm(&self.pivot);
+                self.blame.advance(&mut self.result, &arm, self.placer.rig_noise_mm, &self.zeros, poses);
+                Ok(())
+            }
         };
         match outcome {
             Err(refusal) => Progress::Refused(refusal),
-            Ok(()) => match (&self.phase, &self.result) {
-                (Phase::Blame(blame), Some(result)) if blame.is_done(result) => Progress::Identified(result),
-                _ => Progress::Working,
-            },
+            Ok(()) if self.phase == Phase::Blame && self.blame.is_done(&self.result) => {
+                Progress::Identified(&self.result)
+            }
+            Ok(()) => Progress::Working,
         }
     }
 
     /// Steps taken so far.
     pub fn iterations(&self) -> u8 {
-        self.deviations_mm.len() as u8
+        self.result.deviations_mm.len() as u8
     }
 
     #[inline(never)]
@@ -306,7 +311,7 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
         self.pivot.move_by(&step.pivot);
         let squares_mm2 = step.squares_left_mm2;
         let deviation_mm = deviation(squares_mm2, self.sum.poses.max(1));
-        if self.deviations_mm.push(deviation_mm).is_err() {
+        if self.result.deviations_mm.push(deviation_mm).is_err() {
             return Err(Refusal::IterationCap);
         }
         let settled = step.largest_mm <= self.settings.tolerance_mm;
@@ -357,14 +362,5 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
     /// Unknown zeros of centimetres take more steps to find than noise does.
     fn most_equal_passes(&self) -> u8 {
         if self.zeros.take_part() { judgement::EQUAL_PASSES_WITH_ZEROS } else { judgement::EQUAL_PASSES }
-    }
-
-    #[inline(never)]
-    fn explain(&mut self, mut blame: Blame<T>, poses: &[CableLengths<T>]) -> Result<(), Refusal> {
-        if let Some(result) = &mut self.result {
-            blame.advance(result, &self.placer, &self.pivot, &self.zeros, poses);
-        }
-        self.phase = Phase::Blame(blame);
-        Ok(())
     }
 }

@@ -1,0 +1,107 @@
+//! How large the noise is: as told, or as the residuals say.
+
+use super::settings::Noise;
+use super::{Solver, judgement};
+use crate::identification::normal_equations::UNKNOWNS;
+use crate::identification::zeros::Zeros;
+use crate::scalar::Real;
+
+impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
+    /// Degrees of freedom of the residuals of the pass.
+    #[inline(never)]
+    pub(super) fn freedom(&self) -> T {
+        T::of_integer((3 * self.sum.poses as i32 - UNKNOWNS as i32).max(1))
+    }
+
+    /// Are the residuals no larger than the noise explains?
+    #[inline(never)]
+    pub(super) fn residuals_are_noise(&self, squares_mm2: T) -> bool {
+        let freedom = self.freedom();
+        match self.settings.noise {
+            Noise::Known(noise) => {
+                squares_mm2 <= noise * noise * judgement::chi_square_limit(freedom, judgement::FALSE_ALARM)
+            }
+            Noise::EstimatedUpTo(most) => {
+                let estimate = (squares_mm2 / freedom).root();
+                // A bad reading must not hide behind the noise that it pretends: the typical misfit is the measure,
+                // unless it is finer than the noise that the rig states. A handful has no typical misfit.
+                let typical = if self.placements.len() >= judgement::POSES_TO_ESTIMATE {
+                    self.typical_noise_mm().max(self.placer.rig_noise_mm).min(estimate)
+                } else {
+                    estimate
+                };
+                let unit = self.noise_mm / typical.max(T::of(judgement::LEAST_NOISE_MM));
+                let worst = judgement::misfits(&self.placements).worst;
+                estimate <= most && worst * unit * unit <= T::of(judgement::MISFIT_LIMIT)
+            }
+        }
+    }
+
+    /// Is a selection that has settled no noisier than it may be?
+    pub(super) fn selection_is_noise(&self, squares_mm2: T) -> bool {
+        match self.settings.noise {
+            Noise::Known(_) => self.residuals_are_noise(squares_mm2),
+            Noise::EstimatedUpTo(most) => squares_mm2 <= self.freedom() * most * most,
+        }
+    }
+
+    /// First scale of the annealing; with an unknown noise, its robust estimate too.
+    pub(super) fn begin_annealing(&mut self) -> T {
+        let scale = T::of(judgement::ANNEALED_SCALE);
+        if let Noise::EstimatedUpTo(_) = self.settings.noise {
+            self.noise_shrinks();
+            return scale * T::of(8.0);
+        }
+        (judgement::misfits(&self.placements).median * T::of(3.0)).max(scale)
+    }
+
+    /// An unknown noise, estimated from the typical misfit. Bad poses spoil all misfits until they are weighed down, so
+    /// the first estimates are too large: true while they fall by a fifth.
+    #[inline(never)]
+    pub(super) fn noise_shrinks(&mut self) -> bool {
+        let Noise::EstimatedUpTo(most) = self.settings.noise else { return false };
+        let before = self.noise_mm;
+        self.noise_mm = self.typical_noise_mm().min(most).max(T::of(judgement::LEAST_NOISE_MM));
+        self.noise_mm < before * T::of(0.8)
+    }
+
+    /// The noise that the typical misfit speaks of, mm.
+    #[inline(never)]
+    fn typical_noise_mm(&self) -> T {
+        let poses = T::of_integer(self.placements.len() as i32);
+        let median = judgement::misfits(&self.placements).median;
+        let typical = median / T::of(judgement::MEDIAN_OF_CHI_SQUARE_3) * poses / (poses - T::of(2.0));
+        self.noise_mm * typical.root()
+    }
+
+    /// The noise, mm, and how much wider than it alone the error bar must be.
+    pub(super) fn noise_of_error_bar(&self, squares_mm2: T) -> (T, T) {
+        let mut squares = squares_mm2;
+        let mut freedom = self.freedom();
+        match self.settings.noise {
+            // Residuals that sound sets leave only once in twenty widen the error bar (Birge's ratio). Poses that were
+            // left out by a close call are counted in: of few poses, the worst leaves the others looking too good.
+            Noise::Known(noise) => {
+                for pose in &self.placements {
+                    if pose.is_placed() && !pose.is_used() && pose.misfit <= T::of(judgement::CLEARLY_OUT) {
+                        squares += pose.misfit * self.noise_mm * self.noise_mm;
+                        freedom += T::of(3.0);
+                    }
+                }
+                let limit = noise * noise * judgement::chi_square_limit(freedom, judgement::WIDENING);
+                (if squares > limit { (squares / freedom).root() } else { noise }, T::one())
+            }
+            // A variance estimated from few residuals is too small too often: the rig's own noise is worth a few more.
+            // Residuals beyond the rig's noise may also be one bad reading's that few poses cannot show as such.
+            Noise::EstimatedUpTo(_) => {
+                let prior = T::of(judgement::PRIOR_FREEDOM);
+                let rig = self.placer.rig_noise_mm * self.placer.rig_noise_mm;
+                let pooled = ((squares + prior * rig) / (freedom + prior)).root();
+                let beyond = squares > rig * judgement::chi_square_limit(freedom, judgement::FALSE_ALARM);
+                let few = self.sum.poses < judgement::POSES_TO_ESTIMATE;
+                let widening = if beyond && few { T::of(judgement::WIDENING_FOR_ONE_BAD_READING) } else { T::one() };
+                (pooled, widening)
+            }
+        }
+    }
+}
