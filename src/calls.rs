@@ -49,3 +49,15 @@ pub fn image<T: Real>(m: &Matrix3<T>, a: &Vector3<T>) -> Vector3<T> {
 pub fn image_transposed<T: Real>(m: &Matrix3<T>, a: &Vector3<T>) -> Vector3<T> {
     vector::image_transposed(m, a)
 }
+
+/// Mᵀ.
+#[inline(never)]
+pub fn transposed<T: Real>(m: &Matrix3<T>) -> Matrix3<T> {
+    m.transpose()
+}
+
+/// Square root.
+#[inline(never)]
+pub fn root<T: Real>(x: T) -> T {
+    x.root()
+}

@@ -45,15 +45,24 @@ impl<T: Real> Symmetric<T> {
 
     /// Adds another matrix times `weight`.
     #[inline(never)]
-    pub fn add(&mut self, other: &Self, weight: T) {
-        for (entry, other) in self.0.iter_mut().zip(&other.0) {
-            *entry += *other * weight;
-        }
+    pub fn add(&mut self, Self([a, b, c, d, e, f]): &Self, weight: T) {
+        let [xx, yx, yy, zx, zy, zz] = &mut self.0;
+        *xx += *a * weight;
+        *yx += *b * weight;
+        *yy += *c * weight;
+        *zx += *d * weight;
+        *zy += *e * weight;
+        *zz += *f * weight;
     }
 
     /// The image of a vector.
     #[inline(never)]
     pub fn image(&self, a: &Vector3<T>) -> Vector3<T> {
+        self.image_inline(a)
+    }
+
+    #[inline(always)]
+    fn image_inline(&self, a: &Vector3<T>) -> Vector3<T> {
         let [xx, yx, yy, zx, zy, zz] = self.0;
         Vector3::new(xx * a.x + yx * a.y + zx * a.z, yx * a.x + yy * a.y + zy * a.z, zx * a.x + zy * a.y + zz * a.z)
     }
@@ -63,7 +72,7 @@ impl<T: Real> Symmetric<T> {
     pub fn times(&self, right: &Matrix3<T>) -> Matrix3<T> {
         let mut product = *right;
         for column in &mut product.data.0 {
-            *column = self.image(&Vector3::from(*column)).into();
+            *column = self.image_inline(&Vector3::from(*column)).into();
         }
         product
     }
@@ -71,19 +80,19 @@ impl<T: Real> Symmetric<T> {
     /// `left`ᵀ `right`, where that is symmetric.
     #[inline(never)]
     pub fn gram(left: &Matrix3<T>, right: &Matrix3<T>) -> Self {
-        let mut gram = Self::zero();
-        let mut entries = gram.0.iter_mut();
-        for (i, a) in left.data.0.iter().enumerate() {
-            for (b, entry) in right.data.0.iter().take(i + 1).zip(entries.by_ref()) {
-                *entry = dot(&Vector3::from(*a), &Vector3::from(*b));
-            }
-        }
-        gram
+        let [a, b, c] = left.data.0.map(Vector3::from);
+        let [u, v, w] = right.data.0.map(Vector3::from);
+        Self([dot(&a, &u), dot(&b, &u), dot(&b, &v), dot(&c, &u), dot(&c, &v), dot(&c, &w)])
     }
 
     /// The adjugate: the inverse times the determinant, and also there when the determinant is zero.
     #[inline(never)]
     pub fn adjugate(&self) -> Self {
+        self.adjugate_inline()
+    }
+
+    #[inline(always)]
+    fn adjugate_inline(&self) -> Self {
         let [xx, yx, yy, zx, zy, zz] = self.0;
         Self([
             yy * zz - zy * zy,
@@ -101,13 +110,13 @@ impl<T: Real> Symmetric<T> {
     /// number.
     #[inline(never)]
     pub fn inverse(&self, of: &Self, smallest: T) -> Option<Self> {
-        let adjugate = self.adjugate();
+        let [c11, c21, c22, c31, c32, minor] = self.adjugate_inline().0;
         let ([xx, yx, _, zx, ..], [first, _, second, .., third]) = (self.0, of.0);
-        let [c11, c21, _, c31, _, minor] = adjugate.0;
         let determinant = xx * c11 + yx * c21 + zx * c31;
         // The pivots are the quotients of the leading minors. Written as products, and so that NaN is refused.
         let regular = xx > first * smallest && minor > second * smallest * xx && determinant > third * smallest * minor;
-        regular.then(|| Self(adjugate.0.map(|cofactor| cofactor / determinant)))
+        let scale = T::one() / determinant;
+        regular.then_some(Self([c11 * scale, c21 * scale, c22 * scale, c31 * scale, c32 * scale, minor * scale]))
     }
 
     /// The largest eigenvalue and its direction, a unit vector; no direction where there is none.
@@ -124,19 +133,14 @@ impl<T: Real> Symmetric<T> {
             if !(scale > zero && scale.is_a_number()) {
                 break;
             }
-            power.0.iter_mut().for_each(|entry| *entry *= scale);
-            let matrix = power.to_matrix();
+            let [xx, yx, yy, zx, zy, zz] = power.0.map(|entry| entry * scale);
+            let matrix = Matrix3::new(xx, yx, zx, yx, yy, zy, zx, zy, zz);
             power = Self::gram(&matrix, &matrix);
         }
         // Every column is along that direction; the longest holds the most digits.
-        let [x, y, z] = power.to_matrix().data.0.map(Vector3::from);
-        let column = if x.x >= y.y && x.x >= z.z {
-            x
-        } else if y.y >= z.z {
-            y
-        } else {
-            z
-        };
+        let columns = power.to_matrix().data.0;
+        let longest = (1..3).fold(0, |best, k| if columns[k][k] > columns[best][best] { k } else { best });
+        let column = Vector3::from(columns[longest]);
         let direction = unit(&column);
         (dot(&self.image(&direction), &direction), direction)
     }

@@ -80,39 +80,3 @@ pub fn image_transposed<T: Real>(m: &Matrix3<T>, a: &Vector3<T>) -> Vector3<T> {
         m.m13 * a.x + m.m23 * a.y + m.m33 * a.z,
     )
 }
-
-/// A B.
-#[inline(always)]
-pub fn product<T: Real>(a: &Matrix3<T>, b: &Matrix3<T>) -> Matrix3<T> {
-    let x = image(a, &Vector3::new(b.m11, b.m21, b.m31));
-    let y = image(a, &Vector3::new(b.m12, b.m22, b.m32));
-    let z = image(a, &Vector3::new(b.m13, b.m23, b.m33));
-    Matrix3::new(x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z)
-}
-
-/// Aᵀ B.
-#[inline(always)]
-pub fn product_transposed<T: Real>(a: &Matrix3<T>, b: &Matrix3<T>) -> Matrix3<T> {
-    let x = image_transposed(a, &Vector3::new(b.m11, b.m21, b.m31));
-    let y = image_transposed(a, &Vector3::new(b.m12, b.m22, b.m32));
-    let z = image_transposed(a, &Vector3::new(b.m13, b.m23, b.m33));
-    Matrix3::new(x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z)
-}
-
-/// M s.
-#[inline(always)]
-pub fn scaled_matrix<T: Real>(m: &Matrix3<T>, s: T) -> Matrix3<T> {
-    Matrix3::new(m.m11 * s, m.m12 * s, m.m13 * s, m.m21 * s, m.m22 * s, m.m23 * s, m.m31 * s, m.m32 * s, m.m33 * s)
-}
-
-/// A + B.
-#[inline(always)]
-pub fn sum_of_matrices<T: Real>(a: &Matrix3<T>, b: &Matrix3<T>) -> Matrix3<T> {
-    #[rustfmt::skip]
-    let sum = Matrix3::new(
-        a.m11 + b.m11, a.m12 + b.m12, a.m13 + b.m13,
-        a.m21 + b.m21, a.m22 + b.m22, a.m23 + b.m23,
-        a.m31 + b.m31, a.m32 + b.m32, a.m33 + b.m33,
-    );
-    sum
-}

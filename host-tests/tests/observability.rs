@@ -232,7 +232,8 @@ fn covariance_of_the_radii_follows_from_that_of_the_platforms_centre() {
         };
         let mixed = dense.fixed_view::<3, 3>(3, 0).into_owned();
         let of_pivot = Blocks { first: symmetric(0), mixed, second: symmetric(3) };
-        let mine = packed(&covariance_of_parameters(&of_pivot, &pivot, &points), 1.0);
+        let mut mine = [0.0; 21];
+        pack(&covariance_of_parameters(&of_pivot, &pivot, &points), 1.0, &mut mine);
         for i in 0..6 {
             for j in 0..=i {
                 assert!((mine[at(i, j)] - expected[(i, j)]).abs() < 1e-8, "entry {i}, {j}");

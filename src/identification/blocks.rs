@@ -5,7 +5,7 @@
 //! that: the step, the covariance of the first alone, the whole covariance.
 
 use super::normal_equations::{Singular, UNKNOWNS, at, smallest_pivot};
-use crate::calls::{difference, dot, image, image_transposed, scaled};
+use crate::calls::{difference, dot, image, image_transposed, scaled, transposed};
 use crate::scalar::Real;
 use crate::symmetric::Symmetric;
 use crate::vector::add_to;
@@ -20,17 +20,6 @@ pub struct Blocks<T> {
     pub mixed: Matrix3<T>,
     /// Second with second.
     pub second: Symmetric<T>,
-}
-
-/// The second vector eliminated.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Elimination<T> {
-    /// Inverse of the second block.
-    pub inverse: Symmetric<T>,
-    /// That inverse times the mixed block: how the second vector follows the first.
-    pub through: Matrix3<T>,
-    /// What is left for the first vector.
-    pub rest: Symmetric<T>,
 }
 
 /// Normal equations of two vectors, summed equation by equation or pose by pose.
@@ -50,54 +39,72 @@ impl<T: Real> Blocks<T> {
         Self { first: Symmetric::zero(), mixed: Matrix3::zeros(), second: Symmetric::zero() }
     }
 
-    /// Eliminates the second vector; `None` when a pivot of its block is not larger than the part `smallest` of the
-    /// diagonal entry that it came from.
+    /// Eliminates the second vector, in place (the sweep operator, Goodnight 1979): `first` becomes what is left for the
+    /// first vector, `second` its own inverse, and `mixed` that inverse times itself: how the second follows the first.
+    ///
+    /// # Errors
+    /// [`Singular`] when a pivot of the second block is not larger than the part `smallest` of the diagonal entry that it
+    /// came from, or is not a number.
     #[inline(never)]
-    pub fn eliminate(&self, smallest: T) -> Option<Elimination<T>> {
-        let inverse = self.second.inverse(&self.second, smallest)?;
+    pub fn eliminate(&mut self, smallest: T) -> Result<(), Singular> {
+        let Some(inverse) = &self.second.inverse(&self.second, smallest) else { return Err(Singular) };
         let through = inverse.times(&self.mixed);
-        let mut rest = self.first;
-        rest.add(&Symmetric::gram(&self.mixed, &through), -T::one());
-        Some(Elimination { inverse, through, rest })
+        self.first.add(&Symmetric::gram(&self.mixed, &through), -T::one());
+        (self.mixed, self.second) = (through, *inverse);
+        Ok(())
+    }
+
+    /// Both vectors eliminated: as [`eliminate`](Self::eliminate), and `first` inverted.
+    #[inline(never)]
+    fn eliminate_both(&mut self) -> Result<(), Singular> {
+        let (smallest, first) = (smallest_pivot(), self.first);
+        self.eliminate(smallest)?;
+        let Some(inverse) = &self.first.inverse(&first, smallest) else { return Err(Singular) };
+        self.first = *inverse;
+        Ok(())
     }
 
     /// The first block of the inverse: the covariance of the first vector, the second eliminated.
     ///
     /// # Errors
     /// [`Singular`] when a pivot is too small against the diagonal entry that it came from, or is not a number.
+    #[inline(never)]
     pub fn first_inverse(&self) -> Result<Symmetric<T>, Singular> {
-        self.inverted().map(|(_, inverse)| inverse)
+        let mut blocks = *self;
+        blocks.eliminate_both()?;
+        Ok(blocks.first)
     }
 
-    /// The whole inverse.
+    /// Becomes its inverse.
     ///
     /// # Errors
     /// As [`first_inverse`](Self::first_inverse).
     #[inline(never)]
-    pub fn inverse(&self) -> Result<Self, Singular> {
-        let (Elimination { inverse, through, .. }, first) = self.inverted()?;
-        let turned = through.transpose();
-        let mixed = first.times(&turned);
-        let mut second = Symmetric::gram(&turned, &mixed);
-        second.add(&inverse, T::one());
-        Ok(Self { first, mixed: -mixed.transpose(), second })
+    pub fn invert(&mut self) -> Result<(), Singular> {
+        self.eliminate_both()?;
+        let turned = transposed(&self.mixed);
+        let mixed = self.first.times(&turned);
+        self.second.add(&Symmetric::gram(&turned, &mixed), T::one());
+        self.mixed = transposed(&(-mixed));
+        Ok(())
     }
 
     /// Row `i`, column `j <= i` of the whole 6x6 matrix.
-    pub fn entry(&mut self, i: usize, j: usize) -> &mut T {
+    pub fn entry(&self, i: usize, j: usize) -> T {
+        match (i < 3, j < 3) {
+            (true, _) => self.first.0[at(i, j)],
+            (false, true) => self.mixed[(i - 3, j)],
+            (false, false) => self.second.0[at(i - 3, j - 3)],
+        }
+    }
+
+    /// The same, to be changed.
+    pub fn entry_mut(&mut self, i: usize, j: usize) -> &mut T {
         match (i < 3, j < 3) {
             (true, _) => &mut self.first.0[at(i, j)],
             (false, true) => &mut self.mixed[(i - 3, j)],
             (false, false) => &mut self.second.0[at(i - 3, j - 3)],
         }
-    }
-
-    #[inline(never)]
-    fn inverted(&self) -> Result<(Elimination<T>, Symmetric<T>), Singular> {
-        let smallest = smallest_pivot();
-        let eliminated = self.eliminate(smallest).ok_or(Singular)?;
-        let first = eliminated.rest.inverse(&self.first, smallest).ok_or(Singular)?;
-        Ok((eliminated, first))
     }
 }
 
@@ -119,10 +126,11 @@ impl<T: Real> BlockEquations<T> {
     /// [`Singular`] as for [`Blocks::first_inverse`].
     #[inline(never)]
     pub fn solve(&self) -> Result<[T; UNKNOWNS], Singular> {
-        let (eliminated, inverse) = &self.matrix.inverted()?;
+        let mut matrix = self.matrix;
+        matrix.eliminate_both()?;
         let [first, second] = &self.gradient;
-        let a = inverse.image(&difference(first, &image_transposed(&eliminated.through, second)));
-        let b = difference(&eliminated.inverse.image(second), &image(&eliminated.through, &a));
+        let a = matrix.first.image(&difference(first, &image_transposed(&matrix.mixed, second)));
+        let b = difference(&matrix.second.image(second), &image(&matrix.mixed, &a));
         Ok([a.x, a.y, a.z, b.x, b.y, b.z])
     }
 

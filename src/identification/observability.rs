@@ -5,7 +5,7 @@
 //! its singular values σ_i, the mean of |R_m a' - a|² over the poses is 2 (1 - σ_i) for the singular vectors a, a'.
 //! So a largest singular value of one means a common axis, and its left singular vector is that axis in {B}.
 
-use crate::calls::{dot, image, unit};
+use crate::calls::{dot, image, root, unit};
 use crate::scalar::Real;
 use crate::symmetric::Symmetric;
 use nalgebra::{Matrix3, Vector3};
@@ -75,8 +75,8 @@ impl<T: Real> RotationSum<T> {
         let [xx, _, yy, .., zz] = lacking.0;
         // The two others by their sum and their product; the smaller of them.
         let sum = xx + yy + zz - least;
-        let root = (sum * sum - others * T::of(4.0)).max(T::zero()).root();
-        let second = if sum > T::zero() { (others + others) / (sum + root) } else { T::zero() };
+        let apart = root((sum * sum - others * T::of(4.0)).max(T::zero()));
+        let second = if sum > T::zero() { (others + others) / (sum + apart) } else { T::zero() };
         Sway { axis: unit(&image), axis_in_platform, least_rad: moved(least), second_rad: moved(second) }
     }
 }
@@ -84,8 +84,8 @@ impl<T: Real> RotationSum<T> {
 /// By how much an axis is moved, rad: 2 (1 - σ) is its square, `lacking` is 1 - σ².
 #[inline(never)]
 fn moved<T: Real>(lacking: T) -> T {
-    let singular = (T::one() - lacking).max(T::zero()).root();
-    ((T::one() - singular).max(T::zero()) * T::of(2.0)).root()
+    let singular = root((T::one() - lacking).max(T::zero()));
+    root((T::one() - singular).max(T::zero()) * T::of(2.0))
 }
 
 /// 1 - R̄ᵀR̄: how much the mean rotation lacks of a rotation, by direction in {P}.

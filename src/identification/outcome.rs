@@ -1,6 +1,7 @@
 //! What an identification ends with: a centre that can be trusted, or a reason why there is none.
 
 use super::normal_equations::{PACKED, UNKNOWNS};
+use crate::calls::root;
 use crate::kinematics::LengthFault;
 use crate::rig::{CABLES, Parameters};
 use crate::scalar::Real;
@@ -245,6 +246,7 @@ pub enum Progress<R> {
 }
 
 /// δE (Eq. 17): root mean square of the residuals of `poses` poses, mm, from their sum of squares, mm².
+#[inline(never)]
 pub(crate) fn deviation<T: Real>(squares_mm2: T, poses: usize) -> T {
-    (squares_mm2 / T::of_integer(3 * poses as i32)).root()
+    root(squares_mm2 / T::of_integer(3 * poses as i32))
 }

@@ -5,7 +5,7 @@
 //! 3x3 information matrix S and a vector S δ̂: everything that the pose knows, with the exact maximum-likelihood
 //! weight.
 
-use super::blocks::{Blocks, Elimination};
+use super::blocks::Blocks;
 use crate::kinematics::LengthEquations;
 use crate::scalar::Real;
 use crate::symmetric::Symmetric;
@@ -18,8 +18,8 @@ const SMALLEST_PIVOT_ROUNDINGS: f64 = 8.0;
 /// One pose's least-squares information in units of 1/mm² of length variance (multiply by 1/σ²).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoseInformation<T> {
-    /// With ω eliminated. What is left, `rest`, is S: information on δ, dimensionless.
-    pub eliminated: Elimination<T>,
+    /// Information on δ and ω, ω eliminated: `first` is S, dimensionless (see [`Blocks::eliminate`]).
+    pub eliminated: Blocks<T>,
     /// S δ̂, mm.
     pub gradient_mm: Vector3<T>,
     /// Sum of the squared length residuals with the best ω and δ = 0, mm².
@@ -56,23 +56,23 @@ impl<T: Real> PoseInformation<T> {
             add_to(&mut torque, &scaled(g, *e));
             squares += *e * *e;
         }
-        let eliminated = sums.eliminate(T::default_epsilon() * T::of(SMALLEST_PIVOT_ROUNDINGS))?;
-        let turn = eliminated.inverse.image(&torque);
-        let gradient_mm = difference(&gradient, &image_transposed(&eliminated.through, &torque));
-        Some(Self { eliminated, gradient_mm, squares_mm2: squares - dot(&torque, &turn), turn })
+        sums.eliminate(T::default_epsilon() * T::of(SMALLEST_PIVOT_ROUNDINGS)).ok()?;
+        let turn = sums.second.image(&torque);
+        let gradient_mm = difference(&gradient, &image_transposed(&sums.mixed, &torque));
+        Some(Self { eliminated: sums, gradient_mm, squares_mm2: squares - dot(&torque, &turn), turn })
     }
 
     /// Becomes the centre that the pose would have by itself, exactly known: its squared distance is the squares then.
     /// `ridge` is added to the information, which may not know a direction.
     pub fn own_centre(&mut self, ridge: T) {
         let one = Symmetric::diagonal(T::one());
-        let mut ridged = self.eliminated.rest;
+        let mut ridged = self.eliminated.first;
         ridged.add(&one, ridge);
         // Never singular: information is not negative, and the ridge is positive.
         if let Some(inverse) = ridged.inverse(&ridged, T::zero()) {
             self.gradient_mm = inverse.image(&self.gradient_mm);
         }
         self.squares_mm2 = square(&self.gradient_mm);
-        self.eliminated.rest = one;
+        self.eliminated.first = one;
     }
 }

@@ -61,7 +61,7 @@ impl<T: Real> Survey<T> {
         }
         let equations = LengthEquations::new(&self.points, &self.pivot, &pose.rotation, lengths);
         if let Some(known) = &PoseInformation::of(&equations) {
-            self.information.add_pose(&pose.rotation, &known.eliminated.rest, &known.gradient_mm, T::one());
+            self.information.add_pose(&pose.rotation, &known.eliminated.first, &known.gradient_mm, T::one());
         }
         solved
     }

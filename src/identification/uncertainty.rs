@@ -2,7 +2,7 @@
 
 use super::blocks::Blocks;
 use super::normal_equations::{PACKED, UNKNOWNS};
-use crate::calls::{difference, image_transposed, unit};
+use crate::calls::{difference, image_transposed, root, unit};
 use crate::kinematics::{Pivot, RigPoints};
 use crate::scalar::Real;
 use crate::symmetric::Symmetric;
@@ -35,17 +35,13 @@ pub fn covariance_of_parameters<T: Real>(of_pivot: &Blocks<T>, pivot: &Pivot<T>,
 
 /// The lower triangle of a matrix times `factor`, row by row.
 #[inline(never)]
-pub fn packed<T: Real>(matrix: &Blocks<T>, factor: T) -> [T; PACKED] {
-    let mut packed = [T::zero(); PACKED];
-    let mut slots = packed.iter_mut();
-    let mut put = |entry: T| slots.next().into_iter().for_each(|slot| *slot = entry * factor);
-    matrix.first.0.into_iter().for_each(&mut put);
-    let mut second = matrix.second.0.into_iter();
-    for i in 0..3 {
-        (0..3).for_each(|k| put(matrix.mixed[(i, k)]));
-        second.by_ref().take(i + 1).for_each(&mut put);
+pub fn pack<T: Real>(matrix: &Blocks<T>, factor: T, packed: &mut [T; PACKED]) {
+    let mut places = packed.iter_mut();
+    for i in 0..UNKNOWNS {
+        for (j, place) in (0..=i).zip(places.by_ref()) {
+            *place = matrix.entry(i, j) * factor;
+        }
     }
-    packed
 }
 
 /// 1σ of each unknown from a packed covariance.
@@ -68,7 +64,7 @@ pub fn worst_centre_direction<T: Real>(covariance: &[T; PACKED]) -> (T, [T; 3]) 
 /// 1σ in the direction of largest variance of a point, and that direction.
 pub fn worst_direction_of_point<T: Real>(covariance: &Symmetric<T>) -> (T, [T; 3]) {
     let (variance, direction) = covariance.largest(SQUARINGS);
-    (variance.max(T::zero()).root(), direction.into())
+    (root(variance.max(T::zero())), direction.into())
 }
 
 /// Power iteration.

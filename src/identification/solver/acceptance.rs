@@ -8,10 +8,10 @@ use crate::calls::{difference, dot, image};
 use crate::identification::observability::{RotationSum, Sway};
 use crate::identification::outcome::{MOST_REJECTED, Refusal, Rejected, deviation};
 use crate::identification::pose_information::PoseInformation;
-use crate::identification::uncertainty::{covariance_of_parameters, packed, worst_direction_of_point};
+use crate::identification::uncertainty::{covariance_of_parameters, pack, worst_direction_of_point};
 use crate::identification::zeros::Zeros;
+use crate::kinematics::cable_length::cable_number;
 use crate::kinematics::{CableLengths, LengthEquations};
-use crate::rig::CABLES;
 use crate::scalar::Real;
 use crate::symmetric::Symmetric;
 
@@ -127,23 +127,20 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
     pub(super) fn accept(&mut self, poses: usize, squares_mm2: T) -> Result<(), Refusal> {
         let Support { sway, most } = self.refuse_degenerate(true)?;
         let (noise_mm, widening) = self.noise_of_error_bar(squares_mm2);
-        let mut zero_variances = [T::zero(); CABLES];
-        let covariance = self.zeros.covariance(&self.sum.equations, &mut zero_variances);
-        let Ok(of_pivot) = &covariance else { return Err(Refusal::Singular) };
+        let Ok(of_pivot) = &self.zeros.covariance(&self.sum.equations) else { return Err(Refusal::Singular) };
         let bar_mm = noise_mm * widening;
         // Noise-free lengths must not pass a geometry that noise would ruin.
-        self.refuse_weak(&of_pivot.first, &zero_variances, bar_mm.max(self.placer.rig_noise_mm))?;
+        self.refuse_weak(&of_pivot.first, bar_mm.max(self.placer.rig_noise_mm))?;
         let covariance = covariance_of_parameters(of_pivot, &self.pivot, &self.placer.points);
         let result = &mut self.result;
         result.parameters = self.pivot.parameters(&self.placer.points);
-        result.covariance_mm2 = packed(&covariance, bar_mm * bar_mm);
+        pack(&covariance, bar_mm * bar_mm, &mut result.covariance_mm2);
         result.noise_mm = noise_mm;
         result.deviation_mm = deviation(squares_mm2, self.sum.poses);
         result.iterations = result.deviations_mm.len() as u8;
         result.poses = poses as u16;
         result.sway_rad = sway.least_rad;
-        result.zeros_mm = self.zeros.estimate_mm().copied().unwrap_or([T::zero(); CABLES]);
-        result.zero_sigmas_mm = zero_variances.map(|variance| variance.max(T::zero()).root() * bar_mm);
+        self.zeros.write(bar_mm, result);
         result.rejected.clear();
         for (pose, placement) in self.placements.iter().enumerate() {
             if !placement.is_used() {
@@ -186,7 +183,7 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
         let refused = Refusal::HangsOnOnePose { pose };
         let all = self.zeros.centre_covariance(&self.sum.equations).map_err(|_| refused)?;
         let mut without = self.sum.equations;
-        without.add_pose(&rotation, &known.eliminated.rest, &known.gradient_mm, -T::one());
+        without.add_pose(&rotation, &known.eliminated.first, &known.gradient_mm, -T::one());
         let mut zeros = self.zeros.clone();
         zeros.add_pose(&rotation, &equations, known, -T::one());
         // Four poses hardly contradict each other when there are zeros to be found as well, and the prior hides it: it
@@ -199,17 +196,16 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
 
     /// Refuses an error bar that is too wide, and says when it is the unknown zeros that widen it.
     #[inline(never)]
-    fn refuse_weak(&self, unit: &Symmetric<T>, zero_variances: &[T; CABLES], noise_mm: T) -> Result<(), Refusal> {
+    fn refuse_weak(&self, unit: &Symmetric<T>, noise_mm: T) -> Result<(), Refusal> {
         let limit = self.settings.sigma_limit_mm;
         let refused = judgement::refuse_weak(unit, noise_mm, limit);
-        if refused.is_err() && self.zeros.take_part() {
+        if refused.is_err()
+            && let Some((worst, sigma)) = self.zeros.worst()
+        {
             let known = self.sum.equations.matrix.first_inverse().map_err(|_| Refusal::Singular)?;
             if judgement::refuse_weak(&known, noise_mm, limit).is_ok() {
-                let worst = (0..CABLES).fold(0, |w, k| if zero_variances[k] > zero_variances[w] { k } else { w });
-                return Err(Refusal::ZeroNotDetermined {
-                    cable: worst as u8 + 1,
-                    sigma_mm: (zero_variances[worst].max(T::zero()).root() * noise_mm).to_f32(),
-                });
+                let sigma_mm = (sigma * noise_mm).to_f32();
+                return Err(Refusal::ZeroNotDetermined { cable: cable_number(worst), sigma_mm });
             }
         }
         refused

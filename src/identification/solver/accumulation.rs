@@ -3,6 +3,7 @@
 use super::Weighing;
 use super::judgement;
 use super::placement::Placement;
+use crate::calls::root;
 use crate::identification::blocks::BlockEquations;
 use crate::identification::normal_equations::UNKNOWNS;
 use crate::identification::outcome::Refusal;
@@ -58,7 +59,7 @@ impl<T: Real> PassSum<T> {
             placement.set_used(true);
             self.poses += 1;
             self.equations.squares += pose.squares_mm2 * weight;
-            self.equations.add_pose(rotation, &pose.eliminated.rest, &pose.gradient_mm, weight);
+            self.equations.add_pose(rotation, &pose.eliminated.first, &pose.gradient_mm, weight);
             zeros.add_pose(rotation, lengths, pose, weight);
         }
     }
@@ -72,7 +73,7 @@ impl<T: Real> PassSum<T> {
         // A normal scatter in space has a mean of its squares 1.27 times their median; a few poses far off, much more.
         let scattered = variance * T::of(3.0) <= median * T::of(judgement::SCATTER_RATIO);
         if scattered {
-            Refusal::NotABall { wander_mm: variance.root().to_f32() }
+            Refusal::NotABall { wander_mm: root(variance).to_f32() }
         } else {
             Refusal::TooManyOutliers { rejected, poses: poses as u16 }
         }

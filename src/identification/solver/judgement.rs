@@ -1,6 +1,7 @@
 //! The limits of acceptance, and the statistics behind them.
 
 use super::placement::Placement;
+use crate::calls::root as square_root;
 use crate::identification::outcome::Refusal;
 use crate::identification::uncertainty::worst_direction_of_point;
 use crate::scalar::Real;
@@ -83,7 +84,7 @@ pub(super) const WIDENING: f64 = 1.645;
 #[inline(never)]
 pub(super) fn chi_square_limit<T: Real>(freedom: T, quantile: f64) -> T {
     let ninth = T::of(2.0) / (freedom * T::of(9.0));
-    let root = T::one() - ninth + T::of(quantile) * ninth.root();
+    let root = T::one() - ninth + T::of(quantile) * square_root(ninth);
     freedom * root * root * root
 }
 
@@ -109,7 +110,7 @@ pub(super) fn misfits<T: Real>(placements: &[Placement<T>]) -> Misfits<T> {
             break;
         }
         // Between the geometric and the arithmetic middle: misfits span many powers of ten.
-        let middle = if low > T::zero() { (low * median).root() } else { median * T::of(1.0 / 64.0) };
+        let middle = if low > T::zero() { square_root(low * median) } else { median * T::of(1.0 / 64.0) };
         if below(middle) >= half {
             median = middle;
         } else {

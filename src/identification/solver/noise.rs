@@ -2,6 +2,7 @@
 
 use super::settings::Noise;
 use super::{Solver, judgement};
+use crate::calls::root;
 use crate::identification::normal_equations::UNKNOWNS;
 use crate::identification::zeros::Zeros;
 use crate::scalar::Real;
@@ -22,7 +23,7 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
                 squares_mm2 <= noise * noise * judgement::chi_square_limit(freedom, judgement::FALSE_ALARM)
             }
             Noise::EstimatedUpTo(most) => {
-                let estimate = (squares_mm2 / freedom).root();
+                let estimate = root(squares_mm2 / freedom);
                 // A bad reading must not hide behind the noise that it pretends: the typical misfit is the measure,
                 // unless it is finer than the noise that the rig states. A handful has no typical misfit.
                 let typical = if self.placements.len() >= judgement::POSES_TO_ESTIMATE {
@@ -71,7 +72,7 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
         let poses = T::of_integer(self.placements.len() as i32);
         let median = judgement::misfits(&self.placements).median;
         let typical = median / T::of(judgement::MEDIAN_OF_CHI_SQUARE_3) * poses / (poses - T::of(2.0));
-        self.noise_mm * typical.root()
+        self.noise_mm * root(typical)
     }
 
     /// The noise, mm, and how much wider than it alone the error bar must be.
@@ -89,14 +90,14 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
                     }
                 }
                 let limit = noise * noise * judgement::chi_square_limit(freedom, judgement::WIDENING);
-                (if squares > limit { (squares / freedom).root() } else { noise }, T::one())
+                (if squares > limit { root(squares / freedom) } else { noise }, T::one())
             }
             // A variance estimated from few residuals is too small too often: the rig's own noise is worth a few more.
             // Residuals beyond the rig's noise may also be one bad reading's that few poses cannot show as such.
             Noise::EstimatedUpTo(_) => {
                 let prior = T::of(judgement::PRIOR_FREEDOM);
                 let rig = self.placer.rig_noise_mm * self.placer.rig_noise_mm;
-                let pooled = ((squares + prior * rig) / (freedom + prior)).root();
+                let pooled = root((squares + prior * rig) / (freedom + prior));
                 let beyond = squares > rig * judgement::chi_square_limit(freedom, judgement::FALSE_ALARM);
                 let few = self.sum.poses < judgement::POSES_TO_ESTIMATE;
                 let widening = if beyond && few { T::of(judgement::WIDENING_FOR_ONE_BAD_READING) } else { T::one() };

@@ -42,7 +42,7 @@ impl<T: Real> ZeroEquations<T> {
 
     /// Adds a pose with its rotation ({P} to {B}) and weight.
     pub fn add(&mut self, rotation: &Matrix3<T>, equations: &LengthEquations<T>, pose: &PoseInformation<T>, weight: T) {
-        let through = &pose.eliminated.through;
+        let through = &pose.eliminated.mixed;
         // entry after entry, as they are packed
         let mut inner = self.inner.iter_mut();
         for k in 0..CABLES {
@@ -54,7 +54,7 @@ impl<T: Real> ZeroEquations<T> {
                 self.mixed[3 + i][k] -= in_platform[i];
             }
             self.gradient[k] += (equations.residual_mm[k] - g.dot(&pose.turn)) * weight;
-            let taken = pose.eliminated.inverse.image(g) * weight;
+            let taken = pose.eliminated.second.image(g) * weight;
             for (other, entry) in equations.moment_mm.iter().take(k).zip(inner.by_ref()) {
                 *entry -= taken.dot(other);
             }
@@ -76,7 +76,7 @@ impl<T: Real> ZeroEquations<T> {
         let mut reduced = *equations;
         for i in 0..UNKNOWNS {
             for (j, column) in columns.iter().enumerate().take(i + 1) {
-                *reduced.matrix.entry(i, j) -= dot(&self.mixed[i], column);
+                *reduced.matrix.entry_mut(i, j) -= dot(&self.mixed[i], column);
             }
             reduced.gradient[i / 3][i % 3] -= dot(&self.mixed[i], &alone);
         }
@@ -89,15 +89,10 @@ impl<T: Real> ZeroEquations<T> {
     /// # Errors
     /// [`Singular`] when the poses leave O and C undetermined.
     #[inline(never)]
-    pub fn covariance(
-        &self,
-        equations: &BlockEquations<T>,
-        variances: &mut [T; CABLES],
-    ) -> Result<Blocks<T>, Singular> {
-        let Ok(reduced) = &self.reduce(equations) else { return Err(Singular) };
-        let mut covariance = reduced.equations.matrix.inverse()?;
-        *variances = reduced.zeros_variance(&mut covariance);
-        Ok(covariance)
+    pub fn covariance(&self, equations: &BlockEquations<T>) -> Result<(Blocks<T>, [T; CABLES]), Singular> {
+        let Ok(reduced) = &mut self.reduce(equations) else { return Err(Singular) };
+        reduced.equations.matrix.invert()?;
+        Ok((reduced.equations.matrix, reduced.zeros_variance()))
     }
 }
 
@@ -117,13 +112,14 @@ impl<T: Real> Reduced<T> {
         core::array::from_fn(|k| (0..UNKNOWNS).fold(self.alone[k], |rest, i| rest - self.columns[i][k] * step[i]))
     }
 
-    /// Variance of each zero for a noise of 1 mm, given the covariance of O and C for the same.
-    fn zeros_variance(&self, covariance: &mut Blocks<T>) -> [T; CABLES] {
+    /// Variance of each zero for a noise of 1 mm, the equations inverted.
+    fn zeros_variance(&self) -> [T; CABLES] {
+        let covariance = &self.equations.matrix;
         core::array::from_fn(|k| {
             let mut variance = self.inverse[at(k, k)];
             for i in 0..UNKNOWNS {
                 for j in 0..UNKNOWNS {
-                    let entry = *covariance.entry(i.max(j), i.min(j));
+                    let entry = covariance.entry(i.max(j), i.min(j));
                     variance += self.columns[i][k] * entry * self.columns[j][k];
                 }
             }

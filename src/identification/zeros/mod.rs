@@ -14,6 +14,7 @@ use core::fmt::Debug;
 use self::equations::ZeroEquations;
 use super::blocks::{BlockEquations, Blocks};
 use super::normal_equations::{Singular, UNKNOWNS};
+use super::outcome::Identified;
 use super::pose_information::PoseInformation;
 use crate::kinematics::{CableLengths, LengthEquations};
 use crate::rig::CABLES;
@@ -64,11 +65,17 @@ pub trait Zeros<T: Real>: Clone + Debug {
     /// As [`step`](Self::step).
     fn centre_covariance(&self, equations: &BlockEquations<T>) -> Result<Symmetric<T>, Singular>;
 
-    /// Covariance of O and C for a noise of 1 mm, and the variances of the zeros for the same.
+    /// Covariance of O and C for a noise of 1 mm. That of the zeros is remembered.
     ///
     /// # Errors
     /// As [`step`](Self::step).
-    fn covariance(&self, equations: &BlockEquations<T>, variances: &mut [T; CABLES]) -> Result<Blocks<T>, Singular>;
+    fn covariance(&mut self, equations: &BlockEquations<T>) -> Result<Blocks<T>, Singular>;
+
+    /// The zero known worst (cable from 0) and its 1σ for a noise of 1 mm; `None` when they take no part.
+    fn worst(&self) -> Option<(usize, T)>;
+
+    /// Puts the zeros and their error bar into the result, for a noise of `noise_mm`.
+    fn write(&self, noise_mm: T, result: &mut Identified<T>);
 
     /// The lengths less the estimated zeros; as they are, if nothing is left of one.
     fn corrected(&self, lengths: &CableLengths<T>) -> CableLengths<T> {
@@ -85,6 +92,8 @@ pub struct KnownZeros;
 pub struct UnknownZeros<T> {
     prior_mm: T,
     estimate_mm: [T; CABLES],
+    /// 1σ of each for a noise of 1 mm.
+    sigmas: [T; CABLES],
     /// Of the present pass; none where they do not take part.
     equations: Option<ZeroEquations<T>>,
 }
@@ -130,14 +139,20 @@ impl<T: Real> Zeros<T> for KnownZeros {
         equations.matrix.first_inverse()
     }
 
-    fn covariance(&self, equations: &BlockEquations<T>, _: &mut [T; CABLES]) -> Result<Blocks<T>, Singular> {
-        equations.matrix.inverse()
+    fn covariance(&mut self, equations: &BlockEquations<T>) -> Result<Blocks<T>, Singular> {
+        inverse(equations)
     }
+
+    fn worst(&self) -> Option<(usize, T)> {
+        None
+    }
+
+    fn write(&self, _: T, _: &mut Identified<T>) {}
 }
 
 impl<T: Real> Zeros<T> for UnknownZeros<T> {
     fn new(prior_mm: T) -> Self {
-        Self { prior_mm, estimate_mm: [T::zero(); CABLES], equations: None }
+        Self { prior_mm, estimate_mm: [T::zero(); CABLES], sigmas: [T::zero(); CABLES], equations: None }
     }
 
     fn begin_pass(&mut self, noise_mm: T) {
@@ -185,10 +200,28 @@ impl<T: Real> Zeros<T> for UnknownZeros<T> {
         }
     }
 
-    fn covariance(&self, equations: &BlockEquations<T>, variances: &mut [T; CABLES]) -> Result<Blocks<T>, Singular> {
-        match &self.equations {
-            Some(zeros) => zeros.covariance(equations, variances),
-            None => equations.matrix.inverse(),
-        }
+    fn covariance(&mut self, equations: &BlockEquations<T>) -> Result<Blocks<T>, Singular> {
+        let Some(zeros) = &self.equations else { return inverse(equations) };
+        let (covariance, variances) = zeros.covariance(equations)?;
+        self.sigmas = variances.map(|variance| variance.max(T::zero()).root());
+        Ok(covariance)
     }
+
+    fn worst(&self) -> Option<(usize, T)> {
+        self.equations.as_ref()?;
+        let worse = |worst: (usize, T), next: (usize, &T)| if *next.1 > worst.1 { (next.0, *next.1) } else { worst };
+        Some(self.sigmas.iter().enumerate().fold((0, T::zero()), worse))
+    }
+
+    fn write(&self, noise_mm: T, result: &mut Identified<T>) {
+        result.zeros_mm = self.estimate_mm;
+        result.zero_sigmas_mm = self.sigmas.map(|sigma| sigma * noise_mm);
+    }
+}
+
+#[inline(never)]
+fn inverse<T: Real>(equations: &BlockEquations<T>) -> Result<Blocks<T>, Singular> {
+    let mut covariance = equations.matrix;
+    covariance.invert()?;
+    Ok(covariance)
 }
