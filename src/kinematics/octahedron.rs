@@ -1,15 +1,8 @@
 //! Forward kinematics without the joint centre: six cable lengths and three platform edges are an octahedron.
 //!
 //! Each end-point turns about its base edge (see [`hinge`](super::hinge)), so three hinge angles are unknown and the
-//! three platform edges give three equations. A platform edge P_i P_j spans the corner B of the base at which hinge i
-//! ends and hinge j begins; two cables run to it. With the law of cosines
-//!
-//! ```text
-//! (P_i - B)·(P_j - B) = (|P_i B|² + |P_j B|² - p_ij²) / 2
-//! ```
-//!
-//! where everything on the right is known. Newton's method needs no trigonometric call: the cosine and sine of a hinge
-//! are turned by the step and renormalised, and each row of the 3x3 system has two entries.
+//! three edges give three equations, |P_i - P_j|² = p_ij². Newton's method needs no trigonometric call: the cosine
+//! and sine of a hinge are turned by the step and renormalised, and each row of the 3x3 system has two entries.
 //!
 //! The octahedron has up to sixteen assemblies. The one wanted is connected with the home pose without passing a
 //! singular pose, so the determinant of the system keeps the sign that it has at home. Beyond that fold (0.9 % of
@@ -46,25 +39,27 @@ pub(super) struct HingeArm<T> {
     pub up: T,
 }
 
-/// What is known of the corner B where hinge i ends and hinge j begins: the hinges include the angle γ there, the
-/// end-points stand ξ_i short of B and ξ_j beyond it. Then
-/// (P_i - B)·(P_j - B) = up_i up_j + cos γ (out_i out_j - ξ_i ξ_j) - sin γ (ξ_i out_j + ξ_j out_i).
+/// A platform edge P_i P_j spans a corner of the base: hinge j begins where hinge i ends, turned by an angle γ. Seen
+/// along hinge i, its outward axis and upward, P_i - P_j is
+/// (-along - sin γ out_j, out_i - cos γ out_j + across, up_i - up_j).
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Corner<T> {
+    /// cos γ and sin γ.
     cos: T,
-    /// ξ_i sin γ and ξ_j sin γ, mm.
-    first: T,
-    second: T,
-    /// What (P_i - B)·(P_j - B) + cos γ ξ_i ξ_j must be, mm².
-    product: T,
+    sin: T,
+    /// From the foot of P_i to the foot of P_j on their hinges: along hinge i and inwards, mm.
+    along: T,
+    across: T,
+    /// p_ij², mm².
+    square: T,
 }
 
 /// The equation of a platform edge at one estimate.
 #[derive(Clone, Copy, Debug)]
 struct Row<T> {
-    /// (P_i - B)·(P_j - B) less what it must be, mm².
+    /// |P_i - P_j|² - p_ij², mm².
     value: T,
-    /// Its derivatives with the angles of hinges i and j, mm².
+    /// Half of its derivatives with the angles of hinges i and j, mm².
     first: T,
     second: T,
 }
@@ -124,9 +119,9 @@ impl<T: Real> Octahedron<T> {
         if let Some(broken) = arms.iter().position(|arm| !(arm.length > T::zero() && arm.length < T::of(1e15))) {
             return Err(OctahedronError::Length(LengthError::broken_triangle(broken)));
         }
-        let [c31, c23, c12] = self.corners(&arms, lengths);
+        let [c31, c23, c12] = self.corners(&arms);
         // Half a thousandth of a millimetre on an edge; the step that follows squares the relative error.
-        let close = self.edges_mm[0] * T::of(5e-4);
+        let close = self.edges_mm[0] * T::of(1e-3);
         for _ in 0..STEP_CAP {
             let [a1, a2, a3] = &arms;
             let (r1, r2, r3) = (&c12.row(a1, a2), &c23.row(a2, a3), &c31.row(a3, a1));
@@ -135,8 +130,8 @@ impl<T: Real> Octahedron<T> {
                 arm.turn(*step);
             }
             if r1.value.abs() < close && r2.value.abs() < close && r3.value.abs() < close {
-                // Judged where the equations hold: on the home side the determinant is positive.
-                if determinant > r1.slope() * r2.slope() * r3.slope() * T::of(REGULAR) {
+                // Judged where the equations hold: on the home side the determinant is negative.
+                if -determinant > r1.slope() * r2.slope() * r3.slope() * T::of(REGULAR) {
                     return Ok(self.pose(&arms));
                 }
                 break;
@@ -152,22 +147,17 @@ impl<T: Real> Octahedron<T> {
     }
 
     #[inline(always)]
-    fn corners(&self, arms: &[HingeArm<T>; POINTS], lengths: &CableLengths<T>) -> [Corner<T>; POINTS] {
-        let mm = lengths.as_mm();
+    fn corners(&self, arms: &[HingeArm<T>; POINTS]) -> [Corner<T>; POINTS] {
         let edges = self.base.as_array();
-        let mut next = (edges[0].direction, arms[0].along, mm[0]);
+        let mut next = (edges[0].direction, arms[0].along);
         core::array::from_fn(|k| {
             let i = POINTS - 1 - k;
-            let ([c2, s2], beyond, second) = next;
-            let [c1, s1] = edges[i].direction;
+            let ([c1, s1], ([c2, s2], beyond)) = (edges[i].direction, next);
+            next = (edges[i].direction, arms[i].along);
             let (cos, sin) = (c1 * c2 + s1 * s2, c1 * s2 - s1 * c2);
             let short = edges[i].length_mm - arms[i].along;
-            // The law of cosines in the triangle B P_i P_j, two of whose sides are cables.
-            let first = mm[2 * i + 1];
             let edge = self.edges_mm[i];
-            let product = (first * first + second * second - edge * edge) * T::of(0.5);
-            next = ([c1, s1], arms[i].along, mm[2 * i]);
-            Corner { cos, first: short * sin, second: beyond * sin, product: product + cos * short * beyond }
+            Corner { cos, sin, along: short + cos * beyond, across: sin * beyond, square: edge * edge }
         })
     }
 
@@ -208,11 +198,11 @@ impl<T: Real> Corner<T> {
     /// The equation of the platform edge between the arms of hinges i and j.
     #[inline(always)]
     fn row(&self, i: &HingeArm<T>, j: &HingeArm<T>) -> Row<T> {
-        let (to_i, to_j) = (self.cos * j.out - self.second, self.cos * i.out - self.first);
+        let (along, out, up) = (self.along + self.sin * j.out, i.out - self.cos * j.out + self.across, i.up - j.up);
         Row {
-            value: i.out * to_i - self.first * j.out + i.up * j.up - self.product,
-            first: i.out * j.up - i.up * to_i,
-            second: j.out * i.up - j.up * to_j,
+            value: along * along + out * out + up * up - self.square,
+            first: i.out * up - i.up * out,
+            second: j.up * (self.cos * out - self.sin * along) - j.out * up,
         }
     }
 }
@@ -232,7 +222,7 @@ fn newton<T: Real>(r1: &Row<T>, r2: &Row<T>, r3: &Row<T>) -> (T, [T; POINTS]) {
     // The first two rows without the angle of P2: ff x1 - ss x3 = -value.
     let value = r1.value * r2.first - r1.second * r2.value;
     let determinant = ff * r3.first + ss * r3.second;
-    let minus_inverse = -T::one() / determinant;
+    let minus_inverse = T::of(-0.5) / determinant;
     let second = r2.value * r3.first * r1.first + r2.second * (r3.second * r1.value - r3.value * r1.first);
     let steps = [
         (value * r3.first + ss * r3.value) * minus_inverse,
