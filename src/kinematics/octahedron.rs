@@ -177,18 +177,11 @@ impl<T: Real> HingeArm<T> {
         Self { along: hinge.along_mm, length, out: length * T::of(START.0), up: length * T::of(START.1) }
     }
 
-    /// Turns the arm by atan(`step`), so that no step passes 90 degrees.
+    /// Turns the arm by atan(`step`), which no step takes past 90 degrees.
     #[inline(always)]
     fn turn(&mut self, step: T) {
-        let limited = if step > T::one() {
-            T::one()
-        } else if step < -T::one() {
-            -T::one()
-        } else {
-            step
-        };
-        let out = self.out - self.up * limited;
-        let up = self.up + self.out * limited;
+        let out = self.out - self.up * step;
+        let up = self.up + self.out * step;
         let scale = self.length / (out * out + up * up).root();
         (self.out, self.up) = (out * scale, up * scale);
     }
