@@ -61,6 +61,12 @@ pub fn add_to<T: Real>(a: &mut Vector3<T>, b: &Vector3<T>) {
     a.z += b.z;
 }
 
+/// a / |a|.
+#[inline(never)]
+pub fn unit<T: Real>(a: &Vector3<T>) -> Vector3<T> {
+    scaled(a, T::one() / square(a).root())
+}
+
 /// M a.
 #[inline(always)]
 pub fn image<T: Real>(m: &Matrix3<T>, a: &Vector3<T>) -> Vector3<T> {

@@ -9,7 +9,7 @@ use super::pivot::{LengthEquations, Pivot, RigPoints, inverse_of_symmetric};
 use super::tetrahedron::TetrahedronBase;
 use crate::rig::CABLES;
 use crate::scalar::Real;
-use crate::vector::{add_to, cross, dot, image, scaled, square};
+use crate::vector::{add_to, cross, dot, image, product, scaled, square, unit};
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 /// Gauss-Newton steps after which a start is given up.
@@ -107,13 +107,11 @@ impl<T: Real> Arm<'_, T> {
         let first = self.apices(i, radii[i], lengths)?;
         let second = self.apices(j, radii[j], lengths)?;
         let body = (self.points.platform_mm[i], self.points.platform_mm[j]);
-        let body = triad(&(body.0 - self.pivot.in_platform_mm), &(body.1 - self.pivot.in_platform_mm))?;
+        let body = triad(&(body.0 - self.pivot.in_platform_mm), &(body.1 - self.pivot.in_platform_mm));
         let mut best: Option<Fit<T>> = None;
         for a in &first {
             for b in &second {
-                let Some([x, y, z]) = triad(a, b) else { continue };
-                let [u, v, w] = &body;
-                let rotation = Matrix3::from_fn(|i, j| x[i] * u[j] + y[i] * v[j] + z[i] * w[j]);
+                let rotation = product(&triad(a, b), &body.transpose());
                 let start = nearest_attitude(&rotation);
                 let Some(fit) = self.fit_from(start, lengths, cables) else { continue };
                 if best.is_none_or(|best| fit.squares_mm2 < best.squares_mm2) {
@@ -200,13 +198,12 @@ pub fn nearest_attitude<T: Real>(m: &Matrix3<T>) -> UnitQuaternion<T> {
     })
 }
 
-/// Orthonormal axes from two vectors, or `None` when they are parallel.
-fn triad<T: Real>(first: &Vector3<T>, second: &Vector3<T>) -> Option<[Vector3<T>; 3]> {
-    let normal = cross(first, second);
-    let (length, height) = (square(first).root(), square(&normal).root());
-    if !(length > T::zero() && height > T::zero()) {
-        return None;
-    }
-    let (x, z) = (scaled(first, T::one() / length), scaled(&normal, T::one() / height));
-    Some([x, cross(&z, &x), z])
+/// Orthonormal axes from two vectors as columns: x along the first, z along their cross product. Not finite when they
+/// are parallel.
+#[inline(never)]
+pub(super) fn triad<T: Real>(first: &Vector3<T>, second: &Vector3<T>) -> Matrix3<T> {
+    let x = unit(first);
+    let z = unit(&cross(first, second));
+    let y = cross(&z, &x);
+    Matrix3::new(x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z)
 }

@@ -44,6 +44,13 @@ pub struct LengthError {
     pub fault: LengthFault,
 }
 
+impl LengthError {
+    /// The two cables of the end-point with this index, from 0, make no triangle.
+    pub(super) const fn broken_triangle(point: usize) -> Self {
+        Self { cable: cable_number(2 * point), fault: LengthFault::BreaksTriangle }
+    }
+}
+
 impl<T: Real> CableLengths<T> {
     /// Six lengths L1..L6, mm.
     ///

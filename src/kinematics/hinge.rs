@@ -9,6 +9,7 @@
 //! stand for the edge's direction and a third of all products is spared.
 
 use super::cable_length::{CableLengths, LengthError, LengthFault, cable_number};
+use super::octahedron::HingeArm;
 use crate::rig::{POINTS, Rig};
 use crate::scalar::Real;
 use crate::vector::{cross, difference, dot, image, image_transposed, scaled, square, sum};
@@ -84,6 +85,17 @@ impl<T: Real> BaseEdges<T> {
         sum(&self.origin_mm, &self.in_base(in_plane_mm))
     }
 
+    #[inline(never)]
+    pub(super) fn end_point(&self, index: usize, arm: &HingeArm<T>) -> Vector3<T> {
+        let edge = &self.edges[index];
+        let ([x, y], [cos, sin]) = (edge.origin_mm, edge.direction);
+        self.point_in_base(&Vector3::new(
+            x + cos * arm.along + sin * arm.out,
+            y + sin * arm.along - cos * arm.out,
+            arm.up,
+        ))
+    }
+
     /// A vector in the axes of the base plane, in {B}.
     #[inline(never)]
     pub fn in_base(&self, in_plane: &Vector3<T>) -> Vector3<T> {
@@ -96,13 +108,11 @@ impl<T: Real> BaseEdges<T> {
     /// The first end-point whose two cables and base edge do not make a triangle.
     #[inline(always)]
     pub fn coordinates(&self, lengths: &CableLengths<T>) -> Result<[HingeCoordinates<T>; POINTS], LengthError> {
-        let [q1, q2, q3] = self.unchecked(lengths);
-        if !(q1.closes() && q2.closes() && q3.closes())
-            && let Some(error) = self.first_broken(lengths)
-        {
-            return Err(error);
+        let hinges = self.unchecked(lengths);
+        match hinges.iter().position(|hinge| !hinge.closes()) {
+            Some(broken) => Err(LengthError::broken_triangle(broken)),
+            None => Ok(hinges),
         }
-        Ok([q1, q2, q3])
     }
 
     /// The first end-point whose two cables and base edge do not make a triangle.
@@ -127,8 +137,8 @@ impl<T: Real> BaseEdges<T> {
 impl<T: Real> HingeCoordinates<T> {
     /// The two cables and the base edge make a triangle. Written so that an overflow to infinity or NaN does not.
     #[inline(always)]
-    fn closes(&self) -> bool {
-        self.distance_squared_mm2 > T::zero() && self.distance_squared_mm2.is_a_number()
+    pub(super) fn closes(&self) -> bool {
+        self.distance_squared_mm2 > T::zero() && self.distance_squared_mm2 < T::of(1e30)
     }
 }
 

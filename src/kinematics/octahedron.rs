@@ -9,12 +9,12 @@
 //! poses at 60 degrees of tilt and torsion with the centre 60 mm off) the lengths alone cannot tell the two sides;
 //! there the joint centre of the other poses decides.
 
-use super::cable_length::LengthError;
-use super::hinge::{BaseEdge, BaseEdges, HingeCoordinates};
-use crate::kinematics::CableLengths;
+use super::arm::triad;
+use super::cable_length::{CableLengths, LengthError};
+use super::hinge::{BaseEdges, HingeCoordinates};
 use crate::rig::{POINTS, Rig};
 use crate::scalar::Real;
-use crate::vector::{cross, difference, dot, scaled, square};
+use crate::vector::{difference, scaled};
 use nalgebra::{Matrix3, Vector3};
 
 /// Newton steps after which a pose is given up. A regular pose takes five to six.
@@ -31,21 +31,37 @@ const REGULAR: f64 = 0.02;
 /// An end-point's arm, seen along its hinge, mm: length times cosine and sine of the angle from the base plane
 /// (outward) towards the platform.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct HingeArm<T> {
-    out: T,
-    up: T,
+pub(super) struct HingeArm<T> {
+    /// ξ: where the arm begins on the base edge, mm.
+    pub along: T,
+    pub length: T,
+    pub out: T,
+    pub up: T,
 }
 
-/// An end-point that turns about its base edge.
+/// A platform edge P_i P_j spans a corner of the base: hinge j begins where hinge i ends, turned by an angle γ. Seen
+/// along hinge i, its outward axis and upward, P_i - P_j is
+/// (-along - sin γ out_j, out_i - cos γ out_j + across, up_i - up_j).
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Hinged<T> {
-    /// Foot of the end-point on the edge's line, in the axes of the base plane, mm.
-    foot: [T; 2],
-    /// Cosine and sine of the edge's direction.
-    direction: [T; 2],
-    /// Length of the arm, mm.
-    length: T,
-    arm: HingeArm<T>,
+struct Corner<T> {
+    /// cos γ and sin γ.
+    cos: T,
+    sin: T,
+    /// From the foot of P_i to the foot of P_j on their hinges: along hinge i and inwards, mm.
+    along: T,
+    across: T,
+    /// p_ij², mm².
+    square: T,
+}
+
+/// The equation of a platform edge at one estimate.
+#[derive(Clone, Copy, Debug)]
+struct Row<T> {
+    /// |P_i - P_j|² - p_ij², mm².
+    value: T,
+    /// Half of its derivatives with the angles of hinges i and j, mm².
+    first: T,
+    second: T,
 }
 
 /// Where the platform stands: its end-points and its axes.
@@ -73,25 +89,8 @@ pub enum OctahedronError {
 pub struct Octahedron<T> {
     base: BaseEdges<T>,
     edges_mm: [T; POINTS],
-    frame: PlatformFrame<T>,
-}
-
-/// How the axes of {P} follow from its end-points.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct PlatformFrame<T> {
-    /// P3 in {P}: x and y, mm.
-    third_x_mm: T,
-    third_y_mm: T,
-}
-
-/// One evaluation of the edge equations: values and the two derivatives of each.
-struct EdgeSystem<T> {
-    /// (|P_i - P_j|² - p_ij²) / 2, mm².
-    value: [T; POINTS],
-    /// Derivative with the angle of the edge's first end-point, mm².
-    first: [T; POINTS],
-    /// Derivative with the angle of the edge's second end-point, mm².
-    second: [T; POINTS],
+    /// 1, or -1 when P3 has a negative y in {P}.
+    side: T,
 }
 
 impl<T: Real> Octahedron<T> {
@@ -101,7 +100,7 @@ impl<T: Real> Octahedron<T> {
         Self {
             base: BaseEdges::new(rig),
             edges_mm: *rig.edges_mm(),
-            frame: PlatformFrame { third_x_mm: third.x, third_y_mm: third.y },
+            side: if third.y > T::zero() { T::one() } else { -T::one() },
         }
     }
 
@@ -115,138 +114,113 @@ impl<T: Real> Octahedron<T> {
     /// # Errors
     /// [`OctahedronError`] when a cable triangle is broken or no regular assembly is found.
     pub fn solve(&self, lengths: &CableLengths<T>) -> Result<PlatformPose<T>, OctahedronError> {
-        let hinges = self.base.coordinates(lengths).map_err(OctahedronError::Length)?;
-        let [e1, e2, e3] = self.base.as_array();
-        let [h1, h2, h3] = &hinges;
-        self.newton([Hinged::new(e1, h1), Hinged::new(e2, h2), Hinged::new(e3, h3)])
-            .ok_or(OctahedronError::DoesNotClose)
-    }
-
-    #[inline(always)]
-    fn newton(&self, [mut h1, mut h2, mut h3]: [Hinged<T>; POINTS]) -> Option<PlatformPose<T>> {
+        let mut arms = self.arms(lengths);
+        // Also false for NaN: a triangle that does not close has no height.
+        if let Some(broken) = arms.iter().position(|arm| !(arm.length > T::zero() && arm.length < T::of(1e15))) {
+            return Err(OctahedronError::Length(LengthError::broken_triangle(broken)));
+        }
+        let [c31, c23, c12] = self.corners(&arms);
         // Half a thousandth of a millimetre on an edge; the step that follows squares the relative error.
-        let close = self.edges_mm[0] * T::of(5e-4);
+        let close = self.edges_mm[0] * T::of(1e-3);
         for _ in 0..STEP_CAP {
-            let system = self.evaluate(&h1, &h2, &h3);
-            let determinant = system.determinant();
-            let [turn1, turn2, turn3] = system.step(determinant);
-            h1.turn(turn1);
-            h2.turn(turn2);
-            h3.turn(turn3);
-            let [v1, v2, v3] = system.value;
-            if v1.abs() < close && v2.abs() < close && v3.abs() < close {
+            let [a1, a2, a3] = &arms;
+            let (r1, r2, r3) = (&c12.row(a1, a2), &c23.row(a2, a3), &c31.row(a3, a1));
+            let (determinant, steps) = newton(r1, r2, r3);
+            for (arm, step) in arms.iter_mut().zip(&steps) {
+                arm.turn(*step);
+            }
+            if r1.value.abs() < close && r2.value.abs() < close && r3.value.abs() < close {
                 // Judged where the equations hold: on the home side the determinant is negative.
-                let regular = -determinant > system.scale() * T::of(REGULAR);
-                return regular.then(|| self.frame.pose(&self.base, &[h1.point(), h2.point(), h3.point()]));
+                if -determinant > r1.slope() * r2.slope() * r3.slope() * T::of(REGULAR) {
+                    return Ok(self.pose(&arms));
+                }
+                break;
             }
         }
-        None
+        Err(OctahedronError::DoesNotClose)
     }
 
     #[inline(always)]
-    fn evaluate(&self, h1: &Hinged<T>, h2: &Hinged<T>, h3: &Hinged<T>) -> EdgeSystem<T> {
-        let (p1, p2, p3) = (h1.point(), h2.point(), h3.point());
-        let (t1, t2, t3) = (h1.tangent(), h2.tangent(), h3.tangent());
-        let (p12, p23, p31) = (difference(&p1, &p2), difference(&p2, &p3), difference(&p3, &p1));
-        let [e12, e23, e31] = self.edges_mm;
-        let half = T::of(0.5);
-        EdgeSystem {
-            value: [
-                (square(&p12) - e12 * e12) * half,
-                (square(&p23) - e23 * e23) * half,
-                (square(&p31) - e31 * e31) * half,
-            ],
-            first: [dot(&p12, &t1), dot(&p23, &t2), dot(&p31, &t3)],
-            second: [-dot(&p12, &t2), -dot(&p23, &t3), -dot(&p31, &t1)],
-        }
+    fn arms(&self, lengths: &CableLengths<T>) -> [HingeArm<T>; POINTS] {
+        let mm = lengths.as_mm();
+        core::array::from_fn(|i| HingeArm::at_start(&self.base.as_array()[i].coordinates(mm[2 * i], mm[2 * i + 1])))
+    }
+
+    #[inline(always)]
+    fn corners(&self, arms: &[HingeArm<T>; POINTS]) -> [Corner<T>; POINTS] {
+        let edges = self.base.as_array();
+        let mut next = (edges[0].direction, arms[0].along);
+        core::array::from_fn(|k| {
+            let i = POINTS - 1 - k;
+            let ([c1, s1], ([c2, s2], beyond)) = (edges[i].direction, next);
+            next = (edges[i].direction, arms[i].along);
+            let (cos, sin) = (c1 * c2 + s1 * s2, c1 * s2 - s1 * c2);
+            let short = edges[i].length_mm - arms[i].along;
+            let edge = self.edges_mm[i];
+            Corner { cos, sin, along: short + cos * beyond, across: sin * beyond, square: edge * edge }
+        })
+    }
+
+    /// Pose of the platform from its end-points in the axes of the base plane, which keep their distances.
+    #[inline(always)]
+    fn pose(&self, arms: &[HingeArm<T>; POINTS]) -> PlatformPose<T> {
+        let [p1, p2, p3] = core::array::from_fn(|i| self.base.end_point(i, &arms[i]));
+        let rotation = triad(&difference(&p2, &p1), &scaled(&difference(&p3, &p1), self.side));
+        PlatformPose { origin_mm: p1, rotation }
     }
 }
 
-impl<T: Real> Hinged<T> {
+impl<T: Real> HingeArm<T> {
     #[inline(always)]
-    fn new(edge: &BaseEdge<T>, hinge: &HingeCoordinates<T>) -> Self {
-        let [cos, sin] = edge.direction;
-        let [x, y] = edge.origin_mm;
+    fn at_start(hinge: &HingeCoordinates<T>) -> Self {
         let length = hinge.distance_squared_mm2.root();
-        Self {
-            foot: [x + cos * hinge.along_mm, y + sin * hinge.along_mm],
-            direction: edge.direction,
-            length,
-            arm: HingeArm { out: length * T::of(START.0), up: length * T::of(START.1) },
-        }
+        Self { along: hinge.along_mm, length, out: length * T::of(START.0), up: length * T::of(START.1) }
     }
 
-    /// The end-point, in the axes of the base plane, mm.
-    #[inline(always)]
-    fn point(&self) -> Vector3<T> {
-        let ([x, y], [cos, sin]) = (self.foot, self.direction);
-        Vector3::new(x + self.arm.out * sin, y - self.arm.out * cos, self.arm.up)
-    }
-
-    /// Derivative of [`point`](Self::point) with the angle, mm/rad.
-    #[inline(always)]
-    fn tangent(&self) -> Vector3<T> {
-        let [cos, sin] = self.direction;
-        Vector3::new(-(self.arm.up * sin), self.arm.up * cos, self.arm.out)
-    }
-
-    /// Turns the arm by atan(`step`), so that no step passes 90 degrees.
+    /// Turns the arm by atan(`step`), which no step takes past 90 degrees.
     #[inline(always)]
     fn turn(&mut self, step: T) {
-        let limited = if step > T::one() {
-            T::one()
-        } else if step < -T::one() {
-            -T::one()
-        } else {
-            step
-        };
-        let out = self.arm.out - self.arm.up * limited;
-        let up = self.arm.up + self.arm.out * limited;
+        let out = self.out - self.up * step;
+        let up = self.up + self.out * step;
         let scale = self.length / (out * out + up * up).root();
-        self.arm = HingeArm { out: out * scale, up: up * scale };
+        (self.out, self.up) = (out * scale, up * scale);
     }
 }
 
-impl<T: Real> EdgeSystem<T> {
-    /// Determinant of [f0 s0 0; 0 f1 s1; s2 0 f2].
+impl<T: Real> Corner<T> {
+    /// The equation of the platform edge between the arms of hinges i and j.
     #[inline(always)]
-    fn determinant(&self) -> T {
-        let ([f0, f1, f2], [s0, s1, s2]) = (self.first, self.second);
-        f0 * f1 * f2 + s0 * s1 * s2
-    }
-
-    /// Product of the lengths of the rows: what the determinant is compared with.
-    fn scale(&self) -> T {
-        let ([f0, f1, f2], [s0, s1, s2]) = (self.first, self.second);
-        (f0 * f0 + s0 * s0).root() * (f1 * f1 + s1 * s1).root() * (f2 * f2 + s2 * s2).root()
-    }
-
-    /// Newton's step by Cramer's rule.
-    #[inline(always)]
-    fn step(&self, determinant: T) -> [T; POINTS] {
-        let ([f0, f1, f2], [s0, s1, s2], [v0, v1, v2]) = (self.first, self.second, self.value);
-        let minus_inverse = -T::one() / determinant;
-        [
-            (v0 * f1 * f2 + s0 * (s1 * v2 - v1 * f2)) * minus_inverse,
-            (v1 * f2 * f0 + s1 * (s2 * v0 - v2 * f0)) * minus_inverse,
-            (v2 * f0 * f1 + s2 * (s0 * v1 - v0 * f1)) * minus_inverse,
-        ]
-    }
-}
-
-impl<T: Real> PlatformFrame<T> {
-    /// Pose of the platform from its end-points in the axes of the base plane, which keep their distances.
-    fn pose(&self, base: &BaseEdges<T>, points: &[Vector3<T>; POINTS]) -> PlatformPose<T> {
-        let [p1, p2, p3] = points;
-        let (along, third) = (base.in_base(&difference(p2, p1)), base.in_base(&difference(p3, p1)));
-        let x = scaled(&along, T::one() / square(&along).root());
-        let across = difference(&third, &scaled(&x, dot(&x, &third)));
-        let outwards = if self.third_y_mm > T::zero() { T::one() } else { -T::one() };
-        let y = scaled(&across, outwards / square(&across).root());
-        let z = cross(&x, &y);
-        PlatformPose {
-            origin_mm: base.point_in_base(p1),
-            rotation: Matrix3::new(x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z),
+    fn row(&self, i: &HingeArm<T>, j: &HingeArm<T>) -> Row<T> {
+        let (along, out, up) = (self.along + self.sin * j.out, i.out - self.cos * j.out + self.across, i.up - j.up);
+        Row {
+            value: along * along + out * out + up * up - self.square,
+            first: i.out * up - i.up * out,
+            second: j.up * (self.cos * out - self.sin * along) - j.out * up,
         }
     }
+}
+
+impl<T: Real> Row<T> {
+    /// Length of the row: the product of the three is what their determinant is compared with.
+    #[inline(always)]
+    fn slope(&self) -> T {
+        (self.first * self.first + self.second * self.second).root()
+    }
+}
+
+/// Determinant of the system and Newton's step of the angles of P1, P2, P3, in which it is [f0 s0 0; 0 f1 s1; s2 0 f2].
+#[inline(always)]
+fn newton<T: Real>(r1: &Row<T>, r2: &Row<T>, r3: &Row<T>) -> (T, [T; POINTS]) {
+    let (ff, ss) = (r1.first * r2.first, r1.second * r2.second);
+    // The first two rows without the angle of P2: ff x1 - ss x3 = -value.
+    let value = r1.value * r2.first - r1.second * r2.value;
+    let determinant = ff * r3.first + ss * r3.second;
+    let minus_inverse = T::of(-0.5) / determinant;
+    let second = r2.value * r3.first * r1.first + r2.second * (r3.second * r1.value - r3.value * r1.first);
+    let steps = [
+        (value * r3.first + ss * r3.value) * minus_inverse,
+        second * minus_inverse,
+        (ff * r3.value - value * r3.second) * minus_inverse,
+    ];
+    (determinant, steps)
 }

@@ -83,47 +83,36 @@ pub struct LengthEquations<T> {
 
 impl<T: Real> LengthEquations<T> {
     /// The equations of the pose with rotation `rotation` ({P} to {B}) about the pivot.
-    // One copy of it, with the end-points in words: filling the arrays in a loop would write them three times.
     #[inline(never)]
     pub fn new(points: &RigPoints<T>, pivot: &Pivot<T>, rotation: &Matrix3<T>, lengths: &CableLengths<T>) -> Self {
+        let zero = Vector3::new(T::zero(), T::zero(), T::zero());
+        let mut equations =
+            Self { direction: [zero; CABLES], moment_mm: [zero; CABLES], residual_mm: *lengths.as_mm() };
         let [b1, b2, b3] = &points.base_mm;
-        let [s1, s2, s3] = &points.platform_mm;
-        let [l1, l2, l3, l4, l5, l6] = *lengths.as_mm();
-        // The attachment points of each end-point's two cables: as in `ATTACHMENTS`.
-        let [(d1, m1, e1), (d2, m2, e2)] = pivot.cables(rotation, s1, [b1, b2], [l1, l2]);
-        let [(d3, m3, e3), (d4, m4, e4)] = pivot.cables(rotation, s2, [b2, b3], [l3, l4]);
-        let [(d5, m5, e5), (d6, m6, e6)] = pivot.cables(rotation, s3, [b3, b1], [l5, l6]);
-        Self {
-            direction: [d1, d2, d3, d4, d5, d6],
-            moment_mm: [m1, m2, m3, m4, m5, m6],
-            residual_mm: [e1, e2, e3, e4, e5, e6],
+        let (directions, _) = equations.direction.as_chunks_mut();
+        let (moments, _) = equations.moment_mm.as_chunks_mut();
+        let (residuals, _) = equations.residual_mm.as_chunks_mut();
+        // As in `ATTACHMENTS`.
+        let mut attachments = [b1, b2, b3];
+        let cables = directions.iter_mut().zip(moments).zip(residuals);
+        for (point, (([d1, d2], [m1, m2]), [e1, e2])) in points.platform_mm.iter().zip(cables) {
+            let arm = image(rotation, &difference(point, &pivot.in_platform_mm));
+            let end_point = sum(&pivot.in_base_mm, &arm);
+            let cable =
+                |attachment: &Vector3<T>, direction: &mut Vector3<T>, moment: &mut Vector3<T>, residual: &mut T| {
+                    let span = difference(&end_point, attachment);
+                    let computed = square(&span).root();
+                    *direction = scaled(&span, T::one() / computed);
+                    *moment = cross(&arm, direction);
+                    *residual -= computed;
+                };
+            let [first, second, _] = attachments;
+            cable(first, d1, m1, e1);
+            cable(second, d2, m2, e2);
+            attachments.rotate_left(1);
         }
+        equations
     }
-}
-
-impl<T: Real> Pivot<T> {
-    /// Direction, moment and residual of the two cables of an end-point.
-    #[inline(always)]
-    fn cables(
-        &self,
-        rotation: &Matrix3<T>,
-        point_mm: &Vector3<T>,
-        attachments_mm: [&Vector3<T>; 2],
-        lengths_mm: [T; 2],
-    ) -> [(Vector3<T>, Vector3<T>, T); 2] {
-        let arm = image(rotation, &difference(point_mm, &self.in_platform_mm));
-        let end_point = sum(&self.in_base_mm, &arm);
-        let ([first, second], [l1, l2]) = (attachments_mm, lengths_mm);
-        [cable(&arm, &difference(&end_point, first), l1), cable(&arm, &difference(&end_point, second), l2)]
-    }
-}
-
-/// Direction, moment and residual of the cable along `span`.
-#[inline(always)]
-fn cable<T: Real>(arm: &Vector3<T>, span: &Vector3<T>, measured_mm: T) -> (Vector3<T>, Vector3<T>, T) {
-    let computed = square(span).root();
-    let direction = scaled(span, T::one() / computed);
-    (direction, cross(arm, &direction), measured_mm - computed)
 }
 
 /// Inverse of a symmetric positive definite 3x3 matrix by cofactors; `None` when its determinant has no digits left.
