@@ -86,3 +86,13 @@ pub fn image_transposed<T: Real>(m: &Matrix3<T>, a: &Vector3<T>) -> Vector3<T> {
         m.m13 * a.x + m.m23 * a.y + m.m33 * a.z,
     )
 }
+
+/// A B, column by column: as a call, for what runs once a run.
+#[inline(never)]
+pub fn product<T: Real>(a: &Matrix3<T>, b: &Matrix3<T>) -> Matrix3<T> {
+    let mut product = *b;
+    for column in &mut product.data.0 {
+        *column = image(a, &Vector3::from(*column)).into();
+    }
+    product
+}
