@@ -61,8 +61,9 @@ impl<T: Real> Symmetric<T> {
         self.image_inline(a)
     }
 
+    /// The same, inlined: where it is done for each of several vectors.
     #[inline(always)]
-    fn image_inline(&self, a: &Vector3<T>) -> Vector3<T> {
+    pub(crate) fn image_inline(&self, a: &Vector3<T>) -> Vector3<T> {
         let [xx, yx, yy, zx, zy, zz] = self.0;
         Vector3::new(xx * a.x + yx * a.y + zx * a.z, yx * a.x + yy * a.y + zy * a.z, zx * a.x + zy * a.y + zz * a.z)
     }
@@ -110,38 +111,58 @@ impl<T: Real> Symmetric<T> {
     /// number.
     #[inline(never)]
     pub fn inverse(&self, of: &Self, smallest: T) -> Option<Self> {
-        let [c11, c21, c22, c31, c32, minor] = self.adjugate_inline().0;
-        let ([xx, yx, _, zx, ..], [first, _, second, .., third]) = (self.0, of.0);
-        let determinant = xx * c11 + yx * c21 + zx * c31;
+        let adjugate = self.adjugate_inline();
+        let ([xx, ..], [first, _, second, .., third]) = (self.0, of.0);
+        let determinant = self.determinant(&adjugate);
+        let [c11, c21, c22, c31, c32, minor] = adjugate.0;
         // The pivots are the quotients of the leading minors. Written as products, and so that NaN is refused.
         let regular = xx > first * smallest && minor > second * smallest * xx && determinant > third * smallest * minor;
         let scale = T::one() / determinant;
         regular.then_some(Self([c11 * scale, c21 * scale, c22 * scale, c31 * scale, c32 * scale, minor * scale]))
     }
 
-    /// The largest eigenvalue and its direction, a unit vector; no direction where there is none.
+    /// The determinant, given the adjugate.
+    fn determinant(&self, adjugate: &Self) -> T {
+        let ([xx, yx, _, zx, ..], [c11, c21, _, c31, ..]) = (self.0, adjugate.0);
+        xx * c11 + yx * c21 + zx * c31
+    }
+
+    /// xx + yy + zz: the sum of the eigenvalues.
+    pub fn trace(&self) -> T {
+        let [xx, _, yy, .., zz] = self.0;
+        xx + yy + zz
+    }
+
+    /// The largest eigenvalue of a matrix without negative ones, and its direction, a unit vector; not finite, or no
+    /// direction, where there is none.
     ///
-    /// The matrix is squared so many times: 2^n rounds of a power iteration in the time of n.
+    /// Newton's method on the characteristic polynomial, from above. Where the next eigenvalue is as large, some
+    /// direction between the two.
     #[inline(never)]
-    pub fn largest(&self, squarings: usize) -> (T, Vector3<T>) {
-        let zero = T::zero();
-        let mut power = *self;
-        for _ in 0..squarings {
-            let [xx, _, yy, .., zz] = power.0;
-            let scale = T::one() / (xx + yy + zz);
-            // A zero, an infinity or a NaN: there is no direction.
-            if !(scale > zero && scale.is_a_number()) {
+    pub fn largest(&self) -> (T, Vector3<T>) {
+        let adjugate = self.adjugate();
+        let (trace, minors, determinant) = (self.trace(), adjugate.trace(), self.determinant(&adjugate));
+        let mut value = trace;
+        for _ in 0..MOST_ROUNDS {
+            let polynomial = ((value - trace) * value + minors) * value - determinant;
+            let slope = (T::of(3.0) * value - trace - trace) * value + minors;
+            let step = polynomial / slope;
+            // Also ends with NaN.
+            if !(step > value * T::default_epsilon()) {
                 break;
             }
-            let [xx, yx, yy, zx, zy, zz] = power.0.map(|entry| entry * scale);
-            let matrix = Matrix3::new(xx, yx, zx, yx, yy, zy, zx, zy, zz);
-            power = Self::gram(&matrix, &matrix);
+            value -= step;
         }
-        // Every column is along that direction; the longest holds the most digits.
-        let columns = power.to_matrix().data.0;
+        // Of M - λ every column of the adjugate is along the direction. A trace of M decides where all vanish.
+        let mut rest = *self;
+        rest.add(&Self::diagonal(T::one()), -value);
+        let mut columns = rest.adjugate();
+        columns.add(self, value * T::default_epsilon() * T::of(8.0));
+        let columns = columns.to_matrix().data.0;
         let longest = (1..3).fold(0, |best, k| if columns[k][k] > columns[best][best] { k } else { best });
-        let column = Vector3::from(columns[longest]);
-        let direction = unit(&column);
-        (dot(&self.image(&direction), &direction), direction)
+        (value, unit(&Vector3::from(columns[longest])))
     }
 }
+
+/// Rounds of Newton's method. Six to eight reach the last digit; a double eigenvalue takes one for each bit.
+const MOST_ROUNDS: usize = 24;

@@ -11,7 +11,7 @@ use glenoid::identification::blocks::Blocks;
 use glenoid::identification::normal_equations::{PACKED, at};
 use glenoid::identification::observability::{RotationSum, Sway};
 use glenoid::identification::uncertainty::{
-    covariance_of_parameters, packed, sigmas, worst_centre_direction, worst_direction,
+    covariance_of_parameters, pack, sigmas, worst_centre_direction, worst_direction,
 };
 use glenoid::identification::{Solver, SolverSettings, Survey};
 use glenoid::kinematics::{OctahedronError, Pivot, RigPoints};

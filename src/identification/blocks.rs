@@ -8,7 +8,7 @@ use super::normal_equations::{Singular, UNKNOWNS, at, smallest_pivot};
 use crate::calls::{difference, dot, image, image_transposed, scaled, transposed};
 use crate::scalar::Real;
 use crate::symmetric::Symmetric;
-use crate::vector::add_to;
+use crate::vector::{self, add_to};
 use nalgebra::{Matrix3, Vector3};
 
 /// A symmetric 6x6 matrix: information on two vectors, or their covariance.
@@ -48,9 +48,17 @@ impl<T: Real> Blocks<T> {
     #[inline(never)]
     pub fn eliminate(&mut self, smallest: T) -> Result<(), Singular> {
         let Some(inverse) = &self.second.inverse(&self.second, smallest) else { return Err(Singular) };
-        let through = inverse.times(&self.mixed);
-        self.first.add(&Symmetric::gram(&self.mixed, &through), -T::one());
-        (self.mixed, self.second) = (through, *inverse);
+        self.second = *inverse;
+        // Row by row of what is left; a column of `mixed` is replaced when only its own row still asks for it.
+        let mut rest = self.first.0.iter_mut();
+        let columns = &mut self.mixed.data.0;
+        for i in 0..3 {
+            let column = Vector3::from(columns[i]);
+            columns[i] = inverse.image_inline(&column).into();
+            for (through, entry) in columns.iter().take(i + 1).zip(rest.by_ref()) {
+                *entry -= vector::dot(&column, &Vector3::from(*through));
+            }
+        }
         Ok(())
     }
 
@@ -70,9 +78,10 @@ impl<T: Real> Blocks<T> {
     /// [`Singular`] when a pivot is too small against the diagonal entry that it came from, or is not a number.
     #[inline(never)]
     pub fn first_inverse(&self) -> Result<Symmetric<T>, Singular> {
-        let mut blocks = *self;
-        blocks.eliminate_both()?;
-        Ok(blocks.first)
+        let Self { first, mixed, second } = *self;
+        let mut eliminated = Self { first, mixed, second };
+        eliminated.eliminate_both()?;
+        Ok(eliminated.first)
     }
 
     /// Becomes its inverse.

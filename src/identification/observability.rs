@@ -10,9 +10,6 @@ use crate::scalar::Real;
 use crate::symmetric::Symmetric;
 use nalgebra::{Matrix3, Vector3};
 
-/// Squarings for the common axis. The next axis may be nearly as good: 2^12 rounds tell them apart to a thousandth.
-const SQUARINGS: usize = 12;
-
 /// Sum of the rotations of a set of poses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RotationSum<T> {
@@ -69,12 +66,13 @@ impl<T: Real> RotationSum<T> {
         // 1 - R̄ᵀR̄ has the eigenvalues 1 - σ². Its adjugate has the same axes and the products of the two others: the
         // largest of them belongs to the axis looked for, though that one's own eigenvalue may be zero.
         let lacking = lacking(&mean);
-        let (others, axis_in_platform) = lacking.adjugate().largest(SQUARINGS);
+        let adjugate = lacking.adjugate();
+        let (_, axis_in_platform) = adjugate.largest();
         let image = image(&mean, &axis_in_platform);
         let least = T::one() - dot(&image, &image);
-        let [xx, _, yy, .., zz] = lacking.0;
         // The two others by their sum and their product; the smaller of them.
-        let sum = xx + yy + zz - least;
+        let sum = lacking.trace() - least;
+        let others = adjugate.trace() - least * sum;
         let apart = root((sum * sum - others * T::of(4.0)).max(T::zero()));
         let second = if sum > T::zero() { (others + others) / (sum + apart) } else { T::zero() };
         Sway { axis: unit(&image), axis_in_platform, least_rad: moved(least), second_rad: moved(second) }

@@ -10,7 +10,7 @@ use crate::kinematics::LengthEquations;
 use crate::scalar::Real;
 use crate::symmetric::Symmetric;
 use crate::vector::{add_to, difference, dot, image_transposed, scaled, square};
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 /// Smallest pivot of the information on ω, in roundings: a sound rig's poses are a thousand times above it.
 const SMALLEST_PIVOT_ROUNDINGS: f64 = 8.0;
@@ -34,32 +34,32 @@ impl<T: Real> PoseInformation<T> {
     #[inline(never)]
     pub fn of(equations: &LengthEquations<T>) -> Option<Self> {
         let zero = T::zero();
-        // 28 sums, which stay in registers.
-        let mut sums = Blocks::zero();
-        let [mut gradient, mut torque] = [Vector3::new(zero, zero, zero); 2];
-        let mut squares = zero;
-        let cables = equations.direction.iter().zip(&equations.moment_mm).zip(&equations.residual_mm);
-        for ((u, g), e) in cables {
-            sums.first.add_square(u);
-            sums.second.add_square(g);
-            let mixed = &mut sums.mixed;
-            mixed.m11 += g.x * u.x;
-            mixed.m12 += g.x * u.y;
-            mixed.m13 += g.x * u.z;
-            mixed.m21 += g.y * u.x;
-            mixed.m22 += g.y * u.y;
-            mixed.m23 += g.y * u.z;
-            mixed.m31 += g.z * u.x;
-            mixed.m32 += g.z * u.y;
-            mixed.m33 += g.z * u.z;
+        let LengthEquations { direction, moment_mm, residual_mm } = equations;
+        // 28 sums in two loops: neither has more of them than the processor has registers.
+        let (mut direct, mut gradient, mut squares) = (Symmetric::zero(), Vector3::new(zero, zero, zero), zero);
+        for (u, e) in direction.iter().zip(residual_mm) {
+            direct.add_square(u);
             add_to(&mut gradient, &scaled(u, *e));
-            add_to(&mut torque, &scaled(g, *e));
             squares += *e * *e;
         }
-        sums.eliminate(T::default_epsilon() * T::of(SMALLEST_PIVOT_ROUNDINGS)).ok()?;
-        let turn = sums.second.image(&torque);
-        let gradient_mm = difference(&gradient, &image_transposed(&sums.mixed, &torque));
-        Some(Self { eliminated: sums, gradient_mm, squares_mm2: squares - dot(&torque, &turn), turn })
+        let (mut turning, mut torque) = (Symmetric::zero(), Vector3::new(zero, zero, zero));
+        let [mut mx, mut my, mut mz] = [torque; 3];
+        for ((g, u), e) in moment_mm.iter().zip(direction).zip(residual_mm) {
+            turning.add_square(g);
+            add_to(&mut torque, &scaled(g, *e));
+            add_to(&mut mx, &scaled(g, u.x));
+            add_to(&mut my, &scaled(g, u.y));
+            add_to(&mut mz, &scaled(g, u.z));
+        }
+        let mixed = Matrix3::new(mx.x, my.x, mz.x, mx.y, my.y, mz.y, mx.z, my.z, mz.z);
+        let mut eliminated = Blocks { first: direct, mixed, second: turning };
+        eliminated.eliminate(T::default_epsilon() * T::of(SMALLEST_PIVOT_ROUNDINGS)).ok()?;
+        let turn = eliminated.second.image(&torque);
+        let gradient_mm = difference(&gradient, &image_transposed(&eliminated.mixed, &torque));
+        // Part by part: a whole matrix would be moved by a routine that takes as long as the elimination.
+        let Blocks { first, mixed, second } = eliminated;
+        let eliminated = Blocks { first, mixed, second };
+        Some(Self { eliminated, gradient_mm, squares_mm2: squares - dot(&torque, &turn), turn })
     }
 
     /// Becomes the centre that the pose would have by itself, exactly known: its squared distance is the squares then.

@@ -12,9 +12,6 @@ use nalgebra::Matrix3;
 /// where none stands out, any of them is as weak as the other.
 const POWER_ROUNDS: usize = 24;
 
-/// The same by squaring.
-const SQUARINGS: usize = 5;
-
 /// Covariance of x, y, z and p1, p2, p3 from that of O and C: dp_i = -(s_i - C)·dC / p_i.
 #[inline(never)]
 pub fn covariance_of_parameters<T: Real>(of_pivot: &Blocks<T>, pivot: &Pivot<T>, points: &RigPoints<T>) -> Blocks<T> {
@@ -63,7 +60,7 @@ pub fn worst_centre_direction<T: Real>(covariance: &[T; PACKED]) -> (T, [T; 3]) 
 
 /// 1σ in the direction of largest variance of a point, and that direction.
 pub fn worst_direction_of_point<T: Real>(covariance: &Symmetric<T>) -> (T, [T; 3]) {
-    let (variance, direction) = covariance.largest(SQUARINGS);
+    let (variance, direction) = covariance.largest();
     (root(variance.max(T::zero())), direction.into())
 }
 
