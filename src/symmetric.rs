@@ -154,9 +154,8 @@ impl<T: Real> Symmetric<T> {
             value -= step;
         }
         // Of M - λ every column of the adjugate is along the direction. A trace of M decides where all vanish.
-        let mut rest = *self;
-        rest.add(&Self::diagonal(T::one()), -value);
-        let mut columns = rest.adjugate();
+        let [xx, yx, yy, zx, zy, zz] = self.0;
+        let mut columns = Self([xx - value, yx, yy - value, zx, zy, zz - value]).adjugate();
         columns.add(self, value * T::default_epsilon() * T::of(8.0));
         let columns = columns.to_matrix().data.0;
         let longest = (1..3).fold(0, |best, k| if columns[k][k] > columns[best][best] { k } else { best });

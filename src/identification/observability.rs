@@ -8,6 +8,7 @@
 use crate::calls::{dot, image, root, unit};
 use crate::scalar::Real;
 use crate::symmetric::Symmetric;
+use crate::vector::sum_of_matrices;
 use nalgebra::{Matrix3, Vector3};
 
 /// Sum of the rotations of a set of poses.
@@ -39,33 +40,28 @@ impl<T: Real> Default for RotationSum<T> {
 impl<T: Real> RotationSum<T> {
     /// Adds the rotation ({P} to {B}) of a pose.
     pub fn add(&mut self, rotation: &Matrix3<T>) {
-        for (sum, entry) in self.sum.as_mut_slice().iter_mut().zip(rotation.as_slice()) {
-            *sum += *entry;
-        }
+        self.sum = sum_of_matrices(&self.sum, rotation);
         self.poses += 1;
     }
 
-    /// R̄, and the share of one pose in it; `None` without poses.
-    #[inline(never)]
-    pub fn mean(&self) -> Option<(Matrix3<T>, T)> {
-        if self.poses == 0 {
-            return None;
-        }
-        let share = T::one() / T::of_integer(self.poses as i32);
-        let mut mean = self.sum;
-        mean.as_mut_slice().iter_mut().for_each(|entry| *entry *= share);
-        Some((mean, share))
+    /// The sum itself.
+    pub fn sum(&self) -> &Matrix3<T> {
+        &self.sum
+    }
+
+    /// Poses added.
+    pub fn poses(&self) -> T {
+        T::of_integer(self.poses as i32)
     }
 
     /// The sway of the poses added. All zero when there are none.
     pub fn sway(&self) -> Sway<T> {
-        let Some((mean, _)) = self.mean() else {
-            let zero = T::zero();
-            return Sway { axis: Vector3::z(), axis_in_platform: Vector3::z(), least_rad: zero, second_rad: zero };
-        };
+        let share = T::one() / self.poses().max(T::one());
+        let mut mean = self.sum;
+        mean.as_mut_slice().iter_mut().for_each(|entry| *entry *= share);
         // 1 - R̄ᵀR̄ has the eigenvalues 1 - σ². Its adjugate has the same axes and the products of the two others: the
         // largest of them belongs to the axis looked for, though that one's own eigenvalue may be zero.
-        let lacking = lacking(&mean);
+        let lacking = lacking(&mean, T::one());
         let adjugate = lacking.adjugate();
         let (_, axis_in_platform) = adjugate.largest();
         let image = image(&mean, &axis_in_platform);
@@ -86,9 +82,10 @@ fn moved<T: Real>(lacking: T) -> T {
     root((T::one() - singular).max(T::zero()) * T::of(2.0))
 }
 
-/// 1 - R̄ᵀR̄: how much the mean rotation lacks of a rotation, by direction in {P}.
-pub(super) fn lacking<T: Real>(mean: &Matrix3<T>) -> Symmetric<T> {
-    let mut lacking = Symmetric::diagonal(T::one());
-    lacking.add(&Symmetric::gram(mean, mean), -T::one());
+/// n² - SᵀS of the sum S of n rotations; 1 - R̄ᵀR̄ of their mean (n = 1): how much it lacks of a rotation, by direction
+/// in {P}.
+pub(super) fn lacking<T: Real>(sum: &Matrix3<T>, poses: T) -> Symmetric<T> {
+    let mut lacking = Symmetric::diagonal(poses * poses);
+    lacking.add(&Symmetric::gram(sum, sum), -T::one());
     lacking
 }

@@ -12,11 +12,10 @@
 
 use super::normal_equations::{Singular, smallest_pivot};
 use super::observability::{RotationSum, lacking};
-use crate::calls::{difference, image, image_transposed, scaled};
 use crate::kinematics::{Pivot, PlatformPose};
 use crate::scalar::Real;
 use crate::symmetric::Symmetric;
-use crate::vector::{add_to, sum};
+use crate::vector::{add_to, difference, image, image_transposed, scaled, sum};
 use nalgebra::Vector3;
 
 /// The sums over the poses added so far.
@@ -54,12 +53,14 @@ impl<T: Real> PivotFit<T> {
     /// [`Singular`] when the poses leave some direction of it undetermined, as for the normal equations of all six.
     #[inline(never)]
     pub fn solve(&self) -> Result<Pivot<T>, Singular> {
-        let (mean, share) = self.rotations.mean().ok_or(Singular)?;
-        let origin = scaled(&self.origins, share);
-        let right = difference(&image_transposed(&mean, &origin), &scaled(&self.turned_origins, share));
-        // Each pivot of 1 - R̄ᵀR̄ began as the 1 on the diagonal.
-        let inverse = lacking(&mean).inverse(&Symmetric::diagonal(T::one()), smallest_pivot()).ok_or(Singular)?;
+        let (poses, rotations) = (self.rotations.poses(), self.rotations.sum());
+        // All of it times n²: the means are never formed. Each pivot began as the n² on the diagonal.
+        let right = difference(&image_transposed(rotations, &self.origins), &scaled(&self.turned_origins, poses));
+        let squared = Symmetric::diagonal(poses * poses);
+        let lacking = &lacking(rotations, poses);
+        let Some(inverse) = &lacking.inverse(&squared, smallest_pivot()) else { return Err(Singular) };
         let in_platform_mm = inverse.image(&right);
-        Ok(Pivot { in_base_mm: sum(&origin, &image(&mean, &in_platform_mm)), in_platform_mm })
+        let in_base_mm = scaled(&sum(&self.origins, &image(rotations, &in_platform_mm)), T::one() / poses);
+        Ok(Pivot { in_base_mm, in_platform_mm })
     }
 }
