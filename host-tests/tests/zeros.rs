@@ -5,6 +5,7 @@ mod common;
 use common::library::{as_poses, rig};
 use common::sets::{NOISE_MM, add_noise, lengths_at, shoulder, sweep, wrist};
 use common::{Worn, rng};
+use glenoid::identification::zeros::KnownZeros;
 use glenoid::identification::{DEFAULT_CAPACITY, Identified, Refusal, Solver, SolverSettings};
 use glenoid::scalar::Real;
 use host_tests::literal::Lengths;
@@ -71,6 +72,19 @@ fn zeros_that_are_known_are_none() {
     let nearly = solve::<f64>(&shoulder(), &poses, 1e-6).unwrap();
     assert!((known.parameters.centre_mm - nearly.parameters.centre_mm).norm() < 1e-9);
     assert!((known.sigma_mm()[0] / nearly.sigma_mm()[0] - 1.0).abs() < 1e-6);
+}
+
+/// A solver that holds nothing of the zeros says to the bit what one says that could look for them and does not.
+#[test]
+fn a_solver_without_zeros_is_the_same_solver() {
+    for (seed, count) in [(11, 6), (12, 30), (13, 100)] {
+        let mut poses = shifted(&shoulder(), seed, count, &[0.0; 6]);
+        add_noise(&mut poses, &mut rng(seed), NOISE_MM);
+        poses[3][2] += 4.0;
+        let rig = rig::<f32>(&shoulder());
+        let lean = Solver::<f32, DEFAULT_CAPACITY, KnownZeros>::new(&rig, SolverSettings::for_rig(&rig));
+        assert_eq!(lean.run(&as_poses(&poses)), solve::<f32>(&shoulder(), &poses, 0.0), "{count} poses");
+    }
 }
 
 /// The worse the machine was homed, the wider the error bar; never wider than without any homing, and with a perfect one

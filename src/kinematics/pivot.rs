@@ -9,7 +9,7 @@
 use super::cable_length::CableLengths;
 use crate::rig::{CABLES, POINTS, Parameters, Rig};
 use crate::scalar::Real;
-use crate::vector::{cross, difference, image, scaled, square, sum};
+use crate::vector::{add_to, cross, difference, image, scaled, square, sum};
 use nalgebra::{Matrix3, Vector3};
 
 /// The joint centre in both bodies: the six unknowns in the form in which every pose is linear in them.
@@ -44,9 +44,9 @@ impl<T: Real> Pivot<T> {
     }
 
     /// Moves by a step in O and C, mm.
-    pub fn move_by(&mut self, step: &[T; 6]) {
-        let unknowns = self.in_base_mm.iter_mut().chain(self.in_platform_mm.iter_mut());
-        unknowns.zip(step).for_each(|(unknown, step)| *unknown += *step);
+    pub fn move_by(&mut self, [x, y, z, u, v, w]: &[T; 6]) {
+        add_to(&mut self.in_base_mm, &Vector3::new(*x, *y, *z));
+        add_to(&mut self.in_platform_mm, &Vector3::new(*u, *v, *w));
     }
 
     /// The pivot from the centre in {B} and the radii: C is where three spheres of radii p_i about the end-points
