@@ -5,7 +5,7 @@
 //! 3x3 information matrix S and a vector S δ̂: everything that the pose knows, with the exact maximum-likelihood
 //! weight.
 
-use crate::kinematics::pivot::{LengthEquations, inverse_of_symmetric};
+use crate::kinematics::pivot::{LengthEquation, LengthEquations, inverse_of_symmetric};
 use crate::scalar::Real;
 use crate::vector::{add_to, difference, dot, image, product, scaled};
 use nalgebra::{Matrix3, Vector3};
@@ -39,8 +39,7 @@ impl<T: Real> PoseInformation<T> {
         let [mut mxx, mut mxy, mut mxz, mut myx, mut myy, mut myz, mut mzx, mut mzy, mut mzz] = [zero; 9];
         let [mut gradient, mut torque] = [Vector3::new(zero, zero, zero); 2];
         let mut squares = zero;
-        let cables = equations.direction.iter().zip(&equations.moment_mm).zip(&equations.residual_mm);
-        for ((u, g), e) in cables {
+        for LengthEquation { direction: u, moment_mm: g, residual_mm: e } in &equations.cables {
             dxx += u.x * u.x;
             dyx += u.y * u.x;
             dyy += u.y * u.y;

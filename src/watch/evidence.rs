@@ -78,10 +78,10 @@ impl<T: Real> Evidence<T> {
         self.drift.add_growing(&pose.information, &pose.gradient_mm, elevation(rotation));
         self.cuff.0 += rotation.tr_mul(&pose.information) * rotation;
         self.cuff.1 -= rotation.tr_mul(&pose.gradient_mm);
-        for (k, (weight, gradient)) in self.cables.iter_mut().enumerate() {
-            let g = &equations.moment_mm[k];
+        for ((weight, gradient), cable) in self.cables.iter_mut().zip(&equations.cables) {
+            let g = &cable.moment_mm;
             *weight += T::one() - g.dot(&(pose.turning_inverse * g));
-            *gradient += equations.residual_mm[k] - g.dot(&pose.turn);
+            *gradient += cable.residual_mm - g.dot(&pose.turn);
         }
     }
 
