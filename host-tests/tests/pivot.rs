@@ -49,7 +49,7 @@ fn direction_and_moment_are_the_derivatives_of_the_lengths() {
         let equations = LengthEquations::new(&points, &pivot, &rotation, &as_cables(&measured));
         let computed = lengths(&SMatrix::zeros());
         for cable in 0..6 {
-            let (direction, moment) = (equations.direction[cable], equations.moment_mm[cable]);
+            let (direction, moment) = (equations.cables[cable].direction, equations.cables[cable].moment_mm);
             let row = expected.fixed_rows::<1>(cable);
             assert!((row.fixed_columns::<3>(0).transpose() - direction).amax() < 1e-9, "direction of cable {cable}");
             assert!(
@@ -58,7 +58,7 @@ fn direction_and_moment_are_the_derivatives_of_the_lengths() {
             );
             assert!((row.fixed_columns::<3>(6).transpose() - moment).amax() < 1e-7, "moment of cable {cable}");
             let residual = measured[cable] - computed[cable];
-            assert!((equations.residual_mm[cable] - residual).abs() < 1e-9, "residual of cable {cable}");
+            assert!((equations.cables[cable].residual_mm - residual).abs() < 1e-9, "residual of cable {cable}");
         }
     }
 }

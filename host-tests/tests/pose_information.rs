@@ -156,8 +156,8 @@ fn cables_without_a_moment_have_no_rotation() {
     let mut rng = rng(2204);
     let (_, worn) = machines()[0];
     let Case { mut equations, .. } = case(&mut rng, &worn, Vector3::zeros(), Vector3::zeros());
-    equations.moment_mm = [Vector3::zeros(); 6];
+    equations.cables.iter_mut().for_each(|cable| cable.moment_mm = Vector3::zeros());
     assert_eq!(PoseInformation::of(&equations), None);
-    equations.moment_mm = [Vector3::new(f64::NAN, 1.0, 1.0); 6];
+    equations.cables.iter_mut().for_each(|cable| cable.moment_mm = Vector3::new(f64::NAN, 1.0, 1.0));
     assert_eq!(PoseInformation::of(&equations), None);
 }

@@ -7,6 +7,7 @@
 
 use super::blocks::Blocks;
 use crate::kinematics::LengthEquations;
+use crate::kinematics::pivot::LengthEquation;
 use crate::scalar::Real;
 use crate::symmetric::Symmetric;
 use crate::vector::{add_to, difference, dot, image_transposed, scaled, square};
@@ -34,17 +35,16 @@ impl<T: Real> PoseInformation<T> {
     #[inline(never)]
     pub fn of(equations: &LengthEquations<T>) -> Option<Self> {
         let zero = T::zero();
-        let LengthEquations { direction, moment_mm, residual_mm } = equations;
         // 28 sums in two loops: neither has more of them than the processor has registers.
         let (mut direct, mut gradient, mut squares) = (Symmetric::zero(), Vector3::new(zero, zero, zero), zero);
-        for (u, e) in direction.iter().zip(residual_mm) {
+        for LengthEquation { direction: u, residual_mm: e, .. } in &equations.cables {
             direct.add_square(u);
             add_to(&mut gradient, &scaled(u, *e));
             squares += *e * *e;
         }
         let (mut turning, mut torque) = (Symmetric::zero(), Vector3::new(zero, zero, zero));
         let [mut mx, mut my, mut mz] = [torque; 3];
-        for ((g, u), e) in moment_mm.iter().zip(direction).zip(residual_mm) {
+        for LengthEquation { direction: u, moment_mm: g, residual_mm: e } in &equations.cables {
             turning.add_square(g);
             add_to(&mut torque, &scaled(g, *e));
             add_to(&mut mx, &scaled(g, u.x));

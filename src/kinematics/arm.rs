@@ -5,11 +5,11 @@
 
 use super::cable_length::CableLengths;
 use super::hinge::BaseEdges;
-use super::pivot::{LengthEquations, Pivot, RigPoints, inverse_of_symmetric};
+use super::pivot::{LengthEquation, LengthEquations, Pivot, RigPoints, inverse_of_symmetric};
 use super::tetrahedron::TetrahedronBase;
 use crate::rig::CABLES;
 use crate::scalar::Real;
-use crate::vector::{add_to, cross, dot, image, product, scaled, square, unit};
+use crate::vector::{add_to, cross, difference, dot, image, product, scaled, square, unit};
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 /// Gauss-Newton steps after which a start is given up.
@@ -60,14 +60,15 @@ impl<T: Real> Arm<'_, T> {
     /// `None` when the iteration meets a singular arrangement or does not settle.
     pub fn fit_from(&self, start: UnitQuaternion<T>, lengths: &CableLengths<T>, cables: CableSet) -> Option<Fit<T>> {
         let mut attitude = start;
+        let mut equations = LengthEquations::empty();
         // Single precision: 3e-4 rad. The error after a turn is about its square.
         let settled = T::default_epsilon();
         for _ in 0..STEP_CAP {
-            let equations = LengthEquations::new(self.points, self.pivot, &rotation_of(&attitude), lengths);
+            equations.set(self.points, self.pivot, &rotation_of(&attitude), lengths);
             let [mut xx, mut yx, mut yy, mut zx, mut zy, mut zz] = [T::zero(); 6];
             let mut torque = Vector3::new(T::zero(), T::zero(), T::zero());
             let mut squares_mm2 = T::zero();
-            for (cable, (g, e)) in equations.moment_mm.iter().zip(&equations.residual_mm).enumerate() {
+            for (cable, LengthEquation { moment_mm: g, residual_mm: e, .. }) in equations.cables.iter().enumerate() {
                 if cables.has(cable) {
                     xx += g.x * g.x;
                     yx += g.y * g.x;
@@ -107,11 +108,12 @@ impl<T: Real> Arm<'_, T> {
         let first = self.apices(i, radii[i], lengths)?;
         let second = self.apices(j, radii[j], lengths)?;
         let body = (self.points.platform_mm[i], self.points.platform_mm[j]);
-        let body = triad(&(body.0 - self.pivot.in_platform_mm), &(body.1 - self.pivot.in_platform_mm));
+        let [u, v] = [&body.0, &body.1].map(|s| difference(s, &self.pivot.in_platform_mm));
+        let body = triad(&u, &v).transpose();
         let mut best: Option<Fit<T>> = None;
         for a in &first {
             for b in &second {
-                let rotation = product(&triad(a, b), &body.transpose());
+                let rotation = product(&triad(a, b), &body);
                 let start = nearest_attitude(&rotation);
                 let Some(fit) = self.fit_from(start, lengths, cables) else { continue };
                 if best.is_none_or(|best| fit.squares_mm2 < best.squares_mm2) {

@@ -70,48 +70,71 @@ impl<T: Real> Pivot<T> {
     }
 }
 
+/// The length equation of a cable at one estimate of a pose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LengthEquation<T> {
+    /// Unit vector from attachment point to end-point: derivative of the length with δ.
+    pub direction: Vector3<T>,
+    /// w × u: derivative of the length with ω, mm/rad.
+    pub moment_mm: Vector3<T>,
+    /// Measured minus computed length, mm.
+    pub residual_mm: T,
+}
+
 /// The six length equations of a pose at one estimate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LengthEquations<T> {
-    /// Unit vector from attachment point to end-point: derivative of the length with δ.
-    pub direction: [Vector3<T>; CABLES],
-    /// w × u: derivative of the length with ω, mm/rad.
-    pub moment_mm: [Vector3<T>; CABLES],
-    /// Measured minus computed length, mm.
-    pub residual_mm: [T; CABLES],
+    /// In the order of the cables, L1..L6.
+    pub cables: [LengthEquation<T>; CABLES],
 }
 
 impl<T: Real> LengthEquations<T> {
     /// The equations of the pose with rotation `rotation` ({P} to {B}) about the pivot.
-    #[inline(never)]
+    #[inline(always)]
     pub fn new(points: &RigPoints<T>, pivot: &Pivot<T>, rotation: &Matrix3<T>, lengths: &CableLengths<T>) -> Self {
+        let mut equations = Self::empty();
+        equations.set(points, pivot, rotation, lengths);
+        equations
+    }
+
+    /// Nothing yet, for [`set`](Self::set).
+    #[inline(always)]
+    pub(super) fn empty() -> Self {
         let zero = Vector3::new(T::zero(), T::zero(), T::zero());
-        let mut equations =
-            Self { direction: [zero; CABLES], moment_mm: [zero; CABLES], residual_mm: *lengths.as_mm() };
+        Self { cables: [LengthEquation { direction: zero, moment_mm: zero, residual_mm: T::zero() }; CABLES] }
+    }
+
+    /// [`new`](Self::new) in place: as a result they would be copied, which takes half as long as computing them.
+    #[inline(never)]
+    pub(super) fn set(
+        &mut self,
+        points: &RigPoints<T>,
+        pivot: &Pivot<T>,
+        rotation: &Matrix3<T>,
+        lengths: &CableLengths<T>,
+    ) {
         let [b1, b2, b3] = &points.base_mm;
-        let (directions, _) = equations.direction.as_chunks_mut();
-        let (moments, _) = equations.moment_mm.as_chunks_mut();
-        let (residuals, _) = equations.residual_mm.as_chunks_mut();
         // As in `ATTACHMENTS`.
-        let mut attachments = [b1, b2, b3];
-        let cables = directions.iter_mut().zip(moments).zip(residuals);
-        for (point, (([d1, d2], [m1, m2]), [e1, e2])) in points.platform_mm.iter().zip(cables) {
+        let attachments = [[b1, b2], [b2, b3], [b3, b1]];
+        let (lengths, _) = lengths.as_mm().as_chunks();
+        let (cables, _) = self.cables.as_chunks_mut();
+        let end_points = points.platform_mm.iter().zip(&attachments).zip(lengths).zip(cables);
+        for (((point, [first, second]), [l1, l2]), [cable1, cable2]) in end_points {
             let arm = image(rotation, &difference(point, &pivot.in_platform_mm));
             let end_point = sum(&pivot.in_base_mm, &arm);
-            let cable =
-                |attachment: &Vector3<T>, direction: &mut Vector3<T>, moment: &mut Vector3<T>, residual: &mut T| {
-                    let span = difference(&end_point, attachment);
-                    let computed = square(&span).root();
-                    *direction = scaled(&span, T::one() / computed);
-                    *moment = cross(&arm, direction);
-                    *residual -= computed;
-                };
-            let [first, second, _] = attachments;
-            cable(first, d1, m1, e1);
-            cable(second, d2, m2, e2);
-            attachments.rotate_left(1);
+            *cable1 = LengthEquation::new(&arm, &difference(&end_point, first), *l1);
+            *cable2 = LengthEquation::new(&arm, &difference(&end_point, second), *l2);
         }
-        equations
+    }
+}
+
+impl<T: Real> LengthEquation<T> {
+    /// The equation of the cable along `span` to the end-point at `arm` from the centre, mm.
+    #[inline(always)]
+    fn new(arm: &Vector3<T>, span: &Vector3<T>, measured_mm: T) -> Self {
+        let computed = square(span).root();
+        let direction = scaled(span, T::one() / computed);
+        Self { direction, moment_mm: cross(arm, &direction), residual_mm: measured_mm - computed }
     }
 }
 

@@ -80,10 +80,10 @@ impl<T: Real> Evidence<T> {
         self.drift.add_growing(information, &pose.gradient_mm, elevation(rotation));
         self.cuff.0.add(&Symmetric::gram(rotation, &information.times(rotation)), T::one());
         self.cuff.1 -= rotation.tr_mul(&pose.gradient_mm);
-        for (k, (weight, gradient)) in self.cables.iter_mut().enumerate() {
-            let g = &equations.moment_mm[k];
-            *weight += T::one() - g.dot(&pose.eliminated.second.image(g));
-            *gradient += equations.residual_mm[k] - g.dot(&pose.turn);
+        for ((weight, gradient), cable) in self.cables.iter_mut().zip(&equations.cables) {
+            let g = &cable.moment_mm;
+            *weight += T::one() - g.dot(&(pose.eliminated.second.image(g)));
+            *gradient += cable.residual_mm - g.dot(&pose.turn);
         }
     }
 

@@ -46,9 +46,10 @@ mod tests {
             let angle = f64::from(step) * 1e-3 % 7.0;
             let attitude = UnitQuaternion::from_scaled_axis(axis * angle);
             let [x, y, z, w]: [f64; 4] = attitude.coords.into();
-            let kept = PackedAttitude::of(&UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z).map(T::of)));
-            let [x, y, z, w]: [T; 4] = kept.unpacked().coords.into();
-            let back = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z).map(Real::to_f64));
+            let [a, b, c, d] = [w, x, y, z].map(T::of);
+            let kept = PackedAttitude::of(&UnitQuaternion::new_unchecked(Quaternion::new(a, b, c, d)));
+            let [x, y, z, w] = <[T; 4]>::from(kept.unpacked().coords).map(Real::to_f64);
+            let back = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
             largest = largest.max(back.angle_to(&attitude));
         }
         largest

@@ -45,18 +45,18 @@ impl<T: Real> ZeroEquations<T> {
         let through = &pose.eliminated.mixed;
         // entry after entry, as they are packed
         let mut inner = self.inner.iter_mut();
-        for k in 0..CABLES {
-            let g = &equations.moment_mm[k];
-            let seen = (equations.direction[k] - through.tr_mul(g)) * weight;
+        for (k, cable) in equations.cables.iter().enumerate() {
+            let g = &cable.moment_mm;
+            let seen = (cable.direction - through.tr_mul(g)) * weight;
             let in_platform = rotation.tr_mul(&seen);
             for i in 0..3 {
                 self.mixed[i][k] += seen[i];
                 self.mixed[3 + i][k] -= in_platform[i];
             }
-            self.gradient[k] += (equations.residual_mm[k] - g.dot(&pose.turn)) * weight;
+            self.gradient[k] += (cable.residual_mm - g.dot(&pose.turn)) * weight;
             let taken = pose.eliminated.second.image(g) * weight;
-            for (other, entry) in equations.moment_mm.iter().take(k).zip(inner.by_ref()) {
-                *entry -= taken.dot(other);
+            for (other, entry) in equations.cables.iter().take(k).zip(inner.by_ref()) {
+                *entry -= taken.dot(&other.moment_mm);
             }
             if let Some(entry) = inner.next() {
                 *entry += weight - taken.dot(g);
