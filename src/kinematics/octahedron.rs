@@ -122,13 +122,14 @@ impl<T: Real> Octahedron<T> {
         let [c31, c23, c12] = self.corners(&arms);
         // Half a thousandth of a millimetre on an edge; the step that follows squares the relative error.
         let close = self.edges_mm[0] * T::of(1e-3);
+        let [a1, a2, a3] = &mut arms;
         for _ in 0..STEP_CAP {
-            let [a1, a2, a3] = &arms;
             let (r1, r2, r3) = (&c12.row(a1, a2), &c23.row(a2, a3), &c31.row(a3, a1));
-            let (determinant, steps) = newton(r1, r2, r3);
-            for (arm, step) in arms.iter_mut().zip(&steps) {
-                arm.turn(*step);
-            }
+            let (determinant, [s1, s2, s3]) = newton(r1, r2, r3);
+            // In words: the arms stay in registers.
+            a1.turn(s1);
+            a2.turn(s2);
+            a3.turn(s3);
             if r1.value.abs() < close && r2.value.abs() < close && r3.value.abs() < close {
                 // Judged where the equations hold: on the home side the determinant is negative.
                 if -determinant > r1.slope() * r2.slope() * r3.slope() * T::of(REGULAR) {
@@ -177,13 +178,13 @@ impl<T: Real> HingeArm<T> {
         Self { along: hinge.along_mm, length, out: length * T::of(START.0), up: length * T::of(START.1) }
     }
 
-    /// Turns the arm by atan(`step`), which no step takes past 90 degrees.
+    /// Turns the arm by 2 atan(`step` / 2): the step itself to third order, and never past 180 degrees.
     #[inline(always)]
     fn turn(&mut self, step: T) {
-        let out = self.out - self.up * step;
-        let up = self.up + self.out * step;
-        let scale = self.length / (out * out + up * up).root();
-        (self.out, self.up) = (out * scale, up * scale);
+        let half = step * T::of(0.5);
+        let share = T::one() / (T::one() + half * half);
+        let (cos, sin) = (share + share - T::one(), step * share);
+        (self.out, self.up) = (self.out * cos - self.up * sin, self.up * cos + self.out * sin);
     }
 }
 
