@@ -163,7 +163,7 @@ pub fn turned<T: Real>(attitude: &UnitQuaternion<T>, turn: &Vector3<T>) -> UnitQ
 }
 
 /// The unit quaternion along w, x, y, z.
-#[inline(always)]
+#[inline(never)]
 pub(crate) fn normalised<T: Real>([w, x, y, z]: [T; 4]) -> UnitQuaternion<T> {
     let scale = T::one() / (w * w + x * x + y * y + z * z).root();
     UnitQuaternion::new_unchecked(Quaternion::new(w * scale, x * scale, y * scale, z * scale))
@@ -182,8 +182,8 @@ pub fn rotation_of<T: Real>(attitude: &UnitQuaternion<T>) -> Matrix3<T> {
     Matrix3::new(one - yy - zz, xy - wz, xz + wy, xy + wz, one - xx - zz, yz - wx, xz - wy, yz + wx, one - xx - yy)
 }
 
-/// The attitude of a rotation matrix whose columns are orthonormal up to rounding: the largest of the four components
-/// first (Shepperd 1978), so that nothing is divided by a small number.
+/// The attitude of a rotation matrix whose columns are orthonormal up to rounding: by one of the four components that
+/// is not small (after Shepperd 1978), so that nothing is divided by a small number.
 #[inline(never)]
 pub fn nearest_attitude<T: Real>(m: &Matrix3<T>) -> UnitQuaternion<T> {
     let one = T::one();
@@ -195,11 +195,12 @@ pub fn nearest_attitude<T: Real>(m: &Matrix3<T>) -> UnitQuaternion<T> {
     );
     let (a, b, c) = (m.m32 - m.m23, m.m13 - m.m31, m.m21 - m.m12);
     let (d, e, f) = (m.m32 + m.m23, m.m13 + m.m31, m.m21 + m.m12);
-    normalised(if w >= x && w >= y && w >= z {
+    // A quarter of their sum, 4, is large enough.
+    normalised(if w >= one {
         [w, a, b, c]
-    } else if x >= y && x >= z {
+    } else if x >= one {
         [a, x, f, e]
-    } else if y >= z {
+    } else if y >= one {
         [b, f, y, d]
     } else {
         [c, e, d, z]
