@@ -4,7 +4,7 @@
 //! the moving platform.
 
 use crate::scalar::Real;
-use crate::vector::{cross, difference, scaled, square};
+use crate::vector::{cross, difference, scaled, unit};
 use nalgebra::Vector3;
 
 /// Number of cables, of base attachment points and of platform end-points.
@@ -268,8 +268,7 @@ impl<T: Real> Rig<T> {
     pub fn base_normal(&self) -> Vector3<T> {
         let [b1, b2, b3] = &self.base_mm;
         let normal = cross(&difference(b2, b1), &difference(b3, b1));
-        let length = square(&normal).root();
-        scaled(&normal, T::one() / if normal.z < T::zero() { -length } else { length })
+        unit(&if normal.z < T::zero() { scaled(&normal, -T::one()) } else { normal })
     }
 
     /// The end-points in {P}, mm: P1 at the origin, P2 on the x axis, P3 in the xy plane on the side that makes the
@@ -279,7 +278,7 @@ impl<T: Real> Rig<T> {
         let x = (p12 * p12 + p31 * p31 - p23 * p23) / (p12 + p12);
         let y = (p31 * p31 - x * x).root();
         let [b1, b2, b3] = self.base_mm;
-        let counter_clockwise = (b2 - b1).cross(&(b3 - b1)).z > T::zero();
+        let counter_clockwise = cross(&difference(&b2, &b1), &difference(&b3, &b1)).z > T::zero();
         let y = if counter_clockwise { y } else { -y };
         let zero = T::zero();
         [Vector3::zeros(), Vector3::new(p12, zero, zero), Vector3::new(x, y, zero)]

@@ -5,8 +5,8 @@
 
 use super::cable_length::CableLengths;
 use super::hinge::BaseEdges;
+use super::octahedron::HingeArm;
 use super::pivot::{LengthEquation, LengthEquations, Pivot, RigPoints, inverse_of_symmetric};
-use super::tetrahedron::TetrahedronBase;
 use crate::rig::CABLES;
 use crate::scalar::Real;
 use crate::vector::{add_to, cross, difference, dot, image, product, scaled, square, unit};
@@ -95,7 +95,6 @@ impl<T: Real> Arm<'_, T> {
     /// Best rotation with no start: end-points from the tetrahedra at the known centre, with either sign of the apex.
     /// `cables` may lack one cable; the two end-points without it serve then.
     pub fn fit(&self, lengths: &CableLengths<T>, cables: CableSet) -> Option<Fit<T>> {
-        let radii = self.pivot.parameters(self.points).radii_mm;
         let whole = |i: usize| cables.has(2 * i) && cables.has(2 * i + 1);
         // Two end-points with both cables sound fix the rotation.
         let (i, j) = if !whole(0) {
@@ -105,41 +104,48 @@ impl<T: Real> Arm<'_, T> {
         } else {
             (0, 1)
         };
-        let first = self.apices(i, radii[i], lengths)?;
-        let second = self.apices(j, radii[j], lengths)?;
-        let body = (self.points.platform_mm[i], self.points.platform_mm[j]);
-        let [u, v] = [&body.0, &body.1].map(|s| difference(s, &self.pivot.in_platform_mm));
-        let body = triad(&u, &v).transpose();
+        let from_centre = |k: usize| difference(&self.points.platform_mm[k], &self.pivot.in_platform_mm);
+        let body = triad(&from_centre(i), &from_centre(j)).transpose();
         let mut best: Option<Fit<T>> = None;
-        for a in &first {
-            for b in &second {
-                let rotation = product(&triad(a, b), &body);
-                let start = nearest_attitude(&rotation);
-                let Some(fit) = self.fit_from(start, lengths, cables) else { continue };
-                if best.is_none_or(|best| fit.squares_mm2 < best.squares_mm2) {
-                    best = Some(fit);
-                }
+        for [side, other_side] in [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]] {
+            let first = self.apex(i, lengths, T::of(side));
+            let second = self.apex(j, lengths, T::of(other_side));
+            let start = nearest_attitude(&product(&triad(&first, &second), &body));
+            if let Some(fit) = self.fit_from(start, lengths, cables)
+                && best.is_none_or(|best| fit.squares_mm2 < best.squares_mm2)
+            {
+                best = Some(fit);
             }
         }
         best
     }
 
-    /// Both apices of the tetrahedron of end-point `i`, from O. A tetrahedron that does not quite close gives its flat
-    /// apex twice: a start to iterate from.
-    fn apices(&self, i: usize, radius_mm: T, lengths: &CableLengths<T>) -> Option<[Vector3<T>; 2]> {
-        let mm = lengths.as_mm();
-        let (Some(edge), Some(&first), Some(&second)) = (self.base.as_array().get(i), mm.get(2 * i), mm.get(2 * i + 1))
-        else {
-            return None;
+    /// End-point `i` from O, on one `side` (1 or -1) of the plane through O and its base edge: where the circle that its
+    /// two cables allow meets the sphere about O. When they do not quite meet, where they come nearest: a start to
+    /// iterate from. Not finite when its cables break their triangle, or with O on the edge's line.
+    #[inline(never)]
+    fn apex(&self, i: usize, lengths: &CableLengths<T>, side: T) -> Vector3<T> {
+        let (edge, mm, centre_mm) = (&self.base.as_array()[i], lengths.as_mm(), &self.pivot.in_base_mm);
+        let hinge = edge.coordinates(mm[2 * i], mm[2 * i + 1]);
+        let radius = difference(&self.points.platform_mm[i], &self.pivot.in_platform_mm);
+        // O on the hinge's axes.
+        let ([cos, sin], centre) = (edge.direction, self.base.in_plane(centre_mm));
+        let (x, y) = (centre.x - edge.origin_mm[0], centre.y - edge.origin_mm[1]);
+        let (along, out, up) = (hinge.along_mm - (x * cos + y * sin), x * sin - y * cos, centre.z);
+        // |P - O|² = |radius|² is a line in the plane of the circle: its cosine against O, with the circle's radius 1.
+        let distance = (out * out + up * up).root();
+        let length = hinge.distance_squared_mm2.root();
+        let line = hinge.distance_squared_mm2 + along * along + distance * distance - square(&radius);
+        let cosine = line / (distance * length * T::of(2.0));
+        let sine = (T::one() - cosine * cosine).max(T::zero()).root() * side;
+        let scale = length / distance;
+        let arm = HingeArm {
+            along: hinge.along_mm,
+            length,
+            out: (out * cosine - up * sine) * scale,
+            up: (up * cosine + out * sine) * scale,
         };
-        let hinge = edge.coordinates(first, second);
-        let tetrahedron = TetrahedronBase::new(edge, &self.base.in_plane(&self.pivot.in_base_mm), radius_mm);
-        let foot = tetrahedron.foot_anyhow(&hinge);
-        let height_mm = foot.height_squared_mm2.max(T::zero()).root();
-        let apex = |height_mm: T| self.base.in_base(&tetrahedron.apex(&foot, height_mm));
-        // Refuses a broken triangle, and a centre on the edge's line.
-        let closes = hinge.distance_squared_mm2 > T::zero() && foot.depth_mm.is_a_number();
-        closes.then(|| [apex(height_mm), apex(-height_mm)])
+        difference(&self.base.end_point(i, &arm), centre_mm)
     }
 }
 
@@ -157,7 +163,7 @@ pub fn turned<T: Real>(attitude: &UnitQuaternion<T>, turn: &Vector3<T>) -> UnitQ
 }
 
 /// The unit quaternion along w, x, y, z.
-#[inline(always)]
+#[inline(never)]
 pub(crate) fn normalised<T: Real>([w, x, y, z]: [T; 4]) -> UnitQuaternion<T> {
     let scale = T::one() / (w * w + x * x + y * y + z * z).root();
     UnitQuaternion::new_unchecked(Quaternion::new(w * scale, x * scale, y * scale, z * scale))
@@ -176,8 +182,8 @@ pub fn rotation_of<T: Real>(attitude: &UnitQuaternion<T>) -> Matrix3<T> {
     Matrix3::new(one - yy - zz, xy - wz, xz + wy, xy + wz, one - xx - zz, yz - wx, xz - wy, yz + wx, one - xx - yy)
 }
 
-/// The attitude of a rotation matrix whose columns are orthonormal up to rounding: the largest of the four components
-/// first (Shepperd 1978), so that nothing is divided by a small number.
+/// The attitude of a rotation matrix whose columns are orthonormal up to rounding: by one of the four components that
+/// is not small (after Shepperd 1978), so that nothing is divided by a small number.
 #[inline(never)]
 pub fn nearest_attitude<T: Real>(m: &Matrix3<T>) -> UnitQuaternion<T> {
     let one = T::one();
@@ -189,11 +195,12 @@ pub fn nearest_attitude<T: Real>(m: &Matrix3<T>) -> UnitQuaternion<T> {
     );
     let (a, b, c) = (m.m32 - m.m23, m.m13 - m.m31, m.m21 - m.m12);
     let (d, e, f) = (m.m32 + m.m23, m.m13 + m.m31, m.m21 + m.m12);
-    normalised(if w >= x && w >= y && w >= z {
+    // A quarter of their sum, 4, is large enough.
+    normalised(if w >= one {
         [w, a, b, c]
-    } else if x >= y && x >= z {
+    } else if x >= one {
         [a, x, f, e]
-    } else if y >= z {
+    } else if y >= one {
         [b, f, y, d]
     } else {
         [c, e, d, z]

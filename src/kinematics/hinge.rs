@@ -12,7 +12,7 @@ use super::cable_length::{CableLengths, LengthError, LengthFault, cable_number};
 use super::octahedron::HingeArm;
 use crate::rig::{POINTS, Rig};
 use crate::scalar::Real;
-use crate::vector::{cross, difference, dot, image, image_transposed, scaled, square, sum};
+use crate::vector::{cross, difference, dot, image, image_transposed, scaled, square, sum, unit};
 use nalgebra::{Matrix3, Vector3};
 
 /// One base edge, in the axes of the base plane.
@@ -51,8 +51,7 @@ impl<T: Real> BaseEdges<T> {
     /// The edges of a rig.
     pub fn new(rig: &Rig<T>) -> Self {
         let [b1, b2, b3] = rig.base_mm();
-        let along = difference(b2, b1);
-        let along = scaled(&along, T::one() / square(&along).root());
+        let along = unit(&difference(b2, b1));
         let upward = rig.base_normal();
         let across = cross(&along, &upward);
         let towards_third = dot(&across, &difference(b3, b1)) > T::zero();
