@@ -156,7 +156,8 @@ impl<T: Real> Symmetric<T> {
         // Of M - λ every column of the adjugate is along the direction. A trace of M decides where all vanish.
         let [xx, yx, yy, zx, zy, zz] = self.0;
         let mut columns = Self([xx - value, yx, yy - value, zx, zy, zz - value]).adjugate();
-        columns.add(self, value * T::default_epsilon() * T::of(8.0));
+        let trace = value * T::default_epsilon() * T::of(8.0);
+        columns.0.iter_mut().zip(self.0).for_each(|(entry, of)| *entry += of * trace);
         let columns = columns.to_matrix().data.0;
         let longest = (1..3).fold(0, |best, k| if columns[k][k] > columns[best][best] { k } else { best });
         (value, unit(&Vector3::from(columns[longest])))

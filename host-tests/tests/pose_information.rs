@@ -95,10 +95,10 @@ fn information_is_the_schur_complement_of_the_dense_normal_matrix() {
 
         let pose = PoseInformation::of(&equations).expect("a pose has a rotation");
         // In the first three unknowns J is the identity.
-        assert_close(&pose.eliminated.first.to_matrix(), &expected.fixed_view::<3, 3>(0, 0).into_owned(), 1e-8);
+        assert_close(&pose.information.to_matrix(), &expected.fixed_view::<3, 3>(0, 0).into_owned(), 1e-8);
         assert_close(&pose.gradient_mm, &expected_right.fixed_rows::<3>(0).into_owned(), 1e-8);
         let mut summed = BlockEquations::new();
-        summed.add_pose(&rotation, &pose.eliminated.first, &pose.gradient_mm, 1.0);
+        summed.add_pose(&rotation, &pose.information, &pose.gradient_mm, 1.0);
         assert_close(&unpacked(&summed), &expected, 1e-8);
 
         // With O and C held, the best rotation and what it leaves.
@@ -124,7 +124,7 @@ fn several_poses_give_the_step_of_the_whole_problem() {
                 dense.view_mut((6 * pose, 6 + 3 * pose), (6, 3)).copy_from(&rows.fixed_columns::<3>(6));
                 right.rows_mut(6 * pose, 6).copy_from(&residuals);
                 let known = PoseInformation::of(&equations).expect("a pose has a rotation");
-                summed.add_pose(&rotation, &known.eliminated.first, &known.gradient_mm, 1.0);
+                summed.add_pose(&rotation, &known.information, &known.gradient_mm, 1.0);
             }
             let expected = dense.svd(true, true).solve(&right, 1e-14).expect("a solution");
             let step = summed.solve().expect("poses about many axes");
@@ -143,7 +143,7 @@ fn information_of_a_pose_is_never_negative() {
         let worn = Worn::random(&mut rng, 20.0);
         let Case { equations, .. } = case(&mut rng, &worn, Vector3::zeros(), Vector3::zeros());
         let pose = PoseInformation::of(&equations).expect("a pose has a rotation");
-        let information = pose.eliminated.first.to_matrix();
+        let information = pose.information.to_matrix();
         assert!(information.symmetric_eigenvalues().min() > -1e-12, "{information}");
         // A length knows at most itself.
         assert!(information.trace() < 6.0, "{information}");

@@ -45,23 +45,9 @@ impl<T: Real> Blocks<T> {
     /// # Errors
     /// [`Singular`] when a pivot of the second block is not larger than the part `smallest` of the diagonal entry that it
     /// came from, or is not a number.
-    #[inline(never)]
+    #[inline(always)]
     pub fn eliminate(&mut self, smallest: T) -> Result<(), Singular> {
-        let Some(inverse) = &self.second.inverse(&self.second, smallest) else { return Err(Singular) };
-        self.second = *inverse;
-        // In words: this is a seventh of the work on a pose.
-        let columns = self.mixed.data.0.map(Vector3::from);
-        let [a, b, c] = &columns;
-        let [u, v, w] = [inverse.image_inline(a), inverse.image_inline(b), inverse.image_inline(c)];
-        let [xx, yx, yy, zx, zy, zz] = &mut self.first.0;
-        *xx -= vector::dot(a, &u);
-        *yx -= vector::dot(b, &u);
-        *yy -= vector::dot(b, &v);
-        *zx -= vector::dot(c, &u);
-        *zy -= vector::dot(c, &v);
-        *zz -= vector::dot(c, &w);
-        self.mixed = Matrix3::new(u.x, v.x, w.x, u.y, v.y, w.y, u.z, v.z, w.z);
-        Ok(())
+        eliminate(&mut self.first, &mut self.mixed, &mut self.second, smallest)
     }
 
     /// Both vectors eliminated: as [`eliminate`](Self::eliminate), and `first` inverted.
@@ -183,4 +169,28 @@ impl<T: Real> BlockEquations<T> {
         add_to(of_first, gradient);
         add_to(of_second, &scaled(gradient, t));
     }
+}
+
+/// [`Blocks::eliminate`], on blocks that lie apart: each is small enough to be moved without a call.
+#[inline(never)]
+pub(super) fn eliminate<T: Real>(
+    first: &mut Symmetric<T>,
+    mixed: &mut Matrix3<T>,
+    second: &mut Symmetric<T>,
+    smallest: T,
+) -> Result<(), Singular> {
+    let Some(inverse) = &second.inverse(second, smallest) else { return Err(Singular) };
+    *second = *inverse;
+    // In words: this is a seventh of the work on a pose.
+    let [a, b, c] = &mixed.data.0.map(Vector3::from);
+    let [u, v, w] = [inverse.image_inline(a), inverse.image_inline(b), inverse.image_inline(c)];
+    let [xx, yx, yy, zx, zy, zz] = &mut first.0;
+    *xx -= vector::dot(a, &u);
+    *yx -= vector::dot(b, &u);
+    *yy -= vector::dot(b, &v);
+    *zx -= vector::dot(c, &u);
+    *zy -= vector::dot(c, &v);
+    *zz -= vector::dot(c, &w);
+    *mixed = Matrix3::new(u.x, v.x, w.x, u.y, v.y, w.y, u.z, v.z, w.z);
+    Ok(())
 }

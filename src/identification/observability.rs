@@ -50,6 +50,11 @@ impl<T: Real> RotationSum<T> {
     }
 
     /// Poses added.
+    pub fn count(&self) -> usize {
+        self.poses
+    }
+
+    /// The same as a real number.
     pub fn poses(&self) -> T {
         T::of_integer(self.poses as i32)
     }

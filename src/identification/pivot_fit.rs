@@ -47,6 +47,11 @@ impl<T: Real> PivotFit<T> {
         &self.rotations
     }
 
+    /// Poses added.
+    pub fn poses(&self) -> usize {
+        self.rotations.count()
+    }
+
     /// The pivot that fits the poses best.
     ///
     /// # Errors

@@ -5,7 +5,7 @@
 //! 3x3 information matrix S and a vector S δ̂: everything that the pose knows, with the exact maximum-likelihood
 //! weight.
 
-use super::blocks::Blocks;
+use super::blocks::eliminate;
 use crate::kinematics::LengthEquations;
 use crate::kinematics::pivot::LengthEquation;
 use crate::scalar::Real;
@@ -19,8 +19,12 @@ const SMALLEST_PIVOT_ROUNDINGS: f64 = 8.0;
 /// One pose's least-squares information in units of 1/mm² of length variance (multiply by 1/σ²).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoseInformation<T> {
-    /// Information on δ and ω, ω eliminated: `first` is S, dimensionless (see [`Blocks::eliminate`]).
-    pub eliminated: Blocks<T>,
+    /// S: information on δ, ω eliminated, dimensionless.
+    pub information: Symmetric<T>,
+    /// How ω follows δ, rad/mm: the inverse of its information times what they share.
+    pub through: Matrix3<T>,
+    /// Inverse of the information on ω, rad²/mm².
+    pub turning_inverse: Symmetric<T>,
     /// S δ̂, mm.
     pub gradient_mm: Vector3<T>,
     /// Sum of the squared length residuals with the best ω and δ = 0, mm².
@@ -51,28 +55,32 @@ impl<T: Real> PoseInformation<T> {
             add_to(&mut my, &scaled(g, u.y));
             add_to(&mut mz, &scaled(g, u.z));
         }
-        let mixed = Matrix3::new(mx.x, my.x, mz.x, mx.y, my.y, mz.y, mx.z, my.z, mz.z);
-        let mut eliminated = Blocks { first: direct, mixed, second: turning };
-        eliminated.eliminate(T::default_epsilon() * T::of(SMALLEST_PIVOT_ROUNDINGS)).ok()?;
-        let turn = eliminated.second.image(&torque);
-        let gradient_mm = difference(&gradient, &image_transposed(&eliminated.mixed, &torque));
-        // Part by part: a whole matrix would be moved by a routine that takes as long as the elimination.
-        let Blocks { first, mixed, second } = eliminated;
-        let eliminated = Blocks { first, mixed, second };
-        Some(Self { eliminated, gradient_mm, squares_mm2: squares - dot(&torque, &turn), turn })
+        let mut mixed = Matrix3::new(mx.x, my.x, mz.x, mx.y, my.y, mz.y, mx.z, my.z, mz.z);
+        let smallest = T::default_epsilon() * T::of(SMALLEST_PIVOT_ROUNDINGS);
+        eliminate(&mut direct, &mut mixed, &mut turning, smallest).ok()?;
+        let turn = turning.image(&torque);
+        let gradient_mm = difference(&gradient, &image_transposed(&mixed, &torque));
+        Some(Self {
+            information: direct,
+            through: mixed,
+            turning_inverse: turning,
+            gradient_mm,
+            squares_mm2: squares - dot(&torque, &turn),
+            turn,
+        })
     }
 
     /// Becomes the centre that the pose would have by itself, exactly known: its squared distance is the squares then.
     /// `ridge` is added to the information, which may not know a direction.
     pub fn own_centre(&mut self, ridge: T) {
         let one = Symmetric::diagonal(T::one());
-        let mut ridged = self.eliminated.first;
+        let mut ridged = self.information;
         ridged.add(&one, ridge);
         // Never singular: information is not negative, and the ridge is positive.
         if let Some(inverse) = ridged.inverse(&ridged, T::zero()) {
             self.gradient_mm = inverse.image(&self.gradient_mm);
         }
         self.squares_mm2 = square(&self.gradient_mm);
-        self.eliminated.first = one;
+        self.information = one;
     }
 }

@@ -79,20 +79,13 @@ impl<T: Real> BaseEdges<T> {
         image(&self.plane, &difference(point_mm, &self.origin_mm))
     }
 
-    /// A point in the axes of the base plane, from B1, in {B}, mm.
-    pub fn point_in_base(&self, in_plane_mm: &Vector3<T>) -> Vector3<T> {
-        sum(&self.origin_mm, &self.in_base(in_plane_mm))
-    }
-
+    /// The end-point of an arm on the hinge of this index, in {B}, mm.
     #[inline(never)]
     pub(super) fn end_point(&self, index: usize, arm: &HingeArm<T>) -> Vector3<T> {
         let edge = &self.edges[index];
         let ([x, y], [cos, sin]) = (edge.origin_mm, edge.direction);
-        self.point_in_base(&Vector3::new(
-            x + cos * arm.along + sin * arm.out,
-            y + sin * arm.along - cos * arm.out,
-            arm.up,
-        ))
+        let in_plane = Vector3::new(x + cos * arm.along + sin * arm.out, y + sin * arm.along - cos * arm.out, arm.up);
+        sum(&self.origin_mm, &image_transposed(&self.plane, &in_plane))
     }
 
     /// A vector in the axes of the base plane, in {B}.

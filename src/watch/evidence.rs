@@ -76,13 +76,13 @@ impl<T: Real> Evidence<T> {
     pub fn add(&mut self, rotation: &Matrix3<T>, equations: &LengthEquations<T>, pose: &PoseInformation<T>) {
         self.samples = self.samples.saturating_add(1);
         self.squares += pose.squares_mm2;
-        let information = &pose.eliminated.first;
+        let information = &pose.information;
         self.drift.add_growing(information, &pose.gradient_mm, elevation(rotation));
         self.cuff.0.add(&Symmetric::gram(rotation, &information.times(rotation)), T::one());
         self.cuff.1 -= rotation.tr_mul(&pose.gradient_mm);
         for ((weight, gradient), cable) in self.cables.iter_mut().zip(&equations.cables) {
             let g = &cable.moment_mm;
-            *weight += T::one() - g.dot(&(pose.eliminated.second.image(g)));
+            *weight += T::one() - g.dot(&(pose.turning_inverse.image(g)));
             *gradient += cable.residual_mm - g.dot(&pose.turn);
         }
     }

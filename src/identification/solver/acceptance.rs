@@ -183,7 +183,7 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
         let refused = Refusal::HangsOnOnePose { pose };
         let all = self.zeros.centre_covariance(&self.sum.equations).map_err(|_| refused)?;
         let mut without = self.sum.equations;
-        without.add_pose(&rotation, &known.eliminated.first, &known.gradient_mm, -T::one());
+        without.add_pose(&rotation, &known.information, &known.gradient_mm, -T::one());
         let mut zeros = self.zeros.clone();
         zeros.add_pose(&rotation, &equations, known, -T::one());
         // Four poses hardly contradict each other when there are zeros to be found as well, and the prior hides it: it

@@ -59,7 +59,7 @@ impl<T: Real> PassSum<T> {
             placement.set_used(true);
             self.poses += 1;
             self.equations.squares += pose.squares_mm2 * weight;
-            self.equations.add_pose(rotation, &pose.eliminated.first, &pose.gradient_mm, weight);
+            self.equations.add_pose(rotation, &pose.information, &pose.gradient_mm, weight);
             zeros.add_pose(rotation, lengths, pose, weight);
         }
     }

@@ -42,7 +42,7 @@ impl<T: Real> ZeroEquations<T> {
 
     /// Adds a pose with its rotation ({P} to {B}) and weight.
     pub fn add(&mut self, rotation: &Matrix3<T>, equations: &LengthEquations<T>, pose: &PoseInformation<T>, weight: T) {
-        let through = &pose.eliminated.mixed;
+        let through = &pose.through;
         // entry after entry, as they are packed
         let mut inner = self.inner.iter_mut();
         for (k, cable) in equations.cables.iter().enumerate() {
@@ -54,7 +54,7 @@ impl<T: Real> ZeroEquations<T> {
                 self.mixed[3 + i][k] -= in_platform[i];
             }
             self.gradient[k] += (cable.residual_mm - g.dot(&pose.turn)) * weight;
-            let taken = pose.eliminated.second.image(g) * weight;
+            let taken = pose.turning_inverse.image(g) * weight;
             for (other, entry) in equations.cables.iter().take(k).zip(inner.by_ref()) {
                 *entry -= taken.dot(&other.moment_mm);
             }
