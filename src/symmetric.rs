@@ -45,7 +45,12 @@ impl<T: Real> Symmetric<T> {
 
     /// Adds another matrix times `weight`.
     #[inline(never)]
-    pub fn add(&mut self, Self([a, b, c, d, e, f]): &Self, weight: T) {
+    pub fn add(&mut self, other: &Self, weight: T) {
+        self.add_inline(other, weight);
+    }
+
+    #[inline(always)]
+    pub(crate) fn add_inline(&mut self, Self([a, b, c, d, e, f]): &Self, weight: T) {
         let [xx, yx, yy, zx, zy, zz] = &mut self.0;
         *xx += *a * weight;
         *yx += *b * weight;
@@ -142,16 +147,20 @@ impl<T: Real> Symmetric<T> {
     pub fn largest(&self) -> (T, Vector3<T>) {
         let adjugate = self.adjugate();
         let (trace, minors, determinant) = (self.trace(), adjugate.trace(), self.determinant(&adjugate));
-        let mut value = trace;
+        // Exact when the two others are alike, and never too small.
+        let mut value = (trace + (trace * trace - minors * T::of(3.0)).max(T::zero()).root() * T::of(2.0)) / T::of(3.0);
         for _ in 0..MOST_ROUNDS {
             let polynomial = ((value - trace) * value + minors) * value - determinant;
             let slope = (T::of(3.0) * value - trace - trace) * value + minors;
             let step = polynomial / slope;
-            // Also ends with NaN.
-            if !(step > value * T::default_epsilon()) {
+            // Also ends with NaN. What a last small step leaves is its square.
+            if !(step > T::zero()) {
                 break;
             }
             value -= step;
+            if step < value * T::default_epsilon() * T::of(1024.0) {
+                break;
+            }
         }
         // Of M - λ every column of the adjugate is along the direction. A trace of M decides where all vanish.
         let [xx, yx, yy, zx, zy, zz] = self.0;
@@ -159,7 +168,7 @@ impl<T: Real> Symmetric<T> {
         let trace = value * T::default_epsilon() * T::of(8.0);
         columns.0.iter_mut().zip(self.0).for_each(|(entry, of)| *entry += of * trace);
         let columns = columns.to_matrix().data.0;
-        let longest = (1..3).fold(0, |best, k| if columns[k][k] > columns[best][best] { k } else { best });
+        let longest = (1..3).fold(0, |best, k| if columns[k][k].abs() > columns[best][best].abs() { k } else { best });
         (value, unit(&Vector3::from(columns[longest])))
     }
 }

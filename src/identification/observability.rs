@@ -39,6 +39,7 @@ impl<T: Real> Default for RotationSum<T> {
 
 impl<T: Real> RotationSum<T> {
     /// Adds the rotation ({P} to {B}) of a pose.
+    #[inline]
     pub fn add(&mut self, rotation: &Matrix3<T>) {
         self.sum = sum_of_matrices(&self.sum, rotation);
         self.poses += 1;
@@ -61,7 +62,11 @@ impl<T: Real> RotationSum<T> {
 
     /// The sway of the poses added. All zero when there are none.
     pub fn sway(&self) -> Sway<T> {
-        let share = T::one() / self.poses().max(T::one());
+        if self.poses == 0 {
+            let axis = Vector3::z();
+            return Sway { axis, axis_in_platform: axis, least_rad: T::zero(), second_rad: T::zero() };
+        }
+        let share = T::one() / self.poses();
         let mut mean = self.sum;
         mean.as_mut_slice().iter_mut().for_each(|entry| *entry *= share);
         // 1 - R̄ᵀR̄ has the eigenvalues 1 - σ². Its adjugate has the same axes and the products of the two others: the

@@ -13,7 +13,7 @@ use crate::rig::Rig;
 use crate::scalar::Real;
 
 /// The pivot is fitted anew when the poses have become more by one in this many.
-const FIT_SHARE: usize = 8;
+const FIT_SHARE: usize = 3;
 
 /// The information gathered so far.
 #[derive(Clone, Debug)]
