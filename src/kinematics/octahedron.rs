@@ -47,11 +47,12 @@ struct Corner<T> {
     /// cos γ and sin γ.
     cos: T,
     sin: T,
-    /// From the foot of P_i to the foot of P_j on their hinges: along hinge i and inwards, mm.
-    along: T,
-    across: T,
     /// p_ij², mm².
     square: T,
+    /// From the foot of P_i to the foot of P_j on their hinges: along hinge i and inwards, mm.
+    /// 0 until the arms are known.
+    along: T,
+    across: T,
 }
 
 /// The equation of a platform edge at one estimate.
@@ -88,7 +89,10 @@ pub enum OctahedronError {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Octahedron<T> {
     base: BaseEdges<T>,
-    edges_mm: [T; POINTS],
+    /// Of the platform edges p12, p23, p31.
+    corners: [Corner<T>; POINTS],
+    /// Largest error of a squared edge at which Newton's method ends, mm².
+    close_mm2: T,
     /// 1, or -1 when P3 has a negative y in {P}.
     side: T,
 }
@@ -97,9 +101,19 @@ impl<T: Real> Octahedron<T> {
     /// The octahedron of `rig`.
     pub fn new(rig: &Rig<T>) -> Self {
         let third = rig.platform_mm()[2];
+        let (base, edges_mm) = (BaseEdges::new(rig), rig.edges_mm());
+        let edges = base.as_array();
+        let corner = |i: usize, j: usize| {
+            let ([c1, s1], [c2, s2]) = (edges[i].direction, edges[j].direction);
+            let (cos, sin, square) = (c1 * c2 + s1 * s2, c1 * s2 - s1 * c2, edges_mm[i] * edges_mm[i]);
+            Corner { cos, sin, square, along: T::zero(), across: T::zero() }
+        };
         Self {
-            base: BaseEdges::new(rig),
-            edges_mm: *rig.edges_mm(),
+            // As in `EDGE_ENDS`.
+            corners: [corner(0, 1), corner(1, 2), corner(2, 0)],
+            // Half the digits: the step that follows has them all.
+            close_mm2: edges_mm[0] * edges_mm[0] * T::default_epsilon().root(),
+            base,
             side: if third.y > T::zero() { T::one() } else { -T::one() },
         }
     }
@@ -119,9 +133,8 @@ impl<T: Real> Octahedron<T> {
         if let Some(broken) = arms.iter().position(|arm| !(arm.length > T::zero() && arm.length < T::of(1e15))) {
             return Err(OctahedronError::Length(LengthError::broken_triangle(broken)));
         }
-        let [c31, c23, c12] = self.corners(&arms);
-        // Half a thousandth of a millimetre on an edge; the step that follows squares the relative error.
-        let close = self.edges_mm[0] * T::of(1e-3);
+        let [c12, c23, c31] = self.corners(&arms);
+        let close = self.close_mm2;
         let [a1, a2, a3] = &mut arms;
         for _ in 0..STEP_CAP {
             let (r1, r2, r3) = (&c12.row(a1, a2), &c23.row(a2, a3), &c31.row(a3, a1));
@@ -149,17 +162,12 @@ impl<T: Real> Octahedron<T> {
 
     #[inline(always)]
     fn corners(&self, arms: &[HingeArm<T>; POINTS]) -> [Corner<T>; POINTS] {
-        let edges = self.base.as_array();
-        let mut next = (edges[0].direction, arms[0].along);
-        core::array::from_fn(|k| {
-            let i = POINTS - 1 - k;
-            let ([c1, s1], ([c2, s2], beyond)) = (edges[i].direction, next);
-            next = (edges[i].direction, arms[i].along);
-            let (cos, sin) = (c1 * c2 + s1 * s2, c1 * s2 - s1 * c2);
-            let short = edges[i].length_mm - arms[i].along;
-            let edge = self.edges_mm[i];
-            Corner { cos, sin, along: short + cos * beyond, across: sin * beyond, square: edge * edge }
-        })
+        let corner = |i: usize, j: usize| {
+            let corner = self.corners[i];
+            let (short, beyond) = (self.base.as_array()[i].length_mm - arms[i].along, arms[j].along);
+            Corner { along: short + corner.cos * beyond, across: corner.sin * beyond, ..corner }
+        };
+        [corner(0, 1), corner(1, 2), corner(2, 0)]
     }
 
     /// Pose of the platform from its end-points in the axes of the base plane, which keep their distances.
