@@ -2,6 +2,7 @@
 
 use super::StackError;
 use super::instructions::{Instruction, decode, len};
+use super::veneer;
 use crate::elf::{Code, Elf};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -86,6 +87,15 @@ fn walk(
     while at < range.end {
         if code.is_data(at) {
             at += 2;
+            continue;
+        }
+        if let Some(to) = veneer::leads_to(|at| code.half_word(at), at) {
+            let (_, callee) = ranges.get(&to).ok_or_else(|| StackError::Nowhere(name.to_owned(), to))?;
+            if at == range.start {
+                function.name = format!("veneer of {callee}");
+            }
+            function.calls.insert(to);
+            at += veneer::LEN;
             continue;
         }
         let first = code.half_word(at);
