@@ -16,6 +16,7 @@
 //! at most that deep.
 
 mod call_graph;
+mod constants;
 mod depth;
 mod instructions;
 mod veneer;

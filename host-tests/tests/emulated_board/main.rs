@@ -29,7 +29,7 @@ const REQUIRED_VARIABLE: &str = "GLENOID_REQUIRE_EMULATOR";
 
 type Test = fn(&Path) -> Result<(), Failed>;
 
-const TESTS: [(&str, Test); 23] = [
+const TESTS: [(&str, Test); 24] = [
     ("python_can_opens_the_channel", can_line::python_can_opens_the_channel),
     ("a_closed_channel_is_silent", can_line::a_closed_channel_is_silent),
     ("frames_go_both_ways", can_line::frames_go_both_ways),
@@ -48,6 +48,7 @@ const TESTS: [(&str, Test); 23] = [
     ("a_wild_jump_restarts_the_board", faults::a_wild_jump_restarts_the_board),
     ("a_standstill_is_ended_by_the_watchdog", faults::a_standstill_is_ended_by_the_watchdog),
     ("a_rotten_instruction_restarts_the_board", faults::a_rotten_instruction_restarts_the_board),
+    ("code_that_changes_in_memory_restarts_the_board", faults::code_that_changes_in_memory_restarts_the_board),
     ("a_centre_that_changes_in_memory_restarts_the_board", faults::a_centre_that_changes_in_memory_restarts_the_board),
     ("a_restart_is_told_on_the_bus", faults::a_restart_is_told_on_the_bus),
     ("a_restart_finds_the_record", restarts::a_restart_finds_the_record),

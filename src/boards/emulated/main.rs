@@ -259,8 +259,10 @@ fn main() -> ! {
     let Some(mut board) = Board::start(config) else { log::give_up(format_args!("board: started twice")) };
     // what is measured from here on is the work, not the start
     stack::paint();
+    let mut comparison = hot::Comparison::new();
     loop {
         if !board.turn() {
+            comparison.go_on();
             board.sleep();
         }
     }

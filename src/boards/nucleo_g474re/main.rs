@@ -250,8 +250,10 @@ fn main() -> ! {
     // what is measured from here on is the work, not the start; painting holds the sampling up
     stack::paint();
     sampling::measure_anew();
+    let mut comparison = hot::Comparison::new();
     loop {
         if !board.turn() {
+            comparison.go_on();
             asm::wfi();
         }
     }
