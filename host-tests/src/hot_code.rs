@@ -3,10 +3,12 @@
 //! A pattern that no longer matches would be passed over by the linker without a word: the function would run from flash
 //! again, right and slow.
 
+use std::collections::BTreeSet;
 use std::fmt;
 
 use crate::drive_board_image::Range;
-use crate::elf::{Elf, ElfError, Segment, Symbol};
+use crate::elf::{Elf, Segment, Symbol};
+use crate::stack_bound::{CallGraph, StackError};
 
 /// The linker script that lists the code.
 const SCRIPT: &str = include_str!("../../hot.x");
@@ -64,6 +66,9 @@ pub struct HotCode {
     pub filled: Range,
     /// Where the image copies it from.
     pub copied_from: u64,
+    /// First addresses of everything that an exception or interrupt may call. The fault handlers are among them, and the
+    /// memory may be what is at fault.
+    pub called_by_exceptions: BTreeSet<u64>,
 }
 
 /// What is wrong with it.
@@ -81,6 +86,8 @@ pub enum Fault {
     CopiedFrom(u64),
     /// It is stored outside of the flash, or over something else.
     Stored(u64),
+    /// An exception or interrupt may call a part of it.
+    CalledByException(u64),
 }
 
 impl fmt::Display for Fault {
@@ -94,6 +101,7 @@ impl fmt::Display for Fault {
             }
             Self::CopiedFrom(at) => write!(f, "the hot code is copied from {at:#x}, where it is not stored"),
             Self::Stored(at) => write!(f, "the hot code is stored at {at:#x}, which is not free flash"),
+            Self::CalledByException(at) => write!(f, "an exception may call the hot code at {at:#x}"),
         }
     }
 }
@@ -104,8 +112,8 @@ impl HotCode {
     /// Reads it from the image.
     ///
     /// # Errors
-    /// [`ElfError`].
-    pub fn read(image: &Elf) -> Result<Self, ElfError> {
+    /// [`StackError`], since the calls are followed.
+    pub fn read(image: &Elf) -> Result<Self, StackError> {
         let mut functions = image.code()?.functions;
         functions.retain(|function| !function.linker_name.starts_with(VENEER));
         let of = |pattern: &str| {
@@ -122,12 +130,13 @@ impl HotCode {
             segments: image.segments()?,
             filled: Range { from: image.symbol("_hot_start")?, end: image.symbol("_hot_end")? },
             copied_from: image.symbol("_hot_stored")?,
+            called_by_exceptions: called_by_exceptions(&CallGraph::read(image)?),
         })
     }
 
     /// Everything that is wrong.
     pub fn faults(&self, memory: Memory) -> Vec<Fault> {
-        let Self { lines, code, segments, filled, copied_from } = self;
+        let Self { lines, code, segments, filled, copied_from, called_by_exceptions } = self;
         let mut faults = Vec::new();
         for line in lines {
             if line.functions.is_empty() {
@@ -153,6 +162,7 @@ impl HotCode {
         if !(is_free && memory.flash.holds(*copied_from, self.bytes())) {
             faults.push(Fault::Stored(*copied_from));
         }
+        faults.extend(called_by_exceptions.range(code.from..code.end).map(|at| Fault::CalledByException(*at)));
         faults
     }
 
@@ -160,6 +170,18 @@ impl HotCode {
     pub fn bytes(&self) -> u64 {
         self.code.end - self.code.from
     }
+}
+
+/// All that the handlers behind the first one, which is the program's own start, may call.
+fn called_by_exceptions(graph: &CallGraph) -> BTreeSet<u64> {
+    let mut called = BTreeSet::new();
+    let mut open: Vec<u64> = graph.handlers.iter().skip(1).copied().collect();
+    while let Some(at) = open.pop() {
+        if called.insert(at) {
+            open.extend(graph.functions.get(&at).into_iter().flat_map(|function| graph.callees(function)));
+        }
+    }
+    called
 }
 
 /// The patterns of the script: `*(pattern)`, a line each.

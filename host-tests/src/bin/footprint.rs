@@ -114,7 +114,7 @@ fn check_hot_code(hot: &HotCode, memory: Memory) -> Result<(), String> {
     if !faults.is_empty() {
         return Err(format!("the hot code is not where it should be: {}", faults.join("; ")));
     }
-    println!("hot code: all {} functions of hot.x in the CCM", hot.lines.len());
+    println!("hot code: all {} lines of hot.x are in the CCM", hot.lines.len());
     for function in hot.lines.iter().flat_map(|line| &line.functions) {
         println!("{:>8}  {}", function.size_bytes, function.name);
     }

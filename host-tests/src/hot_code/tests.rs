@@ -1,6 +1,7 @@
 //! A sound image, made up by hand, and one thing after another wrong with it.
 
 use super::*;
+use crate::stack_bound::Function;
 
 fn function(name: &str, address: u64, size_bytes: u64) -> Symbol {
     Symbol { name: name.to_owned(), linker_name: name.to_owned(), address, size_bytes }
@@ -27,6 +28,7 @@ fn sound() -> HotCode {
         ],
         filled: Range { from: 0x1000_0000, end: 0x1000_0A00 },
         copied_from: 0x0801_01D8,
+        called_by_exceptions: BTreeSet::from([0x0800_0300, 0x0800_0400]),
     }
 }
 
@@ -98,6 +100,35 @@ fn an_overwritten_store_is_found() {
         hot.segments[2].stored_at = 0x0804_0000;
     };
     assert_eq!(found(in_the_other_bank), [Fault::Stored(0x0804_0000)]);
+}
+
+#[test]
+fn code_that_an_exception_may_call_is_found() {
+    let called = |at: u64| found(|hot| hot.called_by_exceptions = BTreeSet::from([0x0800_0300, at]));
+    assert_eq!(called(0x1000_0800), [Fault::CalledByException(0x1000_0800)]);
+    assert_eq!(called(0x1000_0A00), []);
+}
+
+#[test]
+fn what_exceptions_call_is_followed() {
+    let function = |calls: &[u64], calls_anywhere| Function {
+        name: String::new(),
+        frame_bytes: 0,
+        calls: calls.iter().copied().collect(),
+        calls_anywhere,
+    };
+    // 1 is the start, 2 and 3 are handlers; 3 calls through a pointer, 5 and 6 call each other, 8 is the start's alone
+    let functions = [
+        (1, function(&[8], false)),
+        (2, function(&[4], false)),
+        (3, function(&[], true)),
+        (4, function(&[], false)),
+        (5, function(&[6], false)),
+        (6, function(&[5], false)),
+        (8, function(&[], false)),
+    ];
+    let graph = CallGraph { functions: functions.into(), pointed_to: BTreeSet::from([5]), handlers: vec![1, 2, 3] };
+    assert_eq!(called_by_exceptions(&graph), BTreeSet::from([2, 3, 4, 5, 6]));
 }
 
 /// The names are those that both mangling schemes give the same functions, from images of rustc 1.95 and 1.96.
