@@ -1,8 +1,8 @@
 //! Link arguments of the firmware images, and the speed image's problem. The library and everything on the host need
 //! neither.
 //!
-//! `memory.x` is taken from the root of the package: rustc links there, and a linker looks into its working directory
-//! first. What differs between the boards is passed as a symbol.
+//! `memory.x` and `hot.x` are taken from the root of the package: rustc links there, and a linker looks into its working
+//! directory first. What differs between the boards is passed as symbols.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -11,6 +11,18 @@ use std::{env, fs, io};
 /// cortex-m-rt asks for this file by name. It would hold default handlers; the emulated board's vector table names its
 /// handlers itself, so there is nothing to say.
 const DEVICE_X: &str = "/* every vector is given in vectors.rs */\n";
+
+/// Where a board's flash and its core-coupled memory begin (`memory.x`).
+#[derive(Clone, Copy)]
+struct Origins {
+    flash: u32,
+    ccm: u32,
+}
+
+/// The drive board's chip (RM0440, section 2).
+const CHIP: Origins = Origins { flash: 0x0800_0000, ccm: 0x1000_0000 };
+/// The emulated board.
+const EMULATOR: Origins = Origins { flash: 0x0000_0000, ccm: 0x2001_8000 };
 
 /// Links the panic-free image although it is not, so that the ways to a panic can be looked at.
 const LINK_ANYWAY: &str = "GLENOID_LINK_ANYWAY";
@@ -21,16 +33,18 @@ const PROBLEM: [&str; 2] = ["host-tests/data/speed-problem.csv", "host-tests/dat
 fn main() -> io::Result<()> {
     println!("cargo::rerun-if-changed=build.rs");
     println!("cargo::rerun-if-changed=memory.x");
+    println!("cargo::rerun-if-changed=hot.x");
     let for_board = env::var("CARGO_CFG_TARGET_OS").is_ok_and(|os| os == "none");
     if for_board && env::var_os("CARGO_FEATURE_NUCLEO_G474RE").is_some() {
         // device.x comes with the chip's register crate
-        link_image("nucleo-g474re", 0x0800_0000, None);
+        link_hot_code("nucleo-g474re");
+        link_image("nucleo-g474re", CHIP, None);
         println!("cargo::rustc-link-arg-bin=nucleo-g474re=-Tdefmt.x");
     }
     let out_dir = PathBuf::from(env::var_os("OUT_DIR").unwrap_or_default());
     if for_board && env::var_os("CARGO_FEATURE_PANIC_FREE").is_some() {
         fs::write(out_dir.join("device.x"), DEVICE_X)?;
-        link_image("panic-free", 0x0000_0000, Some(&out_dir));
+        link_image("panic-free", EMULATOR, Some(&out_dir));
         println!("cargo::rerun-if-env-changed={LINK_ANYWAY}");
         if env::var_os(LINK_ANYWAY).is_some() {
             println!("cargo::rustc-link-arg-bin=panic-free=--defsym=a_way_to_a_panic_is_left=0");
@@ -38,8 +52,9 @@ fn main() -> io::Result<()> {
     }
     if for_board && env::var_os("CARGO_FEATURE_EMULATED").is_some() {
         fs::write(out_dir.join("device.x"), DEVICE_X)?;
-        link_image("emulated", 0x0000_0000, Some(&out_dir));
-        link_image("speed", 0x0000_0000, Some(&out_dir));
+        link_hot_code("emulated");
+        link_image("emulated", EMULATOR, Some(&out_dir));
+        link_image("speed", EMULATOR, Some(&out_dir));
         let [lengths, rig] = PROBLEM;
         println!("cargo::rerun-if-changed={lengths}");
         println!("cargo::rerun-if-changed={rig}");
@@ -52,15 +67,22 @@ fn main() -> io::Result<()> {
     Ok(())
 }
 
-/// Links the binary `name` with cortex-m-rt's script for flash at `flash_origin`. `scripts` holds what that script asks
+/// Links the binary `name` with the hot code in the core-coupled memory. Comes before [`link_image`]: of two scripts that
+/// could place a function, the first one does. The image must copy the code before it calls it.
+fn link_hot_code(name: &str) {
+    println!("cargo::rustc-link-arg-bin={name}=-Thot.x");
+}
+
+/// Links the binary `name` with cortex-m-rt's script for a board's memory. `scripts` holds what that script asks
 /// for and no crate brings along.
-fn link_image(name: &str, flash_origin: u32, scripts: Option<&Path>) {
+fn link_image(name: &str, origins: Origins, scripts: Option<&Path>) {
     if let Some(scripts) = scripts {
         println!("cargo::rustc-link-arg-bin={name}=-L{}", scripts.display());
     }
     for argument in [
         format!("-L{}", env::var("CARGO_MANIFEST_DIR").unwrap_or_default()),
-        format!("--defsym=FLASH_ORIGIN={flash_origin:#x}"),
+        format!("--defsym=FLASH_ORIGIN={:#x}", origins.flash),
+        format!("--defsym=CCM_ORIGIN={:#x}", origins.ccm),
         "-Tlink.x".to_owned(),
     ] {
         println!("cargo::rustc-link-arg-bin={name}={argument}");

@@ -3,11 +3,14 @@
 use std::fmt;
 
 use crate::elf::{Elf, ElfError, Section, Segment};
+use crate::hot_code::Memory;
 
 /// The first bank of the flash: the program's (RM0440, section 3).
-const PROGRAM: Range = Range { from: 0x0800_0000, end: 0x0804_0000 };
+const PROGRAM: Range = Memory::DRIVE_BOARD.flash;
 /// The last two pages of the second bank: the record's.
 const RECORD: Range = Range { from: 0x0807_F000, end: 0x0808_0000 };
+/// The core-coupled memory (RM0440, section 2), which runs code (see [`crate::hot_code`]).
+const CCM: Range = Memory::DRIVE_BOARD.ccm;
 /// SRAM1 and SRAM2 (RM0440, section 2).
 const RAM: Range = Range { from: 0x2000_0000, end: 0x2001_8000 };
 
@@ -32,7 +35,8 @@ pub struct Range {
 }
 
 impl Range {
-    fn holds(self, from: u64, size_bytes: u64) -> bool {
+    /// It lies in it from its first byte to its last.
+    pub fn holds(self, from: u64, size_bytes: u64) -> bool {
         from >= self.from && from + size_bytes <= self.end
     }
 }
@@ -195,7 +199,8 @@ impl Facts {
     fn check_memory(&self, faults: &mut Vec<Fault>) {
         for segment in &self.segments {
             let stored = PROGRAM.holds(segment.stored_at, segment.stored_bytes) || segment.stored_bytes == 0;
-            let placed = if segment.writable { RAM } else { PROGRAM }.holds(segment.address, segment.size_bytes);
+            let memories: &[Range] = if segment.writable { &[RAM] } else { &[PROGRAM, CCM] };
+            let placed = memories.iter().any(|memory| memory.holds(segment.address, segment.size_bytes));
             if !(stored && placed) {
                 faults.push(Fault::Misplaced(segment.address));
             }

@@ -68,6 +68,8 @@ pub struct Segment {
 pub struct Symbol {
     /// Its name, demangled and without its hash.
     pub name: String,
+    /// Its name as the linker knows it.
+    pub linker_name: String,
     /// Its address while the board runs; of a function, that of its first instruction.
     pub address: u64,
     /// Its size.
@@ -204,8 +206,10 @@ impl Elf {
 fn describe<'data>(symbol: &impl ObjectSymbol<'data>) -> Symbol {
     // bit 0 of a function's address says that its code is Thumb code
     let thumb = u64::from(symbol.kind() == SymbolKind::Text);
+    let linker_name = symbol.name().unwrap_or("?");
     Symbol {
-        name: format!("{:#}", rustc_demangle::demangle(symbol.name().unwrap_or("?"))),
+        name: format!("{:#}", rustc_demangle::demangle(linker_name)),
+        linker_name: linker_name.to_owned(),
         address: symbol.address() & !thumb,
         size_bytes: symbol.size(),
     }

@@ -8,6 +8,7 @@ pub mod elf;
 pub mod emulator;
 pub mod firmware;
 pub mod flash;
+pub mod hot_code;
 pub mod identify;
 pub mod literal;
 mod monitor;

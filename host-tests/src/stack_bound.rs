@@ -8,15 +8,18 @@
 //!
 //! Everything errs to the safe side. A function's frame is the sum of all that it ever takes off the stack pointer. A
 //! call through a pointer may reach every function whose address stands anywhere in the image. A jump out of a function
-//! counts as a call. What cannot be bounded, such as a stack pointer computed at run time, is refused by name.
+//! counts as a call, and so does the linker's veneer before a function in another memory. What cannot be bounded, such
+//! as a stack pointer computed at run time, is refused by name.
 //!
 //! One thing is assumed and not read off: functions that call each other in a circle go round at most
 //! [`MOST_ROUNDS`] times. In the images these are the functions that write text, and the parts of a text are nested
 //! at most that deep.
 
 mod call_graph;
+mod constants;
 mod depth;
 mod instructions;
+mod veneer;
 
 pub use call_graph::{CallGraph, Function};
 pub use depth::{Bound, MOST_ROUNDS, Root};

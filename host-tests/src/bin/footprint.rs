@@ -12,6 +12,7 @@ use host_tests::drive_board_image::{Facts, MOST_FLASH_BYTES, MOST_STATIC_BYTES};
 use host_tests::elf::{Elf, Section};
 use host_tests::emulator::{self, Emulator, Options};
 use host_tests::firmware::{self, Image};
+use host_tests::hot_code::{self, HotCode, Memory};
 use host_tests::packages::Consent;
 use host_tests::rehearse::{Display, EmulatedBoard, Session};
 use host_tests::wearer::{Wearer, WearerSettings};
@@ -22,11 +23,13 @@ const FLASH_BYTES: u64 = 512 * 1024;
 const RAM_BYTES: u64 = 96 * 1024;
 /// Poses to verify with; how many there are changes nothing about the memory.
 const VERIFICATION_POSES: u8 = 3;
+/// The core-coupled memory of the STM32G474RE (as above).
+const CCM_BYTES: u64 = 32 * 1024;
 /// The lines are in the log before the session ends.
 const LOG_LIMIT: Duration = Duration::from_secs(5);
 
 /// Build both firmware images and print their flash and static RAM by section, which must keep within their limits;
-/// check the drive board's own (entry, vectors, memory, sizes); then let the emulated board work through a calibration and print what the solver takes and
+/// check the drive board's own (entry, vectors, memory, sizes) and both images' hot code (`hot.x`); then let the emulated board work through a calibration and print what the solver takes and
 /// how far the stack reached.
 #[derive(Parser)]
 #[command(name = "cargo footprint", bin_name = "cargo footprint")]
@@ -59,9 +62,12 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     let drive_board = Elf::read(&firmware::build_with(toolchain, Image::NUCLEO_G474RE)?)?;
     print_sections(&drive_board)?;
     check(&Facts::read(&drive_board)?)?;
+    check_hot_code(&HotCode::read(&drive_board)?, Memory::DRIVE_BOARD)?;
     println!("\nthe emulated board");
     let image = firmware::build_with(toolchain, Image::EMULATED)?;
-    print_sections(&Elf::read(&image)?)?;
+    let emulated = Elf::read(&image)?;
+    print_sections(&emulated)?;
+    check_hot_code(&HotCode::read(&emulated)?, Memory::EMULATED)?;
     if arguments.sections {
         return Ok(());
     }
@@ -71,17 +77,20 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
 
 fn print_sections(image: &Elf) -> Result<(), Box<dyn Error>> {
     let sections = image.sections()?;
-    println!("{:<16} {:>10} {:>8} {:>8}", "section", "address", "flash", "RAM");
+    let is_hot = |section: &Section| section.name == hot_code::SECTION;
+    println!("{:<16} {:>10} {:>8} {:>8} {:>8}", "section", "address", "flash", "RAM", "CCM");
     for section in &sections {
         let share = |there: bool| if there { section.size_bytes.to_string() } else { String::new() };
-        let address = format!("{:#010x}", section.address);
-        println!("{:<16} {address} {:>8} {:>8}", section.name, share(section.in_flash), share(section.in_ram));
+        let [flash, ram, ccm] = [share(section.in_flash), share(section.in_ram), share(is_hot(section))];
+        let line = format!("{:<16} {:#010x} {flash:>8} {ram:>8} {ccm:>8}", section.name, section.address);
+        println!("{}", line.trim_end());
     }
     let flash = total(&sections, |section| section.in_flash);
     let ram = total(&sections, |section| section.in_ram);
-    println!("{:<27} {flash:>8} {ram:>8}", "in all, bytes");
-    println!("{:<27} {MOST_FLASH_BYTES:>8} {MOST_STATIC_BYTES:>8}", "at most");
-    println!("{:<27} {FLASH_BYTES:>8} {RAM_BYTES:>8}", "of the drive board's");
+    let ccm = total(&sections, is_hot);
+    println!("{:<27} {flash:>8} {ram:>8} {ccm:>8}", "in all, bytes");
+    println!("{:<27} {MOST_FLASH_BYTES:>8} {MOST_STATIC_BYTES:>8} {CCM_BYTES:>8}", "at most");
+    println!("{:<27} {FLASH_BYTES:>8} {RAM_BYTES:>8} {CCM_BYTES:>8}", "of the drive board's");
     if flash > MOST_FLASH_BYTES || ram > MOST_STATIC_BYTES {
         return Err("the image is too large".into());
     }
@@ -96,6 +105,19 @@ fn check(facts: &Facts) -> Result<(), String> {
         return Err(format!("the drive board's image is unsound: {}", faults.join("; ")));
     }
     println!("entry, {} vectors, memory and record as the chip wants them", facts.vectors.len());
+    Ok(())
+}
+
+/// Says that the hot code lies where it should, and what it is.
+fn check_hot_code(hot: &HotCode, memory: Memory) -> Result<(), String> {
+    let faults: Vec<String> = hot.faults(memory).iter().map(ToString::to_string).collect();
+    if !faults.is_empty() {
+        return Err(format!("the hot code is not where it should be: {}", faults.join("; ")));
+    }
+    println!("hot code: all {} lines of hot.x are in the CCM", hot.lines.len());
+    for function in hot.lines.iter().flat_map(|line| &line.functions) {
+        println!("{:>8}  {}", function.size_bytes, function.name);
+    }
     Ok(())
 }
 

@@ -23,13 +23,15 @@ fn sound() -> Facts {
         sections: vec![
             section(".vector_table", 0x0800_0000, 0x1D8, true, false),
             section(".text", 0x0800_0200, 0x10000, true, false),
+            section(".hot", 0x1000_0000, 0x2000, true, false),
             section(".data", 0x2000_0000, 0x100, true, true),
             section(".bss", 0x2000_0100, 0x3000, false, true),
             section(".uninit", 0x2000_3100, 0x400, false, true),
         ],
         segments: vec![
             segment(0x0800_0000, 0x10200, 0x0800_0000, 0x10200, false),
-            segment(0x2000_0000, 0x100, 0x0801_0200, 0x100, true),
+            segment(0x1000_0000, 0x2000, 0x0801_0200, 0x2000, false),
+            segment(0x2000_0000, 0x100, 0x0801_2200, 0x100, true),
             segment(0x2000_0100, 0x3400, 0x2000_0100, 0, true),
         ],
         vectors,
@@ -52,7 +54,7 @@ fn found(spoil: impl FnOnce(&mut Facts)) -> Vec<Fault> {
 #[test]
 fn a_sound_image_has_no_fault() {
     assert_eq!(sound().faults(), []);
-    assert_eq!((sound().flash_bytes(), sound().static_bytes()), (0x10300, 0x3500));
+    assert_eq!((sound().flash_bytes(), sound().static_bytes()), (0x12300, 0x3500));
 }
 
 #[test]
@@ -80,12 +82,15 @@ fn a_wrong_vector_is_found() {
 fn misplaced_memory_is_found() {
     // stored behind the first bank, or into the record
     for stored_at in [0x0803_FFF0, 0x0807_F000] {
-        assert_eq!(found(|f| f.segments[1].stored_at = stored_at), [Fault::Misplaced(0x2000_0000)]);
+        assert_eq!(found(|f| f.segments[2].stored_at = stored_at), [Fault::Misplaced(0x2000_0000)]);
     }
+    // variables in the memory for code, code in the one for variables
+    assert_eq!(found(|f| f.segments[1].writable = true), [Fault::Misplaced(0x1000_0000)]);
+    assert_eq!(found(|f| f.segments[1].address = 0x2001_0000), [Fault::Misplaced(0x2001_0000)]);
     // an image linked for the emulated board
     assert_eq!(found(|f| f.segments[0].address = 0), [Fault::Misplaced(0)]);
-    assert_eq!(found(|f| f.segments[2].size_bytes = 0x20000), [Fault::Misplaced(0x2000_0100)]);
-    assert_eq!(found(|f| f.sections[4].address = 0x2000_30FF), [Fault::Overlap(".uninit".to_owned())]);
+    assert_eq!(found(|f| f.segments[3].size_bytes = 0x20000), [Fault::Misplaced(0x2000_0100)]);
+    assert_eq!(found(|f| f.sections[5].address = 0x2000_30FF), [Fault::Overlap(".uninit".to_owned())]);
     assert_eq!(found(|f| f.stack.from = 0x2000_34FC), [Fault::Overlap("stack".to_owned())]);
     assert_eq!(found(|f| f.record.from = 0x0807_E000), [Fault::Record]);
     assert_eq!(found(|f| f.last_words = 0x2000_3000), [Fault::LastWords(0x2000_3000)]);
@@ -93,13 +98,13 @@ fn misplaced_memory_is_found() {
 
 #[test]
 fn an_image_that_is_too_large_is_found() {
-    let too_much_flash = MOST_FLASH_BYTES - 0x100 + 1;
+    let too_much_flash = MOST_FLASH_BYTES - 0x2100 + 1;
     assert_eq!(found(|f| f.segments[0].stored_bytes = too_much_flash), [Fault::Flash(MOST_FLASH_BYTES + 1)]);
     assert_eq!(found(|f| f.segments[0].stored_bytes = too_much_flash - 1), []);
     let at_limit = MOST_STATIC_BYTES - 0x500;
     let spoil = |f: &mut Facts, size_bytes| {
-        f.sections[3].size_bytes = size_bytes;
-        f.sections[4].address = 0x2000_0100 + size_bytes;
+        f.sections[4].size_bytes = size_bytes;
+        f.sections[5].address = 0x2000_0100 + size_bytes;
         f.stack.from = 0x2000_0500 + size_bytes;
     };
     assert_eq!(found(|f| spoil(f, at_limit + 4)), [Fault::StaticRam(MOST_STATIC_BYTES + 4)]);

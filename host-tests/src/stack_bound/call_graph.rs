@@ -1,7 +1,9 @@
 //! Every function of an image: what it takes off the stack, and whom it may call.
 
 use super::StackError;
+use super::constants::Constants;
 use super::instructions::{Instruction, decode, len};
+use super::veneer;
 use crate::elf::{Code, Elf};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -81,11 +83,20 @@ fn walk(
 ) -> Result<(Function, Vec<u32>), StackError> {
     let mut function =
         Function { name: name.to_owned(), frame_bytes: 0, calls: BTreeSet::new(), calls_anywhere: false };
-    let (mut constants, mut lower) = (Vec::new(), BTreeMap::new());
+    let mut constants = Constants::default();
     let mut at = range.start;
     while at < range.end {
         if code.is_data(at) {
             at += 2;
+            continue;
+        }
+        if let Some(to) = veneer::leads_to(|at| code.half_word(at), at) {
+            let (_, callee) = ranges.get(&to).ok_or_else(|| StackError::Nowhere(name.to_owned(), to))?;
+            if at == range.start {
+                function.name = format!("veneer of {callee}");
+            }
+            function.calls.insert(to);
+            at += veneer::LEN;
             continue;
         }
         let first = code.half_word(at);
@@ -98,18 +109,11 @@ fn walk(
                 _ => return Err(StackError::Nowhere(name.to_owned(), to)),
             },
             Instruction::GoesAnywhere => function.calls_anywhere = true,
-            Instruction::LowerHalf { register, value } => {
-                lower.insert(register, value);
-                // an address in the first 64 KiB needs no upper half
-                constants.push(u32::from(value));
-            }
-            Instruction::UpperHalf { register, value } => {
-                let low = lower.get(&register).copied().unwrap_or_default();
-                constants.push(u32::from(value) << 16 | u32::from(low));
-            }
+            Instruction::LowerHalf { register, value } => constants.lower_half(register, value),
+            Instruction::UpperHalf { register, value } => constants.upper_half(register, value),
             Instruction::Other => {}
         }
         at += len(first);
     }
-    Ok((function, constants))
+    Ok((function, constants.all().collect()))
 }

@@ -10,6 +10,7 @@ use glenoid::restart::ResetCause;
 use host_tests::debugger::{Debugger, Register};
 use host_tests::elf::Elf;
 use host_tests::emulator::{Emulator, EmulatorError, Options};
+use host_tests::hot_code::HotCode;
 use libtest_mimic::Failed;
 
 use crate::PATIENCE;
@@ -94,6 +95,21 @@ pub fn a_rotten_instruction_restarts_the_board(image: &Path) -> Result<(), Faile
         Ok(board.set(Register::ProgramCounter, FREE_RAM)?)
     })?;
     assert_eq!(stop.address, FREE_RAM);
+    Ok(())
+}
+
+/// One bit of the code that runs from RAM changes there, in a function that is not called for the time being. The board
+/// must not wait for the call.
+pub fn code_that_changes_in_memory_restarts_the_board(image: &Path) -> Result<(), Failed> {
+    let hot = HotCode::read(&Elf::read(image)?)?;
+    let functions = hot.lines.iter().flat_map(|line| &line.functions);
+    let largest = functions.max_by_key(|function| function.size_bytes).ok_or("there is no hot code")?;
+    let middle = u32::try_from((largest.address + largest.size_bytes / 2).next_multiple_of(4))?;
+    let stop = hurt(image, "code", ResetCause::MemoryError, |board| {
+        let byte = board.read(middle, 1)?;
+        Ok(board.write(middle, &[byte[0] ^ 1])?)
+    })?;
+    assert_eq!(stop.address, middle);
     Ok(())
 }
 

@@ -7,6 +7,7 @@ mod calibration;
 mod can_line;
 mod faults;
 mod load;
+mod placement;
 mod restarts;
 mod runs;
 mod scene;
@@ -28,7 +29,7 @@ const REQUIRED_VARIABLE: &str = "GLENOID_REQUIRE_EMULATOR";
 
 type Test = fn(&Path) -> Result<(), Failed>;
 
-const TESTS: [(&str, Test); 22] = [
+const TESTS: [(&str, Test); 24] = [
     ("python_can_opens_the_channel", can_line::python_can_opens_the_channel),
     ("a_closed_channel_is_silent", can_line::a_closed_channel_is_silent),
     ("frames_go_both_ways", can_line::frames_go_both_ways),
@@ -38,6 +39,7 @@ const TESTS: [(&str, Test); 22] = [
     ("a_client_may_vanish_and_return", can_line::a_client_may_vanish_and_return),
     ("an_emulator_that_ends_is_told", faults::an_emulator_that_ends_is_told),
     ("a_stack_overflow_restarts_the_board", faults::a_stack_overflow_restarts_the_board),
+    ("the_hot_code_is_copied_and_called", placement::the_hot_code_is_copied_and_called),
     ("a_calibration_finds_the_centre", calibration::a_calibration_finds_the_centre),
     ("zeros_are_found_and_a_slip_is_named", calibration::zeros_are_found_and_a_slip_is_named),
     ("calibrations_in_a_row", runs::calibrations_in_a_row),
@@ -46,6 +48,7 @@ const TESTS: [(&str, Test); 22] = [
     ("a_wild_jump_restarts_the_board", faults::a_wild_jump_restarts_the_board),
     ("a_standstill_is_ended_by_the_watchdog", faults::a_standstill_is_ended_by_the_watchdog),
     ("a_rotten_instruction_restarts_the_board", faults::a_rotten_instruction_restarts_the_board),
+    ("code_that_changes_in_memory_restarts_the_board", faults::code_that_changes_in_memory_restarts_the_board),
     ("a_centre_that_changes_in_memory_restarts_the_board", faults::a_centre_that_changes_in_memory_restarts_the_board),
     ("a_restart_is_told_on_the_bus", faults::a_restart_is_told_on_the_bus),
     ("a_restart_finds_the_record", restarts::a_restart_finds_the_record),

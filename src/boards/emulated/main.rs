@@ -33,7 +33,7 @@ use glenoid::rig_link::{RigLink, Signal};
 use glenoid::slcan::Adapter;
 
 use clock::Clock;
-use cortex::{faults, kept, stack};
+use cortex::{faults, hot, kept, stack};
 use entry::Entry;
 use flash::FileFlash;
 use log::Log;
@@ -248,6 +248,7 @@ fn on_nmi(address: u32) {
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
+    hot::load();
     let restart = kept::take(None);
     stack::paint();
     let config = match Rig::shoulder(ASSUMED_BASE_RADIUS_MM as f32) {
@@ -258,8 +259,10 @@ fn main() -> ! {
     let Some(mut board) = Board::start(config) else { log::give_up(format_args!("board: started twice")) };
     // what is measured from here on is the work, not the start
     stack::paint();
+    let mut comparison = hot::Comparison::new();
     loop {
         if !board.turn() {
+            comparison.go_on();
             board.sleep();
         }
     }

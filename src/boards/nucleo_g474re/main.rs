@@ -32,7 +32,7 @@ use glenoid::restart::{LastWords, ResetCause};
 use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, Rig};
 
 use can::Bus;
-use cortex::{faults, kept, stack};
+use cortex::{faults, hot, kept, stack};
 use encoders::{Encoders, Wiring};
 use flash::ChipFlash;
 
@@ -239,6 +239,7 @@ fn reset_cause() -> ResetCause {
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
+    hot::load();
     let restart = kept::take(Some(reset_cause()));
     stack::paint();
     let config = match Rig::shoulder(ASSUMED_BASE_RADIUS_MM as f32) {
@@ -249,8 +250,10 @@ fn main() -> ! {
     // what is measured from here on is the work, not the start; painting holds the sampling up
     stack::paint();
     sampling::measure_anew();
+    let mut comparison = hot::Comparison::new();
     loop {
         if !board.turn() {
+            comparison.go_on();
             asm::wfi();
         }
     }
