@@ -173,5 +173,11 @@ impl<T: Real> Symmetric<T> {
     }
 }
 
+/// The smallest pivot that rounding has not made, as a part of the diagonal entry that it came from. The information on
+/// the rotation in a pose of a sound rig is a thousand times above it.
+pub fn rounding<T: Real>() -> T {
+    T::default_epsilon() * T::of(8.0)
+}
+
 /// Rounds of Newton's method. Six to eight reach the last digit; a double eigenvalue takes one for each bit.
 const MOST_ROUNDS: usize = 24;

@@ -5,7 +5,7 @@ mod common;
 use common::rng;
 use glenoid::identification::blocks::{BlockEquations, Blocks};
 use glenoid::identification::normal_equations::Singular;
-use glenoid::symmetric::Symmetric;
+use glenoid::symmetric::{Symmetric, rounding};
 use nalgebra::{Matrix3, Matrix6, Rotation3, SMatrix, Vector3, Vector6};
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
@@ -68,6 +68,19 @@ fn a_pivot_is_judged_against_what_it_came_from() {
     assert!(diagonal(1.0, 2.0, 0.0).inverse(&matrix, 0.0).is_none());
     assert!(diagonal(1.0, -2.0, 3.0).inverse(&matrix, 0.0).is_none());
     assert!(diagonal(f64::NAN, 2.0, 3.0).inverse(&matrix, 0.0).is_none());
+}
+
+#[test]
+fn a_flat_matrix_has_no_inverse_beyond_rounding() {
+    let mut rng = rng(5506);
+    for _ in 0..500 {
+        let rows = entries::<2, 3>(&mut rng);
+        let flat = symmetric(&(rows.transpose() * rows));
+        assert!(flat.inverse(&flat, rounding()).is_none(), "the inverse of {flat:?}");
+        let single = Symmetric(flat.0.map(|entry| entry as f32));
+        let inverse = single.inverse(&single, rounding());
+        assert!(inverse.is_none_or(|inverse| inverse.to_matrix().amax() > 1e4), "the inverse of {single:?}");
+    }
 }
 
 #[test]

@@ -9,12 +9,9 @@ use super::blocks::eliminate;
 use crate::kinematics::LengthEquations;
 use crate::kinematics::pivot::LengthEquation;
 use crate::scalar::Real;
-use crate::symmetric::Symmetric;
+use crate::symmetric::{Symmetric, rounding};
 use crate::vector::{add_to, difference, dot, image_transposed, scaled, square};
 use nalgebra::{Matrix3, Vector3};
-
-/// Smallest pivot of the information on ω, in roundings: a sound rig's poses are a thousand times above it.
-const SMALLEST_PIVOT_ROUNDINGS: f64 = 8.0;
 
 /// One pose's least-squares information in units of 1/mm² of length variance (multiply by 1/σ²).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,8 +53,7 @@ impl<T: Real> PoseInformation<T> {
             add_to(&mut mz, &scaled(g, u.z));
         }
         let mut mixed = Matrix3::new(mx.x, my.x, mz.x, mx.y, my.y, mz.y, mx.z, my.z, mz.z);
-        let smallest = T::default_epsilon() * T::of(SMALLEST_PIVOT_ROUNDINGS);
-        eliminate(&mut direct, &mut mixed, &mut turning, smallest).ok()?;
+        eliminate(&mut direct, &mut mixed, &mut turning, rounding()).ok()?;
         let turn = turning.image(&torque);
         let gradient_mm = difference(&gradient, &image_transposed(&mixed, &torque));
         Some(Self {

@@ -6,10 +6,11 @@
 use super::cable_length::CableLengths;
 use super::hinge::BaseEdges;
 use super::octahedron::HingeArm;
-use super::pivot::{LengthEquation, LengthEquations, Pivot, RigPoints, inverse_of_symmetric};
+use super::pivot::{LengthEquation, LengthEquations, Pivot, RigPoints};
 use crate::rig::CABLES;
 use crate::scalar::Real;
-use crate::vector::{add_to, cross, difference, dot, image, product, scaled, square, unit};
+use crate::symmetric::{Symmetric, rounding};
+use crate::vector::{add_to, cross, difference, dot, product, scaled, square, unit};
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 /// Gauss-Newton steps after which a start is given up.
@@ -65,23 +66,17 @@ impl<T: Real> Arm<'_, T> {
         let settled = T::default_epsilon();
         for _ in 0..STEP_CAP {
             equations.set(self.points, self.pivot, &rotation_of(&attitude), lengths);
-            let [mut xx, mut yx, mut yy, mut zx, mut zy, mut zz] = [T::zero(); 6];
+            let mut turning = Symmetric::zero();
             let mut torque = Vector3::new(T::zero(), T::zero(), T::zero());
             let mut squares_mm2 = T::zero();
             for (cable, LengthEquation { moment_mm: g, residual_mm: e, .. }) in equations.cables.iter().enumerate() {
                 if cables.has(cable) {
-                    xx += g.x * g.x;
-                    yx += g.y * g.x;
-                    yy += g.y * g.y;
-                    zx += g.z * g.x;
-                    zy += g.z * g.y;
-                    zz += g.z * g.z;
+                    turning.add_square(g);
                     add_to(&mut torque, &scaled(g, *e));
                     squares_mm2 += *e * *e;
                 }
             }
-            let turning = Matrix3::new(xx, yx, zx, yx, yy, zy, zx, zy, zz);
-            let turn = image(&inverse_of_symmetric(&turning)?, &torque);
+            let turn = turning.inverse(&turning, rounding())?.image(&torque);
             attitude = turned(&attitude, &turn);
             if square(&turn) <= settled {
                 // What the turn has gained is taken off without another evaluation.

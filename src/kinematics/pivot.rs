@@ -137,19 +137,3 @@ impl<T: Real> LengthEquation<T> {
         Self { direction, moment_mm: cross(arm, &direction), residual_mm: measured_mm - computed }
     }
 }
-
-/// Inverse of a symmetric positive definite 3x3 matrix by cofactors; `None` when its determinant has no digits left.
-#[inline(never)]
-pub fn inverse_of_symmetric<T: Real>(matrix: &Matrix3<T>) -> Option<Matrix3<T>> {
-    let (a, b, c) = (matrix.m11, matrix.m22, matrix.m33);
-    let (d, e, f) = (matrix.m21, matrix.m31, matrix.m32);
-    let (c11, c12, c13) = (b * c - f * f, e * f - d * c, d * f - e * b);
-    let determinant = a * c11 + d * c12 + e * c13;
-    if !(determinant > a * b * c * T::default_epsilon() * T::of(8.0)) {
-        return None;
-    }
-    let inverse = T::one() / determinant;
-    let (c22, c23, c33) = ((a * c - e * e) * inverse, (d * e - a * f) * inverse, (a * b - d * d) * inverse);
-    let (c11, c12, c13) = (c11 * inverse, c12 * inverse, c13 * inverse);
-    Some(Matrix3::new(c11, c12, c13, c12, c22, c23, c13, c23, c33))
-}

@@ -137,10 +137,8 @@ fn the_list_knows_both_mangling_schemes() {
     let sections = [
         ".text._ZN7glenoid10kinematics10octahedron19Octahedron$LT$T$GT$5solve17h4656f48f915fac2fE",
         ".text._RNvMNtNtCsbLFLnxsIJIF_7glenoid10kinematics10octahedronINtB2_10OctahedronfE5solveB6_",
-        ".text._ZN7glenoid14identification15pivot_equations85_$LT$impl$u20$glenoid..identification..normal_equations..\
-         NormalEquations$LT$T$GT$$GT$15add_information17h021c707509db292dE",
-        ".text._RNvMNtNtCsbLFLnxsIJIF_7glenoid14identification15pivot_equationsINtNtB4_16normal_equations\
-         15NormalEquationsfE15add_informationB6_",
+        ".text._ZN7glenoid14identification6blocks23BlockEquations$LT$T$GT$8add_pose17h021c707509db292dE",
+        ".text._RNvMs2_NtNtCsbLFLnxsIJIF_7glenoid14identification6blocksINtB5_14BlockEquationsfE8add_poseB7_",
     ];
     for section in sections {
         assert_eq!(patterns().filter(|pattern| matches(pattern, section)).count(), 1, "{section}");
