@@ -26,6 +26,12 @@ pub fn unit<T: Real>(a: &Vector3<T>) -> Vector3<T> {
     if norm > T::zero() { vector::scaled(a, T::one() / norm) } else { *a }
 }
 
+/// a × b.
+#[inline(never)]
+pub fn cross<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
+    vector::cross(a, b)
+}
+
 /// a - b.
 #[inline(never)]
 pub fn difference<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
@@ -60,4 +66,14 @@ pub fn transposed<T: Real>(m: &Matrix3<T>) -> Matrix3<T> {
 #[inline(never)]
 pub fn root<T: Real>(x: T) -> T {
     x.root()
+}
+
+/// A B, column by column.
+#[inline(never)]
+pub fn product<T: Real>(a: &Matrix3<T>, b: &Matrix3<T>) -> Matrix3<T> {
+    let mut product = *b;
+    for column in &mut product.data.0 {
+        *column = image(a, &Vector3::from(*column)).into();
+    }
+    product
 }

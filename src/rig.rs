@@ -3,8 +3,8 @@
 //! Frames: {B} is fixed to the base, its z axis points from the base towards the moving platform. {P} is fixed to
 //! the moving platform.
 
+use crate::calls::{cross, difference, scaled, unit};
 use crate::scalar::Real;
-use crate::vector::{cross, difference, scaled, unit};
 use nalgebra::Vector3;
 
 /// Number of cables, of base attachment points and of platform end-points.
@@ -264,10 +264,15 @@ impl<T: Real> Rig<T> {
         &self.nominal
     }
 
+    /// Normal of the base plane, twice as long as the triangle of the attachment points is large, mm².
+    fn base_area(&self) -> Vector3<T> {
+        let [b1, b2, b3] = &self.base_mm;
+        cross(&difference(b2, b1), &difference(b3, b1))
+    }
+
     /// Unit normal of the base plane, on the platform's side (+z of {B}).
     pub fn base_normal(&self) -> Vector3<T> {
-        let [b1, b2, b3] = &self.base_mm;
-        let normal = cross(&difference(b2, b1), &difference(b3, b1));
+        let normal = self.base_area();
         unit(&if normal.z < T::zero() { scaled(&normal, -T::one()) } else { normal })
     }
 
@@ -277,9 +282,7 @@ impl<T: Real> Rig<T> {
         let [p12, p23, p31] = self.edges_mm;
         let x = (p12 * p12 + p31 * p31 - p23 * p23) / (p12 + p12);
         let y = (p31 * p31 - x * x).root();
-        let [b1, b2, b3] = self.base_mm;
-        let counter_clockwise = cross(&difference(&b2, &b1), &difference(&b3, &b1)).z > T::zero();
-        let y = if counter_clockwise { y } else { -y };
+        let y = if self.base_area().z > T::zero() { y } else { -y };
         let zero = T::zero();
         [Vector3::zeros(), Vector3::new(p12, zero, zero), Vector3::new(x, y, zero)]
     }

@@ -147,8 +147,7 @@ impl<T: Real> Symmetric<T> {
     pub fn largest(&self) -> (T, Vector3<T>) {
         let adjugate = self.adjugate();
         let (trace, minors, determinant) = (self.trace(), adjugate.trace(), self.determinant(&adjugate));
-        // Exact when the two others are alike, and never too small.
-        let mut value = (trace + (trace * trace - minors * T::of(3.0)).max(T::zero()).root() * T::of(2.0)) / T::of(3.0);
+        let mut value = trace;
         for _ in 0..MOST_ROUNDS {
             let polynomial = ((value - trace) * value + minors) * value - determinant;
             let slope = (T::of(3.0) * value - trace - trace) * value + minors;

@@ -61,12 +61,6 @@ pub fn add_to<T: Real>(a: &mut Vector3<T>, b: &Vector3<T>) {
     a.z += b.z;
 }
 
-/// a / |a|.
-#[inline(never)]
-pub fn unit<T: Real>(a: &Vector3<T>) -> Vector3<T> {
-    scaled(a, T::one() / square(a).root())
-}
-
 /// M a.
 #[inline(always)]
 pub fn image<T: Real>(m: &Matrix3<T>, a: &Vector3<T>) -> Vector3<T> {
@@ -85,16 +79,6 @@ pub fn image_transposed<T: Real>(m: &Matrix3<T>, a: &Vector3<T>) -> Vector3<T> {
         m.m12 * a.x + m.m22 * a.y + m.m32 * a.z,
         m.m13 * a.x + m.m23 * a.y + m.m33 * a.z,
     )
-}
-
-/// A B, column by column: as a call, for what runs once a run.
-#[inline(never)]
-pub fn product<T: Real>(a: &Matrix3<T>, b: &Matrix3<T>) -> Matrix3<T> {
-    let mut product = *b;
-    for column in &mut product.data.0 {
-        *column = image(a, &Vector3::from(*column)).into();
-    }
-    product
 }
 
 /// A + B.

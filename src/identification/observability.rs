@@ -39,7 +39,7 @@ impl<T: Real> Default for RotationSum<T> {
 
 impl<T: Real> RotationSum<T> {
     /// Adds the rotation ({P} to {B}) of a pose.
-    #[inline]
+    #[inline(never)]
     pub fn add(&mut self, rotation: &Matrix3<T>) {
         self.sum = sum_of_matrices(&self.sum, rotation);
         self.poses += 1;

@@ -12,10 +12,11 @@
 
 use super::normal_equations::{Singular, smallest_pivot};
 use super::observability::{RotationSum, lacking};
+use crate::calls::{difference, image, image_transposed, scaled};
 use crate::kinematics::{Pivot, PlatformPose};
 use crate::scalar::Real;
 use crate::symmetric::Symmetric;
-use crate::vector::{add_to, difference, image, image_transposed, scaled, sum};
+use crate::vector::{add_to, sum};
 use nalgebra::Vector3;
 
 /// The sums over the poses added so far.

@@ -7,10 +7,11 @@ use super::cable_length::CableLengths;
 use super::hinge::BaseEdges;
 use super::octahedron::HingeArm;
 use super::pivot::{LengthEquation, LengthEquations, Pivot, RigPoints};
+use crate::calls::{product, transposed, unit};
 use crate::rig::CABLES;
 use crate::scalar::Real;
 use crate::symmetric::{Symmetric, rounding};
-use crate::vector::{add_to, cross, difference, dot, product, scaled, square, unit};
+use crate::vector::{add_to, cross, difference, dot, scaled, square};
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 /// Gauss-Newton steps after which a start is given up.
@@ -100,7 +101,7 @@ impl<T: Real> Arm<'_, T> {
             (0, 1)
         };
         let from_centre = |k: usize| difference(&self.points.platform_mm[k], &self.pivot.in_platform_mm);
-        let body = triad(&from_centre(i), &from_centre(j)).transpose();
+        let body = transposed(&triad(&from_centre(i), &from_centre(j)));
         let mut best: Option<Fit<T>> = None;
         for [side, other_side] in [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]] {
             let first = self.apex(i, lengths, T::of(side));

@@ -10,9 +10,10 @@
 
 use super::cable_length::{CableLengths, LengthError, LengthFault, cable_number};
 use super::octahedron::HingeArm;
+use crate::calls::unit;
 use crate::rig::{POINTS, Rig};
 use crate::scalar::Real;
-use crate::vector::{cross, difference, dot, image, image_transposed, scaled, square, sum, unit};
+use crate::vector::{cross, difference, dot, image, image_transposed, scaled, square, sum};
 use nalgebra::{Matrix3, Vector3};
 
 /// One base edge, in the axes of the base plane.

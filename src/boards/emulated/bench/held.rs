@@ -25,6 +25,12 @@ pub enum Part {
     Device,
 }
 
+/// Is the image there to be weighed? Its paths are called once then: what counting and preparing take is no part of them.
+pub const WEIGHED: bool = match ONLY {
+    Some(only) => !same(only, "literal"),
+    None => false,
+};
+
 /// Is this part in the image, in this precision?
 pub const fn holds<T: Number>(part: Part) -> bool {
     let Some(only) = ONLY else { return true };
