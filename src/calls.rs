@@ -13,16 +13,10 @@ pub fn dot<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> T {
     vector::dot(a, b)
 }
 
-/// |a|.
-#[inline(never)]
-pub fn norm<T: Real>(a: &Vector3<T>) -> T {
-    vector::square(a).root()
-}
-
 /// a / |a|, or a itself where it has no length.
 #[inline(never)]
 pub fn unit<T: Real>(a: &Vector3<T>) -> Vector3<T> {
-    let norm = norm(a);
+    let norm = vector::square(a).root();
     if norm > T::zero() { vector::scaled(a, T::one() / norm) } else { *a }
 }
 

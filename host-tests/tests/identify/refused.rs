@@ -131,7 +131,7 @@ fn the_refusal_reads_like_this() {
     insta::assert_snapshot!(ran.stdout, @r#"
     Refused: degenerate: all poses turn about one axis.
 
-      seen            the axis is (0.00, 1.00, 0.00) in {B}; the poses move it by 0.0 degrees
+      seen            the axis is (0.00, -1.00, 0.00) in {B}; the poses move it by 0.0 degrees
       what to do      The centre can slide along that axis without any length changing. Add two or more poses that
                       turn the arm about another axis, square to it, by 20 degrees or more.
       method          start-free, double precision

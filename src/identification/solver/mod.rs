@@ -94,7 +94,7 @@ enum Phase<T> {
 }
 
 /// The solver, resumable: each call of [`advance`](Self::advance) does a bounded slice of work, at most the placing of
-/// one pose. Holds 24 bytes a pose in single precision beside the pose buffer.
+/// one pose. Holds 12 bytes a pose in single precision beside the pose buffer.
 #[derive(Clone, Debug)]
 pub struct Solver<T: Real, const N: usize = DEFAULT_CAPACITY, Z = UnknownZeros<T>> {
     settings: SolverSettings<T>,
