@@ -1,7 +1,7 @@
 //! Operations on vectors as calls, for what runs a few times a run.
 //!
 //! Written out, the image of a vector takes 90 bytes of code wherever it stands; a call takes 16. The work on each pose
-//! has its own, always inlined (see [`vector`](crate::vector)).
+//! has its own, always inlined (see [`vector`]).
 
 use crate::scalar::Real;
 use crate::vector;

@@ -22,7 +22,7 @@ const STEP_CAP: usize = 20;
 
 /// Angle of every hinge from the base plane at which Newton's method begins: 78 degrees (cosine, sine). No pose up
 /// to 45 degrees of tilt and 30 degrees of torsion was lost from 60 to 80 degrees; the steps are fewest here.
-const START: (f64, f64) = (0.207911690817759454, 0.978147600733805578);
+const START: (f64, f64) = (0.207_911_690_817_759_45, 0.978_147_600_733_805_6);
 
 /// Smallest determinant of the normalised system at which an assembly counts as regular. Closer to the fold the
 /// lengths determine the pose too poorly to find a start from it.
