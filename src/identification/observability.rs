@@ -51,11 +51,6 @@ impl<T: Real> RotationSum<T> {
     }
 
     /// Poses added.
-    pub fn count(&self) -> usize {
-        self.poses
-    }
-
-    /// The same as a real number.
     pub fn poses(&self) -> T {
         T::of_integer(self.poses as i32)
     }
@@ -71,7 +66,7 @@ impl<T: Real> RotationSum<T> {
         mean.as_mut_slice().iter_mut().for_each(|entry| *entry *= share);
         // 1 - R̄ᵀR̄ has the eigenvalues 1 - σ². Its adjugate has the same axes and the products of the two others: the
         // largest of them belongs to the axis looked for, though that one's own eigenvalue may be zero.
-        let lacking = lacking(&mean, T::one());
+        let lacking = lacking(&mean);
         let adjugate = lacking.adjugate();
         let (_, axis_in_platform) = adjugate.largest();
         let image = image(&mean, &axis_in_platform);
@@ -92,10 +87,9 @@ fn moved<T: Real>(lacking: T) -> T {
     root((T::one() - singular).max(T::zero()) * T::of(2.0))
 }
 
-/// n² - SᵀS of the sum S of n rotations; 1 - R̄ᵀR̄ of their mean (n = 1): how much it lacks of a rotation, by direction
-/// in {P}.
-pub(super) fn lacking<T: Real>(sum: &Matrix3<T>, poses: T) -> Symmetric<T> {
-    let mut lacking = Symmetric::diagonal(poses * poses);
-    lacking.add(&Symmetric::gram(sum, sum), -T::one());
+/// 1 - R̄ᵀR̄: how much the mean rotation lacks of a rotation, by direction in {P}.
+fn lacking<T: Real>(mean: &Matrix3<T>) -> Symmetric<T> {
+    let mut lacking = Symmetric::diagonal(T::one());
+    lacking.add(&Symmetric::gram(mean, mean), -T::one());
     lacking
 }

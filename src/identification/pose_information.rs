@@ -6,6 +6,7 @@
 //! weight.
 
 use super::blocks::eliminate;
+use super::normal_equations::Singular;
 use crate::kinematics::LengthEquations;
 use crate::kinematics::pivot::LengthEquation;
 use crate::scalar::Real;
@@ -33,8 +34,29 @@ pub struct PoseInformation<T> {
 impl<T: Real> PoseInformation<T> {
     /// The information in six length equations. `None` when they do not determine the rotation (no such pose of a
     /// sound rig).
-    #[inline(never)]
+    #[inline(always)]
     pub fn of(equations: &LengthEquations<T>) -> Option<Self> {
+        let mut pose = Self::empty();
+        pose.set(equations).is_ok().then_some(pose)
+    }
+
+    /// Nothing yet, for [`set`](Self::set).
+    #[inline(always)]
+    pub(crate) fn empty() -> Self {
+        let none = Vector3::new(T::zero(), T::zero(), T::zero());
+        Self {
+            information: Symmetric::zero(),
+            through: Matrix3::zeros(),
+            turning_inverse: Symmetric::zero(),
+            gradient_mm: none,
+            squares_mm2: T::zero(),
+            turn: none,
+        }
+    }
+
+    /// [`of`](Self::of) in place: as a result it would be copied.
+    #[inline(never)]
+    pub(crate) fn set(&mut self, equations: &LengthEquations<T>) -> Result<(), Singular> {
         let zero = T::zero();
         // 28 sums in two loops: neither has more of them than the processor has registers.
         let (mut direct, mut gradient, mut squares) = (Symmetric::zero(), Vector3::new(zero, zero, zero), zero);
@@ -52,18 +74,14 @@ impl<T: Real> PoseInformation<T> {
             add_to(&mut my, &scaled(g, u.y));
             add_to(&mut mz, &scaled(g, u.z));
         }
-        let mut mixed = Matrix3::new(mx.x, my.x, mz.x, mx.y, my.y, mz.y, mx.z, my.z, mz.z);
-        eliminate(&mut direct, &mut mixed, &mut turning, rounding()).ok()?;
-        let turn = turning.image(&torque);
-        let gradient_mm = difference(&gradient, &image_transposed(&mixed, &torque));
-        Some(Self {
-            information: direct,
-            through: mixed,
-            turning_inverse: turning,
-            gradient_mm,
-            squares_mm2: squares - dot(&torque, &turn),
-            turn,
-        })
+        self.information = direct;
+        self.through = Matrix3::new(mx.x, my.x, mz.x, mx.y, my.y, mz.y, mx.z, my.z, mz.z);
+        self.turning_inverse = turning;
+        eliminate(&mut self.information, &mut self.through, &mut self.turning_inverse, rounding())?;
+        self.turn = self.turning_inverse.image(&torque);
+        self.gradient_mm = difference(&gradient, &image_transposed(&self.through, &torque));
+        self.squares_mm2 = squares - dot(&torque, &self.turn);
+        Ok(())
     }
 
     /// Becomes the centre that the pose would have by itself, exactly known: its squared distance is the squares then.

@@ -12,9 +12,6 @@ use crate::kinematics::{CableLengths, LengthEquations, Octahedron, OctahedronErr
 use crate::rig::Rig;
 use crate::scalar::Real;
 
-/// The pivot is fitted anew when the poses have become more by one in this many.
-const FIT_SHARE: usize = 3;
-
 /// The information gathered so far.
 #[derive(Clone, Debug)]
 pub struct Survey<T: Real> {
@@ -23,9 +20,10 @@ pub struct Survey<T: Real> {
     noise_mm: T,
     pivot: Pivot<T>,
     linear: PivotFit<T>,
-    /// Poses since the pivot was fitted.
-    since_fit: usize,
     information: BlockEquations<T>,
+    /// What the last pose says. Kept only to be overwritten: made anew and handed over they would cost a twentieth more.
+    equations: LengthEquations<T>,
+    known: PoseInformation<T>,
 }
 
 /// What an identification from the poses so far would be worth.
@@ -47,8 +45,9 @@ impl<T: Real> Survey<T> {
             points,
             noise_mm: rig.length_noise_mm(),
             linear: PivotFit::default(),
-            since_fit: 0,
             information: BlockEquations::new(),
+            equations: LengthEquations::empty(),
+            known: PoseInformation::empty(),
         }
     }
 
@@ -61,16 +60,13 @@ impl<T: Real> Survey<T> {
         // By reference, like the information below: taken out of the result it would be copied.
         let Ok(pose) = &solved else { return solved };
         self.linear.add(pose);
-        // As soon as the poses tell a centre, theirs is better than the nominal one. One more pose of many hardly moves it.
-        self.since_fit += 1;
-        if self.since_fit * FIT_SHARE >= self.linear.poses()
-            && let Ok(pivot) = self.linear.solve()
-        {
-            (self.pivot, self.since_fit) = (pivot, 0);
+        // As soon as the poses tell a centre, theirs is better than the nominal one.
+        if let Ok(pivot) = self.linear.solve() {
+            self.pivot = pivot;
         }
-        let equations = LengthEquations::new(&self.points, &self.pivot, &pose.rotation, lengths);
-        if let Some(known) = &PoseInformation::of(&equations) {
-            self.information.add_pose(&pose.rotation, &known.information, &known.gradient_mm, T::one());
+        self.equations.set(&self.points, &self.pivot, &pose.rotation, lengths);
+        if self.known.set(&self.equations).is_ok() {
+            self.information.add_pose(&pose.rotation, &self.known.information, &self.known.gradient_mm, T::one());
         }
         solved
     }

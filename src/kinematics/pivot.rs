@@ -99,14 +99,14 @@ impl<T: Real> LengthEquations<T> {
 
     /// Nothing yet, for [`set`](Self::set).
     #[inline(always)]
-    pub(super) fn empty() -> Self {
+    pub(crate) fn empty() -> Self {
         let zero = Vector3::new(T::zero(), T::zero(), T::zero());
         Self { cables: [LengthEquation { direction: zero, moment_mm: zero, residual_mm: T::zero() }; CABLES] }
     }
 
     /// [`new`](Self::new) in place: as a result they would be copied, which takes half as long as computing them.
     #[inline(never)]
-    pub(super) fn set(
+    pub(crate) fn set(
         &mut self,
         points: &RigPoints<T>,
         pivot: &Pivot<T>,
