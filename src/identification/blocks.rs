@@ -86,21 +86,22 @@ impl<T: Real> Blocks<T> {
         Ok(())
     }
 
-    /// Row `i`, column `j <= i` of the whole 6x6 matrix.
+    /// Row `i`, column `j <= i` of the whole 6x6 matrix; zero beside it.
     pub fn entry(&self, i: usize, j: usize) -> T {
-        match (i < 3, j < 3) {
-            (true, _) => self.first.0[at(i, j)],
-            (false, true) => self.mixed[(i - 3, j)],
-            (false, false) => self.second.0[at(i - 3, j - 3)],
-        }
+        let entry = match (i < 3, j < 3) {
+            (true, _) => self.first.0.get(at(i, j)),
+            (false, true) => self.mixed.get((i - 3, j)),
+            (false, false) => self.second.0.get(at(i - 3, j - 3)),
+        };
+        entry.copied().unwrap_or(T::zero())
     }
 
     /// The same, to be changed.
-    pub fn entry_mut(&mut self, i: usize, j: usize) -> &mut T {
+    pub fn entry_mut(&mut self, i: usize, j: usize) -> Option<&mut T> {
         match (i < 3, j < 3) {
-            (true, _) => &mut self.first.0[at(i, j)],
-            (false, true) => &mut self.mixed[(i - 3, j)],
-            (false, false) => &mut self.second.0[at(i - 3, j - 3)],
+            (true, _) => self.first.0.get_mut(at(i, j)),
+            (false, true) => self.mixed.get_mut((i - 3, j)),
+            (false, false) => self.second.0.get_mut(at(i - 3, j - 3)),
         }
     }
 }

@@ -76,7 +76,9 @@ impl<T: Real> ZeroEquations<T> {
         let mut reduced = *equations;
         for i in 0..UNKNOWNS {
             for (j, column) in columns.iter().enumerate().take(i + 1) {
-                *reduced.matrix.entry_mut(i, j) -= dot(&self.mixed[i], column);
+                if let Some(entry) = reduced.matrix.entry_mut(i, j) {
+                    *entry -= dot(&self.mixed[i], column);
+                }
             }
             reduced.gradient[i / 3][i % 3] -= dot(&self.mixed[i], &alone);
         }
