@@ -47,7 +47,7 @@ fn main() -> io::Result<()> {
         link_image("panic-free", EMULATOR, Some(&out_dir));
         println!("cargo::rerun-if-env-changed={LINK_ANYWAY}");
         if env::var_os(LINK_ANYWAY).is_some() {
-            println!("cargo::rustc-link-arg-bin=panic-free=--defsym=a_way_to_a_panic_is_left=0");
+            println!("cargo::rustc-link-arg-bin=panic-free=--defsym=a_way_to_a_panic_is_left=Reset");
         }
     }
     if for_board && env::var_os("CARGO_FEATURE_EMULATED").is_some() {
