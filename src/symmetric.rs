@@ -1,12 +1,15 @@
 //! Symmetric 3x3 matrices: what is known of a point, and how well.
 //!
-//! Six numbers instead of nine, and closed forms instead of loops: the inverse by the adjugate, the largest eigenvalue
-//! by squaring. Products that are wanted in several places are calls, not inlined: each is a hundred bytes of code.
+//! Six numbers instead of nine, the inverse by the adjugate, the largest eigenvalue by its own cubic equation. Products
+//! that are wanted in several places are calls, not inlined: each is a hundred bytes of code.
 
 use crate::calls::unit;
 use crate::scalar::Real;
 use crate::vector::dot;
 use nalgebra::{Matrix3, Vector3};
+
+/// Rounds of Newton's method. Four to six reach the last digit; a double eigenvalue takes one for each bit.
+const MOST_ROUNDS: usize = 24;
 
 /// A symmetric 3x3 matrix: xx, yx, yy, zx, zy, zz.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,7 +34,7 @@ impl<T: Real> Symmetric<T> {
         Matrix3::new(xx, yx, zx, yx, yy, zy, zx, zy, zz)
     }
 
-    /// Adds `weight` a aᵀ.
+    /// Adds a aᵀ.
     #[inline(always)]
     pub fn add_square(&mut self, a: &Vector3<T>) {
         let [xx, yx, yy, zx, zy, zz] = &mut self.0;
@@ -45,12 +48,7 @@ impl<T: Real> Symmetric<T> {
 
     /// Adds another matrix times `weight`.
     #[inline(never)]
-    pub fn add(&mut self, other: &Self, weight: T) {
-        self.add_inline(other, weight);
-    }
-
-    #[inline(always)]
-    pub(crate) fn add_inline(&mut self, Self([a, b, c, d, e, f]): &Self, weight: T) {
+    pub fn add(&mut self, Self([a, b, c, d, e, f]): &Self, weight: T) {
         let [xx, yx, yy, zx, zy, zz] = &mut self.0;
         *xx += *a * weight;
         *yx += *b * weight;
@@ -97,6 +95,7 @@ impl<T: Real> Symmetric<T> {
         self.adjugate_inline()
     }
 
+    /// The same, inlined: the inverse is wanted three times a pose.
     #[inline(always)]
     fn adjugate_inline(&self) -> Self {
         let [xx, yx, yy, zx, zy, zz] = self.0;
@@ -163,11 +162,11 @@ impl<T: Real> Symmetric<T> {
                 break;
             }
         }
-        // Of M - λ every column of the adjugate is along the direction. A trace of M decides where all vanish.
+        // Of M - λ every column of the adjugate is along the direction. A little of M decides where all vanish.
         let [xx, yx, yy, zx, zy, zz] = self.0;
         let mut columns = Self([xx - value, yx, yy - value, zx, zy, zz - value]).adjugate();
-        let trace = value * T::default_epsilon() * T::of(8.0);
-        columns.0.iter_mut().zip(self.0).for_each(|(entry, of)| *entry += of * trace);
+        let little = value * T::default_epsilon() * T::of(8.0);
+        columns.0.iter_mut().zip(self.0).for_each(|(entry, of)| *entry += of * little);
         let columns = columns.to_matrix().data.0;
         let longest = (1..3).fold(0, |best, k| if columns[k][k].abs() > columns[best][best].abs() { k } else { best });
         (value, unit(&Vector3::from(columns[longest])))
@@ -179,6 +178,3 @@ impl<T: Real> Symmetric<T> {
 pub fn rounding<T: Real>() -> T {
     T::default_epsilon() * T::of(64.0)
 }
-
-/// Rounds of Newton's method. Six to eight reach the last digit; a double eigenvalue takes one for each bit.
-const MOST_ROUNDS: usize = 24;
