@@ -26,7 +26,7 @@ pub use self::evidence::{Cause, Warning};
 
 use self::evidence::Evidence;
 use crate::identification::pose_information::PoseInformation;
-use crate::kinematics::arm::{Arm, CableSet};
+use crate::kinematics::arm::{Arm, CableSet, rotation_of};
 use crate::kinematics::{BaseEdges, CableLengths, LengthEquations, Pivot, RigPoints};
 use crate::rig::{CABLES, Parameters, Rig};
 use crate::scalar::Real;
@@ -158,9 +158,10 @@ impl<T: Real> Watch<T> {
             return None;
         };
         self.attitude = Some(fit.attitude);
-        let rotation = *fit.attitude.to_rotation_matrix().matrix();
+        let rotation = rotation_of(&fit.attitude);
         let equations = LengthEquations::new(&self.points, &self.pivot, &rotation, &lengths);
-        let pose = PoseInformation::of(&equations)?;
+        let mut pose = PoseInformation::empty();
+        pose.set(&equations).ok()?;
         let misfit = pose.squares_mm2 / (self.variance_mm2 * T::of(3.0));
         self.misfit += (misfit - self.misfit) * T::of(SHARE);
         if self.state == Watching::Quiet {

@@ -179,13 +179,16 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
         let lengths = self.zeros.corrected(lengths);
         let rotation = placement.rotation();
         let equations = LengthEquations::new(&self.placer.points, &self.pivot, &rotation, &lengths);
-        let Some(known) = &PoseInformation::of(&equations) else { return Ok(()) };
+        let mut known = PoseInformation::empty();
+        if known.set(&equations).is_err() {
+            return Ok(());
+        }
         let refused = Refusal::HangsOnOnePose { pose };
         let all = self.zeros.centre_covariance(&self.sum.equations).map_err(|_| refused)?;
         let mut without = self.sum.equations;
         without.add_pose(&rotation, &known.information, &known.gradient_mm, -T::one());
         let mut zeros = self.zeros.clone();
-        zeros.add_pose(&rotation, &equations, known, -T::one());
+        zeros.add_pose(&rotation, &equations, &known, -T::one());
         // Four poses hardly contradict each other when there are zeros to be found as well, and the prior hides it: it
         // alone bounds the error bar of what is left. So few poses get no more indulgence than many.
         let fewest = if zeros.take_part() { judgement::FEW_POSES } else { 0 };

@@ -45,8 +45,11 @@ impl<T: Real> PassSum<T> {
         weighing: Weighing<T>,
     ) {
         placement.set_used(false);
-        // By reference, here and elsewhere: moved out of the option it would be copied.
-        let Some(pose) = &mut PoseInformation::of(lengths) else { return };
+        // In place, here and elsewhere: as a result it would be copied.
+        let mut pose = PoseInformation::empty();
+        if pose.set(lengths).is_err() {
+            return;
+        }
         if let Weighing::Wander { .. } = weighing {
             pose.own_centre(T::of(OWN_CENTRE_RIDGE));
             placement.misfit = pose.squares_mm2;
@@ -60,7 +63,7 @@ impl<T: Real> PassSum<T> {
             self.poses += 1;
             self.equations.squares += pose.squares_mm2 * weight;
             self.equations.add_pose(rotation, &pose.information, &pose.gradient_mm, weight);
-            zeros.add_pose(rotation, lengths, pose, weight);
+            zeros.add_pose(rotation, lengths, &pose, weight);
         }
     }
 
