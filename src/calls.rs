@@ -71,3 +71,13 @@ pub fn product<T: Real>(a: &Matrix3<T>, b: &Matrix3<T>) -> Matrix3<T> {
     }
     product
 }
+
+/// Orthonormal axes from two vectors as columns: x along the first, z along their cross product. Two of them are zero
+/// when the vectors are parallel, and none is finite when those are not.
+#[inline(never)]
+pub fn triad<T: Real>(first: &Vector3<T>, second: &Vector3<T>) -> Matrix3<T> {
+    let x = unit(first);
+    let z = unit(&vector::cross(first, second));
+    let y = vector::cross(&z, &x);
+    Matrix3::new(x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z)
+}

@@ -7,7 +7,7 @@ pub trait Real: RealField + Copy {
     /// A constant of the source text in this precision. `T::of(0.5)` is folded at compile time.
     fn of(value: f64) -> Self;
 
-    /// A number within ±1, kept in as little memory as its use allows: 16 bits on the target, where a thousandth of a
+    /// A number within ±1, kept in as little memory as its use allows: 16 bits on the target, where a hundredth of a
     /// degree is enough; in double precision in full.
     type Fraction: Copy + core::fmt::Debug + PartialEq;
 

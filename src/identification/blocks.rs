@@ -66,6 +66,7 @@ impl<T: Real> Blocks<T> {
     /// [`Singular`] when a pivot is too small against the diagonal entry that it came from, or is not a number.
     #[inline(never)]
     pub fn first_inverse(&self) -> Result<Symmetric<T>, Singular> {
+        // Part by part: each is small enough to be moved without a call.
         let Self { first, mixed, second } = *self;
         let mut eliminated = Self { first, mixed, second };
         eliminated.eliminate_both()?;

@@ -4,14 +4,13 @@
 //! octahedron cannot place (beyond its fold, or with a bad length).
 
 use super::cable_length::CableLengths;
-use super::hinge::BaseEdges;
-use super::octahedron::HingeArm;
+use super::hinge::{BaseEdges, HingeArm};
 use super::pivot::{LengthEquation, LengthEquations, Pivot, RigPoints};
-use crate::calls::{product, transposed, unit};
+use crate::calls::{product, transposed, triad};
 use crate::rig::CABLES;
 use crate::scalar::Real;
 use crate::symmetric::{Symmetric, rounding};
-use crate::vector::{add_to, cross, difference, dot, scaled, square};
+use crate::vector::{add_to, difference, dot, scaled, square};
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 /// Gauss-Newton steps after which a start is given up.
@@ -201,14 +200,4 @@ pub fn nearest_attitude<T: Real>(m: &Matrix3<T>) -> UnitQuaternion<T> {
     } else {
         [c, e, d, z]
     })
-}
-
-/// Orthonormal axes from two vectors as columns: x along the first, z along their cross product. Not finite when they
-/// are parallel.
-#[inline(never)]
-pub(super) fn triad<T: Real>(first: &Vector3<T>, second: &Vector3<T>) -> Matrix3<T> {
-    let x = unit(first);
-    let z = unit(&cross(first, second));
-    let y = cross(&z, &x);
-    Matrix3::new(x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z)
 }

@@ -8,8 +8,7 @@
 //! point, and upward to the platform. In them an edge and its outward normal lack the third component, so two numbers
 //! stand for the edge's direction and a third of all products is spared.
 
-use super::cable_length::{CableLengths, LengthError, LengthFault, cable_number};
-use super::octahedron::HingeArm;
+use super::cable_length::{CableLengths, LengthError};
 use crate::calls::unit;
 use crate::rig::{POINTS, Rig};
 use crate::scalar::Real;
@@ -46,6 +45,19 @@ pub struct HingeCoordinates<T> {
     pub along_mm: T,
     /// ρ²: squared distance of P_i from the edge's line, mm². Positive.
     pub distance_squared_mm2: T,
+}
+
+/// An end-point's arm, seen along its hinge, mm: length times cosine and sine of the angle from the base plane
+/// (outward) towards the platform.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct HingeArm<T> {
+    /// ξ: where the arm begins on the base edge, mm.
+    pub along: T,
+    pub length: T,
+    /// Length times cosine, outward in the base plane.
+    pub out: T,
+    /// Length times sine, towards the platform.
+    pub up: T,
 }
 
 impl<T: Real> BaseEdges<T> {
@@ -115,7 +127,7 @@ impl<T: Real> BaseEdges<T> {
         let (pairs, _) = lengths.as_mm().as_chunks();
         let closes = |(edge, [first, second]): (&BaseEdge<T>, &[T; 2])| edge.coordinates(*first, *second).closes();
         let broken = self.edges.iter().zip(pairs).position(|cables| !closes(cables))?;
-        Some(LengthError { cable: cable_number(2 * broken), fault: LengthFault::BreaksTriangle })
+        Some(LengthError::broken_triangle(broken))
     }
 
     /// (ξ, ρ²) of lengths that may break their triangles. ρ² is not a positive number then, and no tetrahedron closes.

@@ -9,35 +9,24 @@
 //! poses at 60 degrees of tilt and torsion with the centre 60 mm off) the lengths alone cannot tell the two sides;
 //! there the joint centre of the other poses decides.
 
-use super::arm::triad;
 use super::cable_length::{CableLengths, LengthError};
-use super::hinge::{BaseEdges, HingeCoordinates};
+use super::hinge::{BaseEdges, HingeArm, HingeCoordinates};
+use crate::calls::triad;
 use crate::rig::{POINTS, Rig};
 use crate::scalar::Real;
 use crate::vector::{difference, scaled};
 use nalgebra::{Matrix3, Vector3};
 
-/// Newton steps after which a pose is given up. A regular pose takes five to six.
+/// Newton steps after which a pose is given up. A regular pose takes about five.
 const STEP_CAP: usize = 20;
 
 /// Angle of every hinge from the base plane at which Newton's method begins: 78 degrees (cosine, sine). No pose up
-/// to 45 degrees of tilt and 30 degrees of torsion was lost from 60 to 80 degrees; the steps are fewest here.
+/// to 45 degrees of tilt and 30 degrees of torsion was lost from 60 to 80 degrees; the steps are fewer than from 75 or less.
 const START: (f64, f64) = (0.207_911_690_817_759_45, 0.978_147_600_733_805_6);
 
 /// Smallest determinant of the normalised system at which an assembly counts as regular. Closer to the fold the
 /// lengths determine the pose too poorly to find a start from it.
 const REGULAR: f64 = 0.02;
-
-/// An end-point's arm, seen along its hinge, mm: length times cosine and sine of the angle from the base plane
-/// (outward) towards the platform.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct HingeArm<T> {
-    /// ξ: where the arm begins on the base edge, mm.
-    pub along: T,
-    pub length: T,
-    pub out: T,
-    pub up: T,
-}
 
 /// A platform edge P_i P_j spans a corner of the base: hinge j begins where hinge i ends, turned by an angle γ. Seen
 /// along hinge i, its outward axis and upward, P_i - P_j is
@@ -170,7 +159,7 @@ impl<T: Real> Octahedron<T> {
         [corner(0, 1), corner(1, 2), corner(2, 0)]
     }
 
-    /// Pose of the platform from its end-points in the axes of the base plane, which keep their distances.
+    /// Pose of the platform from its end-points, which keep their distances.
     #[inline(always)]
     fn pose(&self, arms: &[HingeArm<T>; POINTS]) -> PlatformPose<T> {
         let [p1, p2, p3] = core::array::from_fn(|i| self.base.end_point(i, &arms[i]));

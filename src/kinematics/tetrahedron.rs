@@ -83,17 +83,11 @@ impl<T: Real> TetrahedronBase<T> {
     /// these two cable lengths and this distance from the centre.
     #[inline(always)]
     pub fn foot(&self, hinge: &HingeCoordinates<T>) -> Option<Foot<T>> {
-        let foot = self.foot_anyhow(hinge);
-        // Also false for NaN. At exactly zero the differential is infinite: the two apices meet.
-        if foot.height_squared_mm2 > T::zero() { Some(foot) } else { None }
-    }
-
-    /// The same of a tetrahedron that may not close: h² is not positive then.
-    #[inline(always)]
-    pub fn foot_anyhow(&self, hinge: &HingeCoordinates<T>) -> Foot<T> {
         let along_mm = hinge.along_mm - self.centre_along_mm;
         let depth_mm = (self.power_mm2 + hinge.distance_squared_mm2 + along_mm * along_mm) * self.half_inverse;
-        Foot { along_mm, depth_mm, height_squared_mm2: hinge.distance_squared_mm2 - depth_mm * depth_mm }
+        let foot = Foot { along_mm, depth_mm, height_squared_mm2: hinge.distance_squared_mm2 - depth_mm * depth_mm };
+        // Also false for NaN. At exactly zero the differential is infinite: the two apices meet.
+        if foot.height_squared_mm2 > T::zero() { Some(foot) } else { None }
     }
 
     /// OP_i, from the joint centre, in the axes of the base plane, mm: the apex at height h over its foot, on the
