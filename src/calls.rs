@@ -56,10 +56,10 @@ pub fn transposed<T: Real>(m: &Matrix3<T>) -> Matrix3<T> {
     m.transpose()
 }
 
-/// Square root.
+/// Square root; zero of what rounding has made negative. NaN stays.
 #[inline(never)]
 pub fn root<T: Real>(x: T) -> T {
-    x.root()
+    if x < T::zero() { T::zero() } else { x.root() }
 }
 
 /// A B, column by column.

@@ -3,7 +3,7 @@
 //! Six numbers instead of nine, the inverse by the adjugate, the largest eigenvalue by its own cubic equation. Products
 //! that are wanted in several places are calls, not inlined: each is a hundred bytes of code.
 
-use crate::calls::unit;
+use crate::calls::{root, unit};
 use crate::scalar::Real;
 use crate::vector::dot;
 use nalgebra::{Matrix3, Vector3};
@@ -147,7 +147,7 @@ impl<T: Real> Symmetric<T> {
         let adjugate = self.adjugate();
         let (trace, minors, determinant) = (self.trace(), adjugate.trace(), self.determinant(&adjugate));
         // Exact when the two others are alike, and never too small: saves two or three rounds.
-        let spread = (trace * trace - minors * T::of(3.0)).max(T::zero()).root();
+        let spread = root(trace * trace - minors * T::of(3.0));
         let mut value = (trace + spread + spread) * T::of(1.0 / 3.0);
         for _ in 0..MOST_ROUNDS {
             let polynomial = ((value - trace) * value + minors) * value - determinant;
@@ -165,11 +165,17 @@ impl<T: Real> Symmetric<T> {
         // Of M - λ every column of the adjugate is along the direction. A little of M decides where all vanish.
         let [xx, yx, yy, zx, zy, zz] = self.0;
         let mut columns = Self([xx - value, yx, yy - value, zx, zy, zz - value]).adjugate();
-        let little = value * T::default_epsilon() * T::of(8.0);
-        columns.0.iter_mut().zip(self.0).for_each(|(entry, of)| *entry += of * little);
-        let columns = columns.to_matrix().data.0;
-        let longest = (1..3).fold(0, |best, k| if columns[k][k].abs() > columns[best][best].abs() { k } else { best });
-        (value, unit(&Vector3::from(columns[longest])))
+        columns.add(self, value * T::default_epsilon() * T::of(8.0));
+        // The column with the largest diagonal entry is the longest.
+        let [xx, yx, yy, zx, zy, zz] = columns.0;
+        let longest = if xx >= yy && xx >= zz {
+            [xx, yx, zx]
+        } else if yy >= zz {
+            [yx, yy, zy]
+        } else {
+            [zx, zy, zz]
+        };
+        (value, unit(&longest.into()))
     }
 }
 

@@ -61,7 +61,7 @@ pub fn worst_centre_direction<T: Real>(covariance: &[T; PACKED]) -> (T, [T; 3]) 
 /// 1σ in the direction of largest variance of a point, and that direction.
 pub fn worst_direction_of_point<T: Real>(covariance: &Symmetric<T>) -> (T, [T; 3]) {
     let (variance, direction) = covariance.largest();
-    (root(variance.max(T::zero())), direction.into())
+    (root(variance), direction.into())
 }
 
 /// Power iteration.
