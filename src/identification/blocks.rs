@@ -183,16 +183,8 @@ pub(super) fn eliminate<T: Real>(
 ) -> Result<(), Singular> {
     let Some(inverse) = &second.inverse(second, smallest) else { return Err(Singular) };
     *second = *inverse;
-    // In words: this is a seventh of the work on a pose.
-    let [a, b, c] = &mixed.data.0.map(Vector3::from);
-    let [u, v, w] = [inverse.image_inline(a), inverse.image_inline(b), inverse.image_inline(c)];
-    let [xx, yx, yy, zx, zy, zz] = &mut first.0;
-    *xx -= vector::dot(a, &u);
-    *yx -= vector::dot(b, &u);
-    *yy -= vector::dot(b, &v);
-    *zx -= vector::dot(c, &u);
-    *zy -= vector::dot(c, &v);
-    *zz -= vector::dot(c, &w);
-    *mixed = Matrix3::new(u.x, v.x, w.x, u.y, v.y, w.y, u.z, v.z, w.z);
+    let through = inverse.times(mixed);
+    first.add(&Symmetric::gram(mixed, &through), -T::one());
+    *mixed = through;
     Ok(())
 }
