@@ -37,8 +37,6 @@ pub struct Foretold<T> {
 
 impl<T: Real> Survey<T> {
     /// A survey of no poses. The information of the first poses is judged at the rig's nominal centre.
-    // Not inlined, like all that a device calls: what it takes can be told from what calls it (`cargo cycles`).
-    #[inline(never)]
     pub fn new(rig: &Rig<T>) -> Self {
         let points = RigPoints::new(rig);
         Self {
@@ -57,7 +55,6 @@ impl<T: Real> Survey<T> {
     ///
     /// # Errors
     /// [`OctahedronError`] when the lengths give no platform pose; nothing is added then.
-    #[inline(never)]
     pub fn add(&mut self, lengths: &CableLengths<T>) -> Result<PlatformPose<T>, OctahedronError> {
         let solved = self.octahedron.solve(lengths);
         // By reference, like the information below: taken out of the result it would be copied.
@@ -75,7 +72,6 @@ impl<T: Real> Survey<T> {
     }
 
     /// The error bar that the poses so far would give, or `None` while they leave the centre undetermined.
-    #[inline(never)]
     pub fn foretold(&self) -> Option<Foretold<T>> {
         let centre = self.information.matrix.first_inverse().ok()?;
         let (sigma, direction) = worst_direction_of_point(&centre);

@@ -120,8 +120,6 @@ pub struct Solver<T: Real, const N: usize = DEFAULT_CAPACITY, Z = UnknownZeros<T
 
 impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
     /// A solver for `rig`, at its beginning.
-    // Not inlined, like all that a device calls: what it takes can be told from what calls it (`cargo cycles`).
-    #[inline(never)]
     pub fn new(rig: &Rig<T>, settings: SolverSettings<T>) -> Self {
         let placer = Placer::new(rig);
         let settings = settings.sound();
@@ -182,7 +180,6 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
     }
 
     /// One slice of work. `poses` must be the same in every call, at most `N` of them (more are not looked at).
-    #[inline(never)]
     pub fn advance(&mut self, poses: &[CableLengths<T>]) -> Progress<&Identified<T>> {
         let poses = poses.get(..N).unwrap_or(poses);
         if poses.len() < FEWEST_POSES {
