@@ -249,9 +249,8 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
                 None => Refusal::PlatformDoesNotClose { pose },
             });
         }
-        match self.linear.solve() {
-            Ok(pivot) => self.pivot = pivot,
-            Err(Singular) => return Err(self.no_inverse()),
+        if let Err(Singular) = self.linear.solve(&mut self.pivot) {
+            return Err(self.no_inverse());
         }
         self.begin_pass(Weighing::Equal);
         Ok(())
