@@ -64,6 +64,9 @@ pub(super) const EQUAL_PASSES_WITH_ZEROS: u8 = 10;
 /// Passes with poses in or out; a selection that has not settled by then is judged as it stands.
 pub(super) const SELECTED_PASSES: u8 = 8;
 
+/// Passes that measure how far the centre wanders.
+pub(super) const WANDER_PASSES: u8 = 2;
+
 /// Median of chi-square with three degrees of freedom.
 pub(super) const MEDIAN_OF_CHI_SQUARE_3: f64 = 2.366;
 
