@@ -3,7 +3,7 @@
 use super::accumulation::PassSum;
 use super::blame::Blame;
 use super::judgement::Misfits;
-use super::placement::Placement;
+use super::placement::{Placement, State};
 use super::{FEWEST_AFTER_REJECTION, FEWEST_POSES, Phase, Solver, Weighing, judgement};
 use crate::calls::{difference, dot, image, root};
 use crate::identification::observability::RotationSum;
@@ -22,29 +22,28 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
     /// Rotations decide why the normal matrix has no inverse.
     #[inline(never)]
     pub(super) fn refuse_no_inverse(&mut self) {
-        if self.refuse_degenerate(false).is_ok() {
+        if self.refuse_degenerate(State::Placed).is_ok() {
             self.refuse(Refusal::Singular);
         }
     }
 
     /// Refuses poses that are all alike, that turn about one axis, or of which hardly any (fewer than two and a tenth of
     /// them) does not: a direction that one or two odd poses determine is not determined, for the others could not
-    /// contradict them. Else keeps how they sway, and tells which pose makes most of it, if one does. `used`: only those
-    /// that took part in the last pass.
+    /// contradict them. Else keeps how they sway, and tells which pose makes most of it, if one does. `least`: only of
+    /// the poses that have come so far.
     #[inline(never)]
-    fn refuse_degenerate(&mut self, used: bool) -> Result<Option<usize>, Refused> {
-        let takes_part = |placement: &Placement<T>| placement.is_used() || placement.is_placed() && !used;
+    fn refuse_degenerate(&mut self, least: State) -> Result<Option<usize>, Refused> {
         let mut rotations = RotationSum::default();
         for placement in &self.placements {
-            if takes_part(placement) {
+            if placement.state >= least {
                 rotations.add(&placement.rotation());
             }
         }
         let sway = rotations.sway();
         let square_of_sway = sway.least_rad * sway.least_rad;
-        let (mut swaying, mut all, mut largest, mut most) = (0, 0, T::zero(), 0);
+        let (mut swaying, mut all, mut largest, mut most) = (0_usize, 0_usize, T::zero(), 0);
         for (pose, placement) in self.placements.iter().enumerate() {
-            if takes_part(placement) {
+            if placement.state >= least {
                 let moved = difference(&image(&placement.rotation(), &sway.axis_in_platform), &sway.axis);
                 let square = dot(&moved, &moved);
                 all += 1;
@@ -59,7 +58,7 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
             self.refuse(Refusal::TooAlike { spread_rad: sway.second_rad.to_f32() });
             return Err(Refused);
         }
-        if sway.least_rad < self.settings.sway_limit_rad || swaying < 2 + all / 10 {
+        if sway.least_rad < self.settings.sway_limit_rad || 10 * swaying <= all + 10 {
             let axis = judgement::to_f32(&sway.axis);
             self.refuse(Refusal::OneAxis { axis, sway_rad: sway.least_rad.to_f32() });
             return Err(Refused);
@@ -80,11 +79,11 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
     /// (noise-free lengths), one that stands in the wrong one stands out though it is no outlier: once a run, such poses
     /// are placed anew by the known centre.
     #[inline(never)]
-    pub(super) fn accept_unless_beside(&mut self, squares_mm2: T) {
-        let limit = judgement::misfits(&self.placements).median * T::of(judgement::STANDS_OUT);
+    pub(super) fn accept_unless_beside(&mut self) {
+        let limit = self.misfits.median * T::of(judgement::STANDS_OUT);
         let beside = self.placements.iter().any(|p| p.is_used() && p.misfit > limit);
         if !beside || self.doubted {
-            return self.accept(squares_mm2);
+            return self.accept();
         }
         self.begin_pass();
         (self.doubt, self.doubted) = (limit, true);
@@ -92,19 +91,19 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
 
     /// Is a pose's misfit far beyond those of the others, and beyond noise?
     pub(super) fn stands_out(&self) -> bool {
-        let Misfits { median, worst } = judgement::misfits(&self.placements);
+        let Misfits { median, worst } = self.misfits;
         worst > median.max(T::of(judgement::MEDIAN_OF_CHI_SQUARE_3)) * T::of(judgement::STANDS_OUT)
     }
 
     /// After the selection: are enough poses left, and is what they leave noise?
-    pub(super) fn judge_selection(&mut self, squares_mm2: T) {
+    pub(super) fn judge_selection(&mut self) {
         let rejected = self.contradicting();
         let fewest = if rejected > 0 { FEWEST_AFTER_REJECTION } else { FEWEST_POSES };
         let too_many = rejected * 5 > self.placements.len() || rejected > MOST_REJECTED || self.sum.poses < fewest;
-        if too_many || !self.selection_is_noise(squares_mm2) {
+        if too_many || !self.selection_is_noise() {
             return self.look_for_wander();
         }
-        self.accept_unless_beside(squares_mm2);
+        self.accept_unless_beside();
     }
 
     /// Acceptance is lost; one question is left, whether a few poses are to blame or the joint.
@@ -112,15 +111,15 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
     pub(super) fn look_for_wander(&mut self) {
         let rejected = self.contradicting() as u16;
         // What is wrong may still be the poses rather than the joint.
-        if self.refuse_degenerate(false).is_ok() {
+        if self.refuse_degenerate(State::Placed).is_ok() {
             self.begin_weighing(Weighing::Wander { rejected });
         }
     }
 
     /// How far the centre wanders, or that a few poses alone are to blame.
-    pub(super) fn refuse_wander(&mut self, rejected: u16, squares_mm2: T) {
-        let variance = squares_mm2 / self.freedom();
-        let median = judgement::misfits(&self.placements).median;
+    pub(super) fn refuse_wander(&mut self, rejected: u16) {
+        let variance = self.sum.squares_left_mm2 / self.freedom();
+        let median = self.misfits.median;
         // A normal scatter in space has a mean of its squares 1.27 times their median; a few poses far off, much more.
         if variance * T::of(3.0) <= median * T::of(judgement::SCATTER_RATIO) {
             self.refuse(Refusal::NotABall { wander_mm: root(variance).to_f32() });
@@ -135,27 +134,27 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
 
     /// The last gates, then the result; poses left out are explained next.
     #[inline(never)]
-    pub(super) fn accept(&mut self, squares_mm2: T) {
-        let Ok(most) = self.refuse_degenerate(true) else { return };
-        let (noise_mm, widening) = self.noise_of_error_bar(squares_mm2);
+    pub(super) fn accept(&mut self) {
+        let Ok(most) = self.refuse_degenerate(State::Used) else { return };
+        let (noise_mm, widening) = self.noise_of_error_bar();
         let Ok(of_pivot) = &self.zeros.covariance(&self.sum.equations) else { return self.refuse(Refusal::Singular) };
         let bar_mm = noise_mm * widening;
         // Noise-free lengths must not pass a geometry that noise would ruin.
-        if let Err(refusal) = self.refuse_weak(&of_pivot.first, bar_mm.max(self.placer.rig_noise_mm)) {
-            return self.refuse(refusal);
+        if self.refuse_weak(&of_pivot.first, bar_mm.max(self.placer.rig_noise_mm)).is_err() {
+            return;
         }
         let (result, points) = (&mut self.result, &self.placer.points);
         let (parameters, covariance) = (&mut result.parameters, &mut result.covariance_mm2);
         parameters_of(&self.pivot, of_pivot, bar_mm * bar_mm, points, parameters, covariance);
         result.noise_mm = noise_mm;
-        result.deviation_mm = deviation(squares_mm2, self.sum.poses);
+        result.deviation_mm = deviation(self.sum.squares_left_mm2, self.sum.poses);
         result.iterations = result.deviations_mm.len() as u8;
         result.poses = self.placements.len() as u16;
         self.zeros.write(bar_mm, result);
         result.rejected.clear();
         for (pose, placement) in self.placements.iter().enumerate() {
             if !placement.is_used() {
-                let _ = result.rejected.push(Rejected { pose: pose as u16, cables: placement.broken_cables() });
+                let _ = result.rejected.push(Rejected { pose: pose as u16, cables: placement.broken_cables });
             }
         }
         self.begin_check(most);
@@ -167,11 +166,7 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
         if !self.settings.refuse_hanging {
             return;
         }
-        if self.sum.poses <= FEWEST_POSES {
-            // Two poses never suffice; rounding may hide that in the equations that are left.
-            let first = self.placements.iter().position(Placement::is_used).unwrap_or(0);
-            self.refuse(Refusal::HangsOnOnePose { pose: first as u16 });
-        } else if self.sum.poses <= judgement::FEW_POSES {
+        if self.sum.poses <= judgement::FEW_POSES {
             (self.phase, self.next) = (Phase::Check { last: self.placements.len() }, 0);
         } else if let Some(pose) = most {
             (self.phase, self.next) = (Phase::Check { last: pose + 1 }, pose);
@@ -185,7 +180,7 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
         self.next += 1;
         let Some(mut placement) = self.placements.get(pose).copied().filter(Placement::is_used) else { return };
         let lengths = self.zeros.corrected(lengths);
-        let (mut without, mut zeros) = (self.sum.clone(), self.zeros.clone());
+        let (mut without, mut zeros) = (self.sum, self.zeros.clone());
         let at = (&self.placer.points, &self.pivot);
         without.add(&mut placement, &mut zeros, at, &lengths, self.noise_mm, &Weighing::Without);
         // Four poses hardly contradict each other when there are zeros to be found as well, and the prior hides it: it
@@ -200,19 +195,24 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
 
     /// Refuses an error bar that is too wide, and says when it is the unknown zeros that widen it.
     #[inline(never)]
-    fn refuse_weak(&self, unit: &Symmetric<T>, noise_mm: T) -> Result<(), Refusal> {
+    fn refuse_weak(&mut self, unit: &Symmetric<T>, noise_mm: T) -> Result<(), Refused> {
         let limit = self.settings.sigma_limit_mm;
-        let refused = judgement::refuse_weak(unit, noise_mm, limit);
-        if refused.is_err()
-            && let Some((worst, sigma)) = self.zeros.worst()
-        {
-            let known = self.sum.equations.matrix.first_inverse().map_err(|_| Refusal::Singular)?;
-            if judgement::refuse_weak(&known, noise_mm, limit).is_ok() {
-                let sigma_mm = (sigma * noise_mm).to_f32();
-                return Err(Refusal::ZeroNotDetermined { cable: cable_number(worst), sigma_mm });
-            }
+        let (sigma, direction) = worst_direction_of_point(unit);
+        let sigma_mm = sigma * noise_mm;
+        // Also refuses NaN.
+        if sigma_mm <= limit {
+            return Ok(());
         }
-        refused
+        let mut refusal = Refusal::Weak { direction: direction.map(Real::to_f32), sigma_mm: sigma_mm.to_f32() };
+        if let Some((worst, sigma)) = self.zeros.worst()
+            && let Ok(known) = self.sum.equations.matrix.first_inverse()
+            && worst_direction_of_point(&known).0 * noise_mm <= limit
+        {
+            let sigma_mm = (sigma * noise_mm).to_f32();
+            refusal = Refusal::ZeroNotDetermined { cable: cable_number(worst), sigma_mm };
+        }
+        self.refuse(refusal);
+        Err(Refused)
     }
 }
 

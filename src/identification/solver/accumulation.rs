@@ -1,7 +1,7 @@
 //! One pass over the poses: the summed information on O and C.
 
 use super::Weighing;
-use super::placement::Placement;
+use super::placement::{Placement, State};
 use crate::identification::blocks::BlockEquations;
 use crate::identification::pose_information::PoseInformation;
 use crate::identification::zeros::Zeros;
@@ -14,10 +14,12 @@ use crate::scalar::Real;
 const OWN_CENTRE_RIDGE: f64 = 0.02;
 
 /// Sums of a pass.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct PassSum<T> {
     /// Normal equations of (O, C); `squares` is the weighted sum of squares before the step, mm².
     pub equations: BlockEquations<T>,
+    /// What the step leaves of them, mm².
+    pub squares_left_mm2: T,
     /// Poses with a weight above zero.
     pub poses: usize,
 }
@@ -25,10 +27,10 @@ pub(super) struct PassSum<T> {
 impl<T: Real> PassSum<T> {
     /// An empty pass.
     pub fn new() -> Self {
-        Self { equations: BlockEquations::new(), poses: 0 }
+        Self { equations: BlockEquations::new(), squares_left_mm2: T::zero(), poses: 0 }
     }
 
-    /// Adds a placed pose with the weight of its misfit, and refines its rotation.
+    /// Adds a pose, if it is placed, with the weight of its misfit, and refines its rotation.
     #[inline(never)]
     pub fn add(
         &mut self,
@@ -39,7 +41,10 @@ impl<T: Real> PassSum<T> {
         noise_mm: T,
         weighing: &Weighing<T>,
     ) {
-        placement.set_used(false);
+        if !placement.is_placed() {
+            return;
+        }
+        placement.state = State::Placed;
         let attitude = placement.attitude();
         let rotation = rotation_of(&attitude);
         // In place, here and elsewhere: as a result they would be copied.
@@ -57,7 +62,7 @@ impl<T: Real> PassSum<T> {
         placement.set_attitude(&turned(&attitude, &pose.turn));
         let weight = weighing.weight(placement.misfit);
         if weight != T::zero() {
-            placement.set_used(true);
+            placement.state = State::Used;
             self.poses += 1;
             self.equations.squares += pose.squares_mm2 * weight;
             self.equations.add_pose(&rotation, &pose.information, &pose.gradient_mm, weight);

@@ -29,6 +29,7 @@ mod settings;
 
 use self::accumulation::PassSum;
 use self::blame::Blame;
+use self::judgement::Misfits;
 use self::placement::{Placement, Placer};
 pub use self::settings::{Noise, SolverSettings};
 use super::normal_equations::Singular;
@@ -36,6 +37,7 @@ use super::outcome::{Identified, Progress, Refusal, deviation};
 use super::pivot_fit::PivotFit;
 use super::pose_buffer::DEFAULT_CAPACITY;
 use super::zeros::{UnknownZeros, Zeros};
+use crate::kinematics::cable_length::cable_number;
 use crate::kinematics::{CableLengths, LengthFault, OctahedronError, Pivot};
 use crate::rig::Rig;
 use crate::scalar::Real;
@@ -109,6 +111,8 @@ pub struct Solver<T: Real, const N: usize = DEFAULT_CAPACITY, Z = UnknownZeros<T
     pivot: Pivot<T>,
     zeros: Z,
     sum: PassSum<T>,
+    /// Of the last pass.
+    misfits: Misfits<T>,
     noise_mm: T,
     selected_before: usize,
     passes_in_weighing: u8,
@@ -140,6 +144,7 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
             linear: PivotFit::default(),
             zeros: Z::new(settings.zero_prior_mm),
             sum: PassSum::new(),
+            misfits: Misfits::none(),
             noise_mm,
             selected_before: 0,
             passes_in_weighing: 0,
@@ -216,9 +221,10 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
 
     #[inline(never)]
     fn place(&mut self, lengths: &CableLengths<T>) {
-        let placement = match self.placer.octahedron.solve(lengths) {
+        // By reference: taken out of the result the pose would be copied.
+        let placement = match &self.placer.octahedron.solve(lengths) {
             Ok(pose) => {
-                self.linear.add(&pose);
+                self.linear.add(pose);
                 Placement::at(&pose.rotation)
             }
             Err(OctahedronError::DoesNotClose) => Placement::unplaced(),
@@ -232,13 +238,23 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
     /// The linear fit of the pivot.
     #[inline(never)]
     fn finish_placing(&mut self) {
-        if self.placements.iter().filter(|p| p.is_placed()).count() < FEWEST_POSES {
-            let first = self.placements.iter().position(|p| !p.is_placed()).unwrap_or(0);
-            let pose = first as u16;
-            let broken = self.placements.get(first).and_then(Placement::broken_cable);
-            return self.refuse(match broken {
-                Some(cable) => Refusal::BadLength { pose, cable, fault: LengthFault::BreaksTriangle },
-                None => Refusal::PlatformDoesNotClose { pose },
+        let (mut placed, mut first) = (0, None);
+        for (pose, placement) in self.placements.iter().enumerate() {
+            if placement.is_placed() {
+                placed += 1;
+            } else {
+                first = first.or(Some((pose as u16, placement.broken_cables)));
+            }
+        }
+        if placed < FEWEST_POSES
+            && let Some((pose, cables)) = first
+        {
+            return self.refuse(match cables {
+                0 => Refusal::PlatformDoesNotClose { pose },
+                _ => {
+                    let cable = cable_number(cables.trailing_zeros() as usize);
+                    Refusal::BadLength { pose, cable, fault: LengthFault::BreaksTriangle }
+                }
             });
         }
         match self.linear.solve(&mut self.pivot) {
@@ -286,10 +302,8 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
             if places_anew && (placement.misfit > self.doubt || !placement.is_placed()) {
                 self.placer.replace(placement, &self.pivot, &lengths);
             }
-            if placement.is_placed() {
-                let at = (&self.placer.points, &self.pivot);
-                self.sum.add(placement, &mut self.zeros, at, &lengths, self.noise_mm, &self.weighing);
-            }
+            let at = (&self.placer.points, &self.pivot);
+            self.sum.add(placement, &mut self.zeros, at, &lengths, self.noise_mm, &self.weighing);
         }
         self.next += 1;
     }
@@ -299,16 +313,17 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
     fn finish_pass(&mut self) {
         let Ok(step) = self.zeros.step(&self.sum.equations) else { return self.refuse_step() };
         self.pivot.move_by(&step.pivot);
-        let squares_mm2 = step.squares_left_mm2;
-        let deviation_mm = deviation(squares_mm2, self.sum.poses.max(1));
+        self.sum.squares_left_mm2 = step.squares_left_mm2;
+        self.misfits = Misfits::of(&self.placements);
+        let deviation_mm = deviation(step.squares_left_mm2, self.sum.poses.max(1));
         if self.result.deviations_mm.push(deviation_mm).is_err() {
             return self.refuse(Refusal::IterationCap);
         }
         let settled = step.largest_mm <= self.settings.tolerance_mm;
         match self.weighing {
             Weighing::Equal => {
-                if settled && self.sum.poses == self.placements.len() && self.residuals_are_noise(squares_mm2) {
-                    return self.accept_unless_beside(squares_mm2);
+                if settled && self.sum.poses == self.placements.len() && self.residuals_are_noise() {
+                    return self.accept_unless_beside();
                 }
                 // A gross error would drag the next passes with it where its leverage is large.
                 if settled || self.stands_out() || self.passes_in_weighing > self.most_equal_passes() {
@@ -332,14 +347,14 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
                 let stable = self.sum.poses == self.selected_before && settled;
                 self.selected_before = self.sum.poses;
                 if stable {
-                    return self.judge_selection(squares_mm2);
+                    return self.judge_selection();
                 }
                 if self.passes_in_weighing > judgement::SELECTED_PASSES {
                     return self.look_for_wander();
                 }
             }
             Weighing::Wander { rejected } if self.passes_in_weighing >= judgement::WANDER_PASSES => {
-                return self.refuse_wander(rejected, squares_mm2);
+                return self.refuse_wander(rejected);
             }
             Weighing::Wander { .. } | Weighing::Without => {}
         }
