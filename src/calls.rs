@@ -56,6 +56,12 @@ pub fn transposed<T: Real>(m: &Matrix3<T>) -> Matrix3<T> {
     m.transpose()
 }
 
+/// Adds a part to a sum, number by number: of vectors and matrices alike.
+#[inline(never)]
+pub fn accumulate<T: Real>(sum: &mut [T], part: &[T]) {
+    sum.iter_mut().zip(part).for_each(|(sum, part)| *sum += *part);
+}
+
 /// Square root; zero of what rounding has made negative. NaN stays.
 #[inline(never)]
 pub fn root<T: Real>(x: T) -> T {

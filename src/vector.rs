@@ -80,15 +80,3 @@ pub fn image_transposed<T: Real>(m: &Matrix3<T>, a: &Vector3<T>) -> Vector3<T> {
         m.m13 * a.x + m.m23 * a.y + m.m33 * a.z,
     )
 }
-
-/// A + B.
-#[inline(always)]
-pub fn sum_of_matrices<T: Real>(a: &Matrix3<T>, b: &Matrix3<T>) -> Matrix3<T> {
-    #[rustfmt::skip]
-    let sum = Matrix3::new(
-        a.m11 + b.m11, a.m12 + b.m12, a.m13 + b.m13,
-        a.m21 + b.m21, a.m22 + b.m22, a.m23 + b.m23,
-        a.m31 + b.m31, a.m32 + b.m32, a.m33 + b.m33,
-    );
-    sum
-}

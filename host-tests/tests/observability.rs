@@ -10,11 +10,10 @@ use common::{Worn, rng};
 use glenoid::identification::blocks::Blocks;
 use glenoid::identification::normal_equations::{PACKED, at};
 use glenoid::identification::observability::{RotationSum, Sway};
-use glenoid::identification::uncertainty::{
-    covariance_of_parameters, pack, sigmas, worst_centre_direction, worst_direction,
-};
+use glenoid::identification::uncertainty::{parameters_of, sigmas, worst_centre_direction, worst_direction};
 use glenoid::identification::{Solver, SolverSettings, Survey};
 use glenoid::kinematics::{OctahedronError, Pivot, RigPoints};
+use glenoid::rig::Parameters;
 use glenoid::scalar::Real;
 use glenoid::symmetric::Symmetric;
 use nalgebra::{Matrix3, Matrix6, Rotation3, SMatrix, Unit, Vector3, Vector6};
@@ -232,8 +231,13 @@ fn covariance_of_the_radii_follows_from_that_of_the_platforms_centre() {
         };
         let mixed = dense.fixed_view::<3, 3>(3, 0).into_owned();
         let of_pivot = Blocks { first: symmetric(0), mixed, second: symmetric(3) };
+        let mut parameters = Parameters { centre_mm: Vector3::zeros(), radii_mm: [0.0; 3] };
         let mut mine = [0.0; 21];
-        pack(&covariance_of_parameters(&of_pivot, &pivot, &points), 1.0, &mut mine);
+        parameters_of(&pivot, &of_pivot, 1.0, &points, &mut parameters, &mut mine);
+        let there = pivot_parameters(&pivot, &points, &Vector6::zeros());
+        let [p1, p2, p3] = parameters.radii_mm;
+        let found = Vector6::new(worn.centre_mm.x, worn.centre_mm.y, worn.centre_mm.z, p1, p2, p3);
+        assert!((found - Vector6::from(there)).norm() < 1e-9 && parameters.centre_mm == worn.centre_mm);
         for i in 0..6 {
             for j in 0..=i {
                 assert!((mine[at(i, j)] - expected[(i, j)]).abs() < 1e-8, "entry {i}, {j}");

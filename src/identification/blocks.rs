@@ -116,7 +116,11 @@ impl<T: Real> Default for BlockEquations<T> {
 impl<T: Real> BlockEquations<T> {
     /// No equations yet.
     pub fn new() -> Self {
-        Self { matrix: Blocks::zero(), gradient: [Vector3::zeros(); 2], squares: T::zero() }
+        Self {
+            matrix: Blocks::zero(),
+            gradient: [Vector3::new(T::zero(), T::zero(), T::zero()); 2],
+            squares: T::zero(),
+        }
     }
 
     /// The step of both vectors.

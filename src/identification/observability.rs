@@ -5,10 +5,9 @@
 //! its singular values σ_i, the mean of |R_m a' - a|² over the poses is 2 (1 - σ_i) for the singular vectors a, a'.
 //! So a largest singular value of one means a common axis, and its left singular vector is that axis in {B}.
 
-use crate::calls::{dot, image, root, unit};
+use crate::calls::{accumulate, dot, image, root, unit};
 use crate::scalar::Real;
 use crate::symmetric::Symmetric;
-use crate::vector::sum_of_matrices;
 use nalgebra::{Matrix3, Vector3};
 
 /// Sum of the rotations of a set of poses.
@@ -41,13 +40,22 @@ impl<T: Real> RotationSum<T> {
     /// Adds the rotation ({P} to {B}) of a pose.
     #[inline(never)]
     pub fn add(&mut self, rotation: &Matrix3<T>) {
-        self.sum = sum_of_matrices(&self.sum, rotation);
+        accumulate(self.sum.as_mut_slice(), rotation.as_slice());
         self.poses += 1;
     }
 
     /// The sum itself.
     pub fn sum(&self) -> &Matrix3<T> {
         &self.sum
+    }
+
+    /// The mean of the rotations, R̄; not a number without any.
+    #[inline(never)]
+    pub fn mean(&self) -> Matrix3<T> {
+        let share = T::one() / self.poses();
+        let mut mean = self.sum;
+        mean.as_mut_slice().iter_mut().for_each(|entry| *entry *= share);
+        mean
     }
 
     /// Poses added.
@@ -61,9 +69,7 @@ impl<T: Real> RotationSum<T> {
             let axis = Vector3::z();
             return Sway { axis, axis_in_platform: axis, least_rad: T::zero(), second_rad: T::zero() };
         }
-        let share = T::one() / self.poses();
-        let mut mean = self.sum;
-        mean.as_mut_slice().iter_mut().for_each(|entry| *entry *= share);
+        let mean = self.mean();
         // 1 - R̄ᵀR̄ has the eigenvalues 1 - σ². Its adjugate has the same axes and the products of the two others: the
         // largest of them belongs to the axis looked for, though that one's own eigenvalue may be zero.
         let lacking = lacking(&mean);
@@ -88,7 +94,8 @@ fn moved<T: Real>(lacking: T) -> T {
 }
 
 /// 1 - R̄ᵀR̄: how much the mean rotation lacks of a rotation, by direction in {P}.
-fn lacking<T: Real>(mean: &Matrix3<T>) -> Symmetric<T> {
+#[inline(never)]
+pub(super) fn lacking<T: Real>(mean: &Matrix3<T>) -> Symmetric<T> {
     let mut lacking = Symmetric::diagonal(T::one());
     lacking.add(&Symmetric::gram(mean, mean), -T::one());
     lacking

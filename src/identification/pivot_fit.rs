@@ -12,9 +12,10 @@
 
 use super::normal_equations::{Singular, smallest_pivot};
 use super::observability::RotationSum;
+use crate::calls::{self, accumulate};
 use crate::kinematics::{Pivot, PlatformPose};
 use crate::scalar::Real;
-use crate::vector::{add_to, difference, dot, image, image_transposed, scaled, sum};
+use crate::vector::{difference, dot, image, image_transposed, scaled, sum};
 use nalgebra::Vector3;
 
 /// The sums over the poses added so far.
@@ -35,10 +36,12 @@ impl<T: Real> Default for PivotFit<T> {
 
 impl<T: Real> PivotFit<T> {
     /// Adds a platform pose.
+    #[inline(never)]
     pub fn add(&mut self, pose: &PlatformPose<T>) {
         self.rotations.add(&pose.rotation);
-        add_to(&mut self.origins, &pose.origin_mm);
-        add_to(&mut self.turned_origins, &image_transposed(&pose.rotation, &pose.origin_mm));
+        accumulate(self.origins.as_mut_slice(), pose.origin_mm.as_slice());
+        let turned = calls::image_transposed(&pose.rotation, &pose.origin_mm);
+        accumulate(self.turned_origins.as_mut_slice(), turned.as_slice());
     }
 
     /// The rotations of the poses.
@@ -46,12 +49,12 @@ impl<T: Real> PivotFit<T> {
         &self.rotations
     }
 
-    /// The pivot that fits the poses best.
+    /// Puts the pivot where it fits the poses best.
     ///
     /// # Errors
     /// [`Singular`] when the poses leave some direction of it undetermined, as for the normal equations of all six.
     #[inline(never)]
-    pub fn solve(&self) -> Result<Pivot<T>, Singular> {
+    pub fn solve(&self, pivot: &mut Pivot<T>) -> Result<(), Singular> {
         let (poses, rotations) = (self.rotations.poses(), self.rotations.sum());
         // All of it times n²: the means are never formed.
         let right = difference(&image_transposed(rotations, &self.origins), &scaled(&self.turned_origins, poses));
@@ -76,8 +79,8 @@ impl<T: Real> PivotFit<T> {
         let w = (right.z - l31 * u - l32 * v) / d3;
         let v = v / d2 - l32 * w;
         let u = u / d1 - l21 * v - l31 * w;
-        let in_platform_mm = Vector3::new(u, v, w);
-        let in_base_mm = scaled(&sum(&self.origins, &image(rotations, &in_platform_mm)), T::one() / poses);
-        Ok(Pivot { in_base_mm, in_platform_mm })
+        pivot.in_platform_mm = Vector3::new(u, v, w);
+        pivot.in_base_mm = scaled(&sum(&self.origins, &image(rotations, &pivot.in_platform_mm)), T::one() / poses);
+        Ok(())
     }
 }

@@ -60,10 +60,8 @@ impl<T: Real> Survey<T> {
         // By reference, like the information below: taken out of the result it would be copied.
         let Ok(pose) = &solved else { return solved };
         self.linear.add(pose);
-        // As soon as the poses tell a centre, theirs is better than the nominal one.
-        if let Ok(pivot) = self.linear.solve() {
-            self.pivot = pivot;
-        }
+        // As soon as the poses tell a centre, theirs is better than the nominal one. Until then that stays.
+        let _ = self.linear.solve(&mut self.pivot);
         self.equations.set(&self.points, &self.pivot, &pose.rotation, lengths);
         if self.known.set(&self.equations).is_ok() {
             self.information.add_pose(&pose.rotation, &self.known.information, &self.known.gradient_mm, T::one());

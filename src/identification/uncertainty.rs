@@ -2,8 +2,9 @@
 
 use super::blocks::Blocks;
 use super::normal_equations::{PACKED, UNKNOWNS};
-use crate::calls::{difference, image_transposed, root, unit};
+use crate::calls::{difference, dot, image_transposed, root, unit};
 use crate::kinematics::{Pivot, RigPoints};
+use crate::rig::Parameters;
 use crate::scalar::Real;
 use crate::symmetric::Symmetric;
 use nalgebra::Matrix3;
@@ -12,33 +13,42 @@ use nalgebra::Matrix3;
 /// where none stands out, any of them is as weak as the other.
 const POWER_ROUNDS: usize = 24;
 
-/// Covariance of x, y, z and p1, p2, p3 from that of O and C: dp_i = -(s_i - C)·dC / p_i.
+/// Centre and radii of a pivot, and their covariance from that of O and C: dp_i = -(s_i - C)·dC / p_i.
+///
+/// `covariance` is that of x, y, z, p1, p2, p3, times `factor`: lower triangle, row by row.
 #[inline(never)]
-pub fn covariance_of_parameters<T: Real>(of_pivot: &Blocks<T>, pivot: &Pivot<T>, points: &RigPoints<T>) -> Blocks<T> {
+pub fn parameters_of<T: Real>(
+    pivot: &Pivot<T>,
+    of_pivot: &Blocks<T>,
+    factor: T,
+    points: &RigPoints<T>,
+    parameters: &mut Parameters<T>,
+    covariance: &mut [T; PACKED],
+) {
+    parameters.centre_mm = pivot.in_base_mm;
     let mut directions = Matrix3::zeros();
     let mut mixed = Matrix3::zeros();
     for i in 0..3 {
         let arm = difference(&pivot.in_platform_mm, &points.platform_mm[i]);
+        parameters.radii_mm[i] = root(dot(&arm, &arm));
         let direction = unit(&arm);
-        let with_centre = image_transposed(&of_pivot.mixed, &direction);
-        for k in 0..3 {
-            directions[(k, i)] = direction[k];
-            mixed[(i, k)] = with_centre[k];
-        }
+        mixed.data.0[i] = image_transposed(&of_pivot.mixed, &direction).into();
+        directions.data.0[i] = direction.into();
     }
-    let second = Symmetric::gram(&directions, &of_pivot.second.times(&directions));
-    Blocks { first: of_pivot.first, mixed, second }
-}
-
-/// The lower triangle of a matrix times `factor`, row by row.
-#[inline(never)]
-pub fn pack<T: Real>(matrix: &Blocks<T>, factor: T, packed: &mut [T; PACKED]) {
-    let mut places = packed.iter_mut();
-    for i in 0..UNKNOWNS {
-        for (j, place) in (0..=i).zip(places.by_ref()) {
-            *place = matrix.entry(i, j) * factor;
-        }
-    }
+    let [xx, yx, yy, zx, zy, zz] = of_pivot.first.0;
+    let [pp, qp, qq, rp, rq, rr] = Symmetric::gram(&directions, &of_pivot.second.times(&directions)).0;
+    let [[px, py, pz], [qx, qy, qz], [rx, ry, rz]] = mixed.data.0;
+    #[rustfmt::skip]
+    let entries = [
+        xx,
+        yx, yy,
+        zx, zy, zz,
+        px, py, pz, pp,
+        qx, qy, qz, qp, qq,
+        rx, ry, rz, rp, rq, rr,
+    ];
+    *covariance = entries;
+    covariance.iter_mut().for_each(|entry| *entry *= factor);
 }
 
 /// 1σ of each unknown from a packed covariance.

@@ -7,9 +7,10 @@
 //! nothing here is singular at a flat tetrahedron or at the octahedron's fold.
 
 use super::cable_length::CableLengths;
+use crate::calls::accumulate;
 use crate::rig::{CABLES, POINTS, Parameters, Rig};
 use crate::scalar::Real;
-use crate::vector::{add_to, cross, difference, image, scaled, square, sum};
+use crate::vector::{cross, difference, image, scaled, square, sum};
 use nalgebra::{Matrix3, Vector3};
 
 /// The joint centre in both bodies: the six unknowns in the form in which every pose is linear in them.
@@ -44,9 +45,9 @@ impl<T: Real> Pivot<T> {
     }
 
     /// Moves by a step in O and C, mm.
-    pub fn move_by(&mut self, [x, y, z, u, v, w]: &[T; 6]) {
-        add_to(&mut self.in_base_mm, &Vector3::new(*x, *y, *z));
-        add_to(&mut self.in_platform_mm, &Vector3::new(*u, *v, *w));
+    pub fn move_by(&mut self, step: &[T; 6]) {
+        accumulate(self.in_base_mm.as_mut_slice(), &step[..3]);
+        accumulate(self.in_platform_mm.as_mut_slice(), &step[3..]);
     }
 
     /// The pivot from the centre in {B} and the radii: C is where three spheres of radii p_i about the end-points

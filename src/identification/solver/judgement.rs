@@ -1,11 +1,9 @@
 //! The limits of acceptance, and the statistics behind them.
 
+use super::FEWEST_POSES;
 use super::placement::Placement;
 use crate::calls::root as square_root;
-use crate::identification::outcome::Refusal;
-use crate::identification::uncertainty::worst_direction_of_point;
 use crate::scalar::Real;
-use crate::symmetric::Symmetric;
 use nalgebra::Vector3;
 
 /// Misfit beyond which a pose is left out: chi-square with three degrees of freedom exceeds 25 once in 65 000 sound
@@ -34,9 +32,13 @@ pub(super) const MOST_OF_THE_SWAY: f64 = 0.5;
 
 /// How much worse the centre may be determined without any one pose. A pose that improves the error bar more than
 /// this can be wrong by its full outlier without the others showing it. Refuses 0.6 % of four random poses (tilt 45,
-/// torsion 30 degrees), 0.07 % of five, 0.02 % of six, next to none of more (`cargo study million`).
+/// torsion 30 degrees), 0.07 % of five, 0.02 % of six, next to none of more (`cargo study million`). Two poses never
+/// suffice, though rounding may hide that in the equations that are left of three: those never stand.
 pub(super) fn limit_without_one_pose<T: Real>(poses: usize) -> T {
-    let spare = T::of_integer(poses as i32 - 3);
+    if poses <= FEWEST_POSES {
+        return T::zero();
+    }
+    let spare = T::of_integer((poses - FEWEST_POSES) as i32);
     T::of(3.0) + T::of(27.0) / (spare * spare)
 }
 
@@ -64,6 +66,9 @@ pub(super) const EQUAL_PASSES_WITH_ZEROS: u8 = 10;
 /// Passes with poses in or out; a selection that has not settled by then is judged as it stands.
 pub(super) const SELECTED_PASSES: u8 = 8;
 
+/// Passes that measure how far the centre wanders.
+pub(super) const WANDER_PASSES: u8 = 2;
+
 /// Median of chi-square with three degrees of freedom.
 pub(super) const MEDIAN_OF_CHI_SQUARE_3: f64 = 2.366;
 
@@ -82,14 +87,14 @@ pub(super) const WIDENING: f64 = 1.645;
 /// Chi-square value with `freedom` degrees of freedom at a quantile of the normal distribution (Wilson and Hilferty
 /// 1931; at the false-alarm quantile within 4 % at three degrees of freedom, 2 % from six on).
 #[inline(never)]
-pub(super) fn chi_square_limit<T: Real>(freedom: T, quantile: f64) -> T {
+pub(super) fn chi_square_limit<T: Real>(freedom: T, quantile: T) -> T {
     let ninth = T::of(2.0) / (freedom * T::of(9.0));
-    let root = T::one() - ninth + T::of(quantile) * square_root(ninth);
+    let root = T::one() - ninth + quantile * square_root(ninth);
     freedom * root * root * root
 }
 
 /// Misfits of the placed poses; 0 without any.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Misfits<T> {
     /// The typical one, within 1 %.
     pub median: T,
@@ -97,38 +102,39 @@ pub(super) struct Misfits<T> {
     pub worst: T,
 }
 
-/// The misfits of the placed poses, their median by bisection on the value: no copy, no reordering.
-#[inline(never)]
-pub(super) fn misfits<T: Real>(placements: &[Placement<T>]) -> Misfits<T> {
-    let placed = || placements.iter().filter(|p| p.is_placed());
-    let below = |limit: T| placed().filter(|p| p.misfit <= limit).count();
-    let worst = placed().fold(T::zero(), |worst, p| if p.misfit > worst { p.misfit } else { worst });
-    let half = below(worst).div_ceil(2);
-    let (mut low, mut median) = (T::zero(), worst);
-    for _ in 0..40 {
-        if low * T::of(1.01) > median {
-            break;
-        }
-        // Between the geometric and the arithmetic middle: misfits span many powers of ten.
-        let middle = if low > T::zero() { square_root(low * median) } else { median * T::of(1.0 / 64.0) };
-        if below(middle) >= half {
-            median = middle;
-        } else {
-            low = middle;
-        }
+impl<T: Real> Misfits<T> {
+    /// Of poses that all fit.
+    pub fn none() -> Self {
+        Self { median: T::zero(), worst: T::zero() }
     }
-    Misfits { median, worst }
-}
 
-/// Refuses a centre whose error bar in its worst direction is too wide. `unit`: covariance for a noise of 1 mm.
-pub(super) fn refuse_weak<T: Real>(unit: &Symmetric<T>, noise_mm: T, limit_mm: T) -> Result<(), Refusal> {
-    let (sigma, direction) = worst_direction_of_point(unit);
-    let sigma_mm = sigma * noise_mm;
-    // Also refuses NaN.
-    if !(sigma_mm <= limit_mm) {
-        return Err(Refusal::Weak { direction: direction.map(|x| x.to_f32()), sigma_mm: sigma_mm.to_f32() });
+    /// Of these poses; their median by bisection on the value: no copy, no reordering.
+    #[inline(never)]
+    pub fn of(placements: &[Placement<T>]) -> Self {
+        let placed = || placements.iter().filter(|p| p.is_placed());
+        let (mut worst, mut all) = (T::zero(), 0_usize);
+        for placement in placed() {
+            all += 1;
+            if placement.misfit > worst {
+                worst = placement.misfit;
+            }
+        }
+        let half = all.div_ceil(2);
+        let (mut low, mut median) = (T::zero(), worst);
+        for _ in 0..40 {
+            if low * T::of(1.01) > median {
+                break;
+            }
+            // Between the geometric and the arithmetic middle: misfits span many powers of ten.
+            let middle = if low > T::zero() { square_root(low * median) } else { median * T::of(1.0 / 64.0) };
+            if placed().filter(|p| p.misfit <= middle).count() >= half {
+                median = middle;
+            } else {
+                low = middle;
+            }
+        }
+        Self { median, worst }
     }
-    Ok(())
 }
 
 pub(super) fn to_f32<T: Real>(vector: &Vector3<T>) -> [f32; 3] {

@@ -29,6 +29,7 @@ mod settings;
 
 use self::accumulation::PassSum;
 use self::blame::Blame;
+use self::judgement::Misfits;
 use self::placement::{Placement, Placer};
 pub use self::settings::{Noise, SolverSettings};
 use super::normal_equations::Singular;
@@ -36,7 +37,8 @@ use super::outcome::{Identified, Progress, Refusal, deviation};
 use super::pivot_fit::PivotFit;
 use super::pose_buffer::DEFAULT_CAPACITY;
 use super::zeros::{UnknownZeros, Zeros};
-use crate::kinematics::{CableLengths, LengthEquations, LengthFault, OctahedronError, Pivot};
+use crate::kinematics::cable_length::cable_number;
+use crate::kinematics::{CableLengths, LengthFault, OctahedronError, Pivot};
 use crate::rig::Rig;
 use crate::scalar::Real;
 use heapless::Vec;
@@ -59,11 +61,11 @@ enum Weighing<T> {
     Selected,
     /// Equal weight for each pose's own centre: measures how far it wanders, after acceptance is lost.
     Wander {
-        /// Passes still wanted.
-        left: u8,
         /// Poses that the selection left out.
         rejected: u16,
     },
+    /// Taken away again.
+    Without,
 }
 
 impl<T: Real> Weighing<T> {
@@ -77,20 +79,22 @@ impl<T: Real> Weighing<T> {
             }
             Self::Selected if misfit <= T::of(judgement::MISFIT_LIMIT) => T::one(),
             Self::Selected => T::zero(),
+            Self::Without => -T::one(),
         }
     }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Phase<T> {
+enum Phase {
     Place,
-    Pass(Weighing<T>),
+    Pass,
     /// Would the result stand without any one of its poses?
     Check {
         /// One past the last pose to be doubted.
         last: usize,
     },
     Blame,
+    Refused(Refusal),
 }
 
 /// The solver, resumable: each call of [`advance`](Self::advance) does a bounded slice of work, at most the placing of
@@ -100,12 +104,15 @@ pub struct Solver<T: Real, const N: usize = DEFAULT_CAPACITY, Z = UnknownZeros<T
     settings: SolverSettings<T>,
     placer: Placer<T>,
     placements: Vec<Placement<T>, N>,
-    phase: Phase<T>,
+    phase: Phase,
     next: usize,
+    weighing: Weighing<T>,
     linear: PivotFit<T>,
     pivot: Pivot<T>,
     zeros: Z,
     sum: PassSum<T>,
+    /// Of the last pass.
+    misfits: Misfits<T>,
     noise_mm: T,
     selected_before: usize,
     passes_in_weighing: u8,
@@ -133,9 +140,11 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
             placements: Vec::new(),
             phase: Phase::Place,
             next: 0,
+            weighing: Weighing::Equal,
             linear: PivotFit::default(),
             zeros: Z::new(settings.zero_prior_mm),
             sum: PassSum::new(),
+            misfits: Misfits::none(),
             noise_mm,
             selected_before: 0,
             passes_in_weighing: 0,
@@ -185,34 +194,23 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
         if poses.len() < FEWEST_POSES {
             return Progress::Refused(Refusal::TooFewPoses { poses: poses.len() as u16 });
         }
-        let outcome = match (self.phase, poses.get(self.next)) {
-            (Phase::Place, Some(lengths)) => {
-                self.place(lengths);
-                Ok(())
-            }
+        match (&self.phase, poses.get(self.next)) {
+            (Phase::Place, Some(lengths)) => self.place(lengths),
             (Phase::Place, None) => self.finish_placing(),
-            (Phase::Pass(weighing), Some(lengths)) => {
-                self.weigh(weighing, lengths);
-                Ok(())
-            }
-            (Phase::Pass(weighing), None) => self.finish_pass(weighing, poses.len()),
-            (Phase::Check { last }, Some(lengths)) if self.next < last => self.check_without(lengths),
-            (Phase::Check { .. }, _) => {
-                self.phase = Phase::Blame;
-                Ok(())
-            }
+            (Phase::Pass, Some(lengths)) => self.weigh(lengths),
+            (Phase::Pass, None) => self.finish_pass(),
+            (Phase::Check { last }, Some(lengths)) if self.next < *last => self.check_without(lengths),
+            (Phase::Check { .. }, _) => self.phase = Phase::Blame,
             (Phase::Blame, _) => {
                 let arm = self.placer.arm(&self.pivot);
                 self.blame.advance(&mut self.result, &arm, self.placer.rig_noise_mm, &self.zeros, poses);
-                Ok(())
             }
-        };
-        match outcome {
-            Err(refusal) => Progress::Refused(refusal),
-            Ok(()) if self.phase == Phase::Blame && self.blame.is_done(&self.result) => {
-                Progress::Identified(&self.result)
-            }
-            Ok(()) => Progress::Working,
+            (Phase::Refused(_), _) => {}
+        }
+        match &self.phase {
+            Phase::Refused(refusal) => Progress::Refused(*refusal),
+            Phase::Blame if self.blame.is_done(&self.result) => Progress::Identified(&self.result),
+            _ => Progress::Working,
         }
     }
 
@@ -223,9 +221,10 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
 
     #[inline(never)]
     fn place(&mut self, lengths: &CableLengths<T>) {
-        let placement = match self.placer.octahedron.solve(lengths) {
+        // By reference: taken out of the result the pose would be copied.
+        let placement = match &self.placer.octahedron.solve(lengths) {
             Ok(pose) => {
-                self.linear.add(&pose);
+                self.linear.add(pose);
                 Placement::at(&pose.rotation)
             }
             Err(OctahedronError::DoesNotClose) => Placement::unplaced(),
@@ -238,39 +237,56 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
 
     /// The linear fit of the pivot.
     #[inline(never)]
-    fn finish_placing(&mut self) -> Result<(), Refusal> {
-        let placed = self.placements.iter().filter(|p| p.is_placed()).count();
-        if placed < FEWEST_POSES {
-            let first = self.placements.iter().position(|p| !p.is_placed()).unwrap_or(0);
-            let pose = first as u16;
-            let broken = self.placements.get(first).and_then(Placement::broken_cable);
-            return Err(match broken {
-                Some(cable) => Refusal::BadLength { pose, cable, fault: LengthFault::BreaksTriangle },
-                None => Refusal::PlatformDoesNotClose { pose },
+    fn finish_placing(&mut self) {
+        let (mut placed, mut first) = (0, None);
+        for (pose, placement) in self.placements.iter().enumerate() {
+            if placement.is_placed() {
+                placed += 1;
+            } else {
+                first = first.or(Some((pose as u16, placement.broken_cables)));
+            }
+        }
+        if placed < FEWEST_POSES
+            && let Some((pose, cables)) = first
+        {
+            return self.refuse(match cables {
+                0 => Refusal::PlatformDoesNotClose { pose },
+                _ => {
+                    let cable = cable_number(cables.trailing_zeros() as usize);
+                    Refusal::BadLength { pose, cable, fault: LengthFault::BreaksTriangle }
+                }
             });
         }
-        match self.linear.solve() {
-            Ok(pivot) => self.pivot = pivot,
-            Err(Singular) => return Err(self.no_inverse()),
+        match self.linear.solve(&mut self.pivot) {
+            Ok(()) => self.begin_weighing(Weighing::Equal),
+            Err(Singular) => self.refuse_no_inverse(),
         }
-        self.begin_pass(Weighing::Equal);
-        Ok(())
     }
 
-    fn begin_pass(&mut self, weighing: Weighing<T>) {
-        let same = match (self.phase, weighing) {
-            (Phase::Pass(before), now) => core::mem::discriminant(&before) == core::mem::discriminant(&now),
-            _ => false,
-        };
-        self.passes_in_weighing = if same { self.passes_in_weighing + 1 } else { 0 };
-        self.phase = Phase::Pass(weighing);
+    /// There will be no result.
+    fn refuse(&mut self, refusal: Refusal) {
+        self.phase = Phase::Refused(refusal);
+    }
+
+    /// Weighs the poses in another way from now on.
+    #[inline(never)]
+    fn begin_weighing(&mut self, weighing: Weighing<T>) {
+        self.weighing = weighing;
+        self.passes_in_weighing = 0;
+        self.begin_pass();
+    }
+
+    #[inline(never)]
+    fn begin_pass(&mut self) {
+        self.passes_in_weighing += 1;
+        self.phase = Phase::Pass;
         self.next = 0;
-        self.doubt = match weighing {
+        self.doubt = match self.weighing {
             // A pose that fits nothing may stand on the wrong side of the fold: the known centre places it.
-            Weighing::Selected if self.passes_in_weighing < 2 => T::of(judgement::HOPELESS_MISFIT),
+            Weighing::Selected if self.passes_in_weighing <= 2 => T::of(judgement::HOPELESS_MISFIT),
             _ => T::of(f64::INFINITY),
         };
-        match weighing {
+        match self.weighing {
             Weighing::Wander { .. } => self.zeros.hold(),
             _ => self.zeros.begin_pass(self.noise_mm),
         }
@@ -279,84 +295,80 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
 
     /// Adds one pose to the pass.
     #[inline(never)]
-    fn weigh(&mut self, weighing: Weighing<T>, lengths: &CableLengths<T>) {
+    fn weigh(&mut self, lengths: &CableLengths<T>) {
         let lengths = self.zeros.corrected(lengths);
         if let Some(placement) = self.placements.get_mut(self.next) {
             let places_anew = self.doubt < T::of(f64::INFINITY);
             if places_anew && (placement.misfit > self.doubt || !placement.is_placed()) {
                 self.placer.replace(placement, &self.pivot, &lengths);
             }
-            if placement.is_placed() {
-                let rotation = placement.rotation();
-                let equations = LengthEquations::new(&self.placer.points, &self.pivot, &rotation, &lengths);
-                let variance = self.noise_mm * self.noise_mm;
-                self.sum.add(placement, &mut self.zeros, &rotation, &equations, variance, weighing);
-            }
+            let at = (&self.placer.points, &self.pivot);
+            self.sum.add(placement, &mut self.zeros, at, &lengths, self.noise_mm, &self.weighing);
         }
         self.next += 1;
     }
 
     /// Takes the step of a pass and decides what comes next.
     #[inline(never)]
-    fn finish_pass(&mut self, weighing: Weighing<T>, poses: usize) -> Result<(), Refusal> {
-        let Ok(step) = self.zeros.step(&self.sum.equations) else {
-            let refusal = match weighing {
-                Weighing::Wander { rejected, .. } => Refusal::TooManyOutliers { rejected, poses: poses as u16 },
-                // Hardly any pose agrees with another.
-                Weighing::Annealed(_) | Weighing::Selected => return self.look_for_wander(poses),
-                Weighing::Equal => self.no_inverse(),
-            };
-            return Err(refusal);
-        };
+    fn finish_pass(&mut self) {
+        let Ok(step) = self.zeros.step(&self.sum.equations) else { return self.refuse_step() };
         self.pivot.move_by(&step.pivot);
-        let squares_mm2 = step.squares_left_mm2;
-        let deviation_mm = deviation(squares_mm2, self.sum.poses.max(1));
+        self.sum.squares_left_mm2 = step.squares_left_mm2;
+        self.misfits = Misfits::of(&self.placements);
+        let deviation_mm = deviation(step.squares_left_mm2, self.sum.poses.max(1));
         if self.result.deviations_mm.push(deviation_mm).is_err() {
-            return Err(Refusal::IterationCap);
+            return self.refuse(Refusal::IterationCap);
         }
         let settled = step.largest_mm <= self.settings.tolerance_mm;
-        match weighing {
+        match self.weighing {
             Weighing::Equal => {
-                if settled && self.sum.poses == poses && self.residuals_are_noise(squares_mm2) {
-                    return self.accept_unless_beside(weighing, poses, squares_mm2);
+                if settled && self.sum.poses == self.placements.len() && self.residuals_are_noise() {
+                    return self.accept_unless_beside();
                 }
                 // A gross error would drag the next passes with it where its leverage is large.
-                if settled || self.stands_out() || self.passes_in_weighing >= self.most_equal_passes() {
+                if settled || self.stands_out() || self.passes_in_weighing > self.most_equal_passes() {
                     let scale = self.begin_annealing();
-                    self.begin_pass(Weighing::Annealed(scale));
-                } else {
-                    self.begin_pass(weighing);
+                    return self.begin_weighing(Weighing::Annealed(scale));
                 }
             }
             Weighing::Annealed(scale) => {
                 let floor = T::of(judgement::ANNEALED_SCALE);
                 // The median of a handful says nothing that the first estimate did not.
                 let shrinks = self.placements.len() >= judgement::POSES_TO_ESTIMATE && self.noise_shrinks();
-                self.begin_pass(if shrinks {
-                    weighing
-                } else if scale <= floor {
-                    Weighing::Selected
-                } else {
-                    Weighing::Annealed((scale * T::of(judgement::ANNEALING)).max(floor))
-                });
+                if !shrinks {
+                    return self.begin_weighing(if scale <= floor {
+                        Weighing::Selected
+                    } else {
+                        Weighing::Annealed((scale * T::of(judgement::ANNEALING)).max(floor))
+                    });
+                }
             }
             Weighing::Selected => {
                 let stable = self.sum.poses == self.selected_before && settled;
                 self.selected_before = self.sum.poses;
                 if stable {
-                    return self.judge_selection(poses, squares_mm2);
+                    return self.judge_selection();
                 }
-                if self.passes_in_weighing >= judgement::SELECTED_PASSES {
-                    return self.look_for_wander(poses);
+                if self.passes_in_weighing > judgement::SELECTED_PASSES {
+                    return self.look_for_wander();
                 }
-                self.begin_pass(weighing);
             }
-            Weighing::Wander { left: 0, rejected } => {
-                return Err(self.sum.wander(squares_mm2, &self.placements, rejected, poses));
+            Weighing::Wander { rejected } if self.passes_in_weighing >= judgement::WANDER_PASSES => {
+                return self.refuse_wander(rejected);
             }
-            Weighing::Wander { left, rejected } => self.begin_pass(Weighing::Wander { left: left - 1, rejected }),
+            Weighing::Wander { .. } | Weighing::Without => {}
         }
-        Ok(())
+        self.begin_pass();
+    }
+
+    /// The equations of a pass have no solution.
+    fn refuse_step(&mut self) {
+        match self.weighing {
+            Weighing::Equal => self.refuse_no_inverse(),
+            Weighing::Wander { rejected } => self.refuse_outliers(rejected),
+            // Hardly any pose agrees with another.
+            _ => self.look_for_wander(),
+        }
     }
 
     /// Unknown zeros of centimetres take more steps to find than noise does.

@@ -1,5 +1,6 @@
 //! How large the noise is: as told, or as the residuals say.
 
+use super::placement::State;
 use super::settings::Noise;
 use super::{Solver, judgement};
 use crate::calls::root;
@@ -16,11 +17,11 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
 
     /// Are the residuals no larger than the noise explains?
     #[inline(never)]
-    pub(super) fn residuals_are_noise(&self, squares_mm2: T) -> bool {
-        let freedom = self.freedom();
+    pub(super) fn residuals_are_noise(&self) -> bool {
+        let (squares_mm2, freedom) = (self.sum.squares_left_mm2, self.freedom());
         match self.settings.noise {
             Noise::Known(noise) => {
-                squares_mm2 <= noise * noise * judgement::chi_square_limit(freedom, judgement::FALSE_ALARM)
+                squares_mm2 <= noise * noise * judgement::chi_square_limit(freedom, T::of(judgement::FALSE_ALARM))
             }
             Noise::EstimatedUpTo(most) => {
                 let estimate = root(squares_mm2 / freedom);
@@ -32,17 +33,17 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
                     estimate
                 };
                 let unit = self.noise_mm / typical.max(T::of(judgement::LEAST_NOISE_MM));
-                let worst = judgement::misfits(&self.placements).worst;
+                let worst = self.misfits.worst;
                 estimate <= most && worst * unit * unit <= T::of(judgement::MISFIT_LIMIT)
             }
         }
     }
 
     /// Is a selection that has settled no noisier than it may be?
-    pub(super) fn selection_is_noise(&self, squares_mm2: T) -> bool {
+    pub(super) fn selection_is_noise(&self) -> bool {
         match self.settings.noise {
-            Noise::Known(_) => self.residuals_are_noise(squares_mm2),
-            Noise::EstimatedUpTo(most) => squares_mm2 <= self.freedom() * most * most,
+            Noise::Known(_) => self.residuals_are_noise(),
+            Noise::EstimatedUpTo(most) => self.sum.squares_left_mm2 <= self.freedom() * most * most,
         }
     }
 
@@ -53,7 +54,7 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
             self.noise_shrinks();
             return scale * T::of(8.0);
         }
-        (judgement::misfits(&self.placements).median * T::of(3.0)).max(scale)
+        (self.misfits.median * T::of(3.0)).max(scale)
     }
 
     /// An unknown noise, estimated from the typical misfit. Bad poses spoil all misfits until they are weighed down, so
@@ -70,26 +71,26 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
     #[inline(never)]
     fn typical_noise_mm(&self) -> T {
         let poses = T::of_integer(self.placements.len() as i32);
-        let median = judgement::misfits(&self.placements).median;
+        let median = self.misfits.median;
         let typical = median / T::of(judgement::MEDIAN_OF_CHI_SQUARE_3) * poses / (poses - T::of(2.0));
         self.noise_mm * root(typical)
     }
 
     /// The noise, mm, and how much wider than it alone the error bar must be.
-    pub(super) fn noise_of_error_bar(&self, squares_mm2: T) -> (T, T) {
-        let mut squares = squares_mm2;
+    pub(super) fn noise_of_error_bar(&self) -> (T, T) {
+        let mut squares = self.sum.squares_left_mm2;
         let mut freedom = self.freedom();
         match self.settings.noise {
             // Residuals that sound sets leave only once in twenty widen the error bar (Birge's ratio). Poses that were
             // left out by a close call are counted in: of few poses, the worst leaves the others looking too good.
             Noise::Known(noise) => {
                 for pose in &self.placements {
-                    if pose.is_placed() && !pose.is_used() && pose.misfit <= T::of(judgement::CLEARLY_OUT) {
+                    if pose.state == State::Placed && pose.misfit <= T::of(judgement::CLEARLY_OUT) {
                         squares += pose.misfit * self.noise_mm * self.noise_mm;
                         freedom += T::of(3.0);
                     }
                 }
-                let limit = noise * noise * judgement::chi_square_limit(freedom, judgement::WIDENING);
+                let limit = noise * noise * judgement::chi_square_limit(freedom, T::of(judgement::WIDENING));
                 (if squares > limit { root(squares / freedom) } else { noise }, T::one())
             }
             // A variance estimated from few residuals is too small too often: the rig's own noise is worth a few more.
@@ -98,7 +99,7 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
                 let prior = T::of(judgement::PRIOR_FREEDOM);
                 let rig = self.placer.rig_noise_mm * self.placer.rig_noise_mm;
                 let pooled = root((squares + prior * rig) / (freedom + prior));
-                let beyond = squares > rig * judgement::chi_square_limit(freedom, judgement::FALSE_ALARM);
+                let beyond = squares > rig * judgement::chi_square_limit(freedom, T::of(judgement::FALSE_ALARM));
                 let few = self.sum.poses < judgement::POSES_TO_ESTIMATE;
                 let widening = if beyond && few { T::of(judgement::WIDENING_FOR_ONE_BAD_READING) } else { T::one() };
                 (pooled, widening)

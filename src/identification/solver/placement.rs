@@ -14,59 +14,46 @@ pub(super) struct Placement<T: Real> {
     /// Squared length residuals over the noise's variance, the pose's rotation at its best: chi-square with three
     /// degrees of freedom when the pose is sound.
     pub misfit: T,
-    state: State,
+    /// How far the pose has come.
+    pub state: State,
+    /// Bit k set: the triangle of cable k + 1 is broken. Both its cables are suspects until one is cleared.
+    pub broken_cables: u8,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum State {
+/// How far a pose has come, in this order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd)]
+pub(super) enum State {
+    /// A triangle is broken: never takes part.
+    Broken,
     /// No rotation found yet.
     Unplaced,
     /// Rotation known; took no part in the last pass.
     Placed,
     /// Took part in the last pass.
     Used,
-    /// The triangle of this cable (from 1) and its neighbour is broken: never takes part.
-    Broken(u8),
 }
 
 impl<T: Real> Placement<T> {
     pub fn at(rotation: &Matrix3<T>) -> Self {
-        Self { attitude: PackedAttitude::of(&nearest_attitude(rotation)), misfit: T::zero(), state: State::Placed }
+        let attitude = PackedAttitude::of(&nearest_attitude(rotation));
+        Self { attitude, state: State::Placed, ..Self::unplaced() }
     }
 
     pub fn unplaced() -> Self {
-        Self { attitude: PackedAttitude::identity(), misfit: T::zero(), state: State::Unplaced }
+        Self { attitude: PackedAttitude::identity(), misfit: T::zero(), state: State::Unplaced, broken_cables: 0 }
     }
 
+    /// Its triangle of this cable (from 1) and the next is broken.
     pub fn broken(cable: u8) -> Self {
-        Self { state: State::Broken(cable), ..Self::unplaced() }
+        Self { state: State::Broken, broken_cables: 0b11 << (cable - 1), ..Self::unplaced() }
     }
 
     pub fn is_placed(&self) -> bool {
-        matches!(self.state, State::Placed | State::Used)
+        self.state >= State::Placed
     }
 
     pub fn is_used(&self) -> bool {
         self.state == State::Used
-    }
-
-    pub fn set_used(&mut self, used: bool) {
-        if self.is_placed() {
-            self.state = if used { State::Used } else { State::Placed };
-        }
-    }
-
-    /// First cable (from 1) of a broken triangle.
-    pub fn broken_cable(&self) -> Option<u8> {
-        match self.state {
-            State::Broken(cable) => Some(cable),
-            _ => None,
-        }
-    }
-
-    /// Both cables of a broken triangle are suspects until one is cleared.
-    pub fn broken_cables(&self) -> u8 {
-        self.broken_cable().map_or(0, |cable| 0b11 << (cable - 1))
     }
 
     pub fn rotation(&self) -> Matrix3<T> {
@@ -79,9 +66,6 @@ impl<T: Real> Placement<T> {
 
     pub fn set_attitude(&mut self, attitude: &UnitQuaternion<T>) {
         self.attitude = PackedAttitude::of(attitude);
-        if self.state == State::Unplaced {
-            self.state = State::Placed;
-        }
     }
 }
 
@@ -109,11 +93,11 @@ impl<T: Real> Placer<T> {
 
     /// Places a pose by the known pivot, on whichever side of the fold it fits best.
     pub fn replace(&self, placement: &mut Placement<T>, pivot: &Pivot<T>, lengths: &CableLengths<T>) {
-        if matches!(placement.state, State::Broken(_)) {
-            return;
-        }
-        if let Some(fit) = self.arm(pivot).fit(lengths, CableSet::ALL) {
+        if placement.state > State::Broken
+            && let Some(fit) = self.arm(pivot).fit(lengths, CableSet::ALL)
+        {
             placement.set_attitude(&fit.attitude);
+            placement.state = State::Placed;
         }
     }
 }
