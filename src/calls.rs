@@ -20,12 +20,6 @@ pub fn unit<T: Real>(a: &Vector3<T>) -> Vector3<T> {
     if norm > T::zero() { vector::scaled(a, T::one() / norm) } else { *a }
 }
 
-/// a × b.
-#[inline(never)]
-pub fn cross<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
-    vector::cross(a, b)
-}
-
 /// a - b.
 #[inline(never)]
 pub fn difference<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
