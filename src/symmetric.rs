@@ -81,12 +81,18 @@ impl<T: Real> Symmetric<T> {
         product
     }
 
-    /// `left`ᵀ `right`, where that is symmetric.
+    /// Adds `left`ᵀ `right`, where that is symmetric, times `weight`.
     #[inline(never)]
-    pub fn gram(left: &Matrix3<T>, right: &Matrix3<T>) -> Self {
+    pub fn add_product(&mut self, left: &Matrix3<T>, right: &Matrix3<T>, weight: T) {
         let [a, b, c] = left.data.0.map(Vector3::from);
         let [u, v, w] = right.data.0.map(Vector3::from);
-        Self([dot(&a, &u), dot(&b, &u), dot(&b, &v), dot(&c, &u), dot(&c, &v), dot(&c, &w)])
+        let [xx, yx, yy, zx, zy, zz] = &mut self.0;
+        *xx += dot(&a, &u) * weight;
+        *yx += dot(&b, &u) * weight;
+        *yy += dot(&b, &v) * weight;
+        *zx += dot(&c, &u) * weight;
+        *zy += dot(&c, &v) * weight;
+        *zz += dot(&c, &w) * weight;
     }
 
     /// The adjugate: the inverse times the determinant, and also there when the determinant is zero.

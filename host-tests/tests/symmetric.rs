@@ -47,7 +47,9 @@ fn products_and_inverses_are_those_of_full_matrices() {
         assert_close(&packed.to_matrix(), &matrix);
         assert_close(&packed.image(&vector), &(matrix * vector));
         assert_close(&packed.times(&other), &(matrix * other));
-        assert_close(&Symmetric::gram(&other, &(matrix * other)).to_matrix(), &(other.transpose() * matrix * other));
+        let mut sum = packed;
+        sum.add_product(&other, &(matrix * other), 0.5);
+        assert_close(&sum.to_matrix(), &(matrix + other.transpose() * matrix * other * 0.5));
         assert_close(&packed.adjugate().to_matrix(), &(matrix.try_inverse().unwrap() * matrix.determinant()));
         assert_close(&packed.inverse(&packed, 1e-14).unwrap().to_matrix(), &matrix.try_inverse().unwrap());
         assert!((packed.trace() - matrix.trace()).abs() < 1e-14);

@@ -82,7 +82,7 @@ impl<T: Real> Blocks<T> {
         self.eliminate_both()?;
         let turned = transposed(&self.mixed);
         let mixed = self.first.times(&turned);
-        self.second.add(&Symmetric::gram(&turned, &mixed), T::one());
+        self.second.add_product(&turned, &mixed, T::one());
         self.mixed = transposed(&(-mixed));
         Ok(())
     }
@@ -149,7 +149,7 @@ impl<T: Real> BlockEquations<T> {
         let turned = information.times(rotation);
         let Blocks { first, mixed, second } = &mut self.matrix;
         first.add(information, weight);
-        second.add(&Symmetric::gram(rotation, &turned), weight);
+        second.add_product(rotation, &turned, weight);
         mixed.m11 -= turned.m11 * weight;
         mixed.m12 -= turned.m21 * weight;
         mixed.m13 -= turned.m31 * weight;
@@ -188,7 +188,7 @@ pub(super) fn eliminate<T: Real>(
     let Some(inverse) = &second.inverse(second, smallest) else { return Err(Singular) };
     *second = *inverse;
     let through = inverse.times(mixed);
-    first.add(&Symmetric::gram(mixed, &through), -T::one());
+    first.add_product(mixed, &through, -T::one());
     *mixed = through;
     Ok(())
 }

@@ -97,6 +97,6 @@ fn moved<T: Real>(lacking: T) -> T {
 #[inline(never)]
 pub(super) fn lacking<T: Real>(mean: &Matrix3<T>) -> Symmetric<T> {
     let mut lacking = Symmetric::diagonal(T::one());
-    lacking.add(&Symmetric::gram(mean, mean), -T::one());
+    lacking.add_product(mean, mean, -T::one());
     lacking
 }

@@ -36,7 +36,9 @@ pub fn parameters_of<T: Real>(
         directions.data.0[i] = direction.into();
     }
     let [xx, yx, yy, zx, zy, zz] = of_pivot.first.0;
-    let [pp, qp, qq, rp, rq, rr] = Symmetric::gram(&directions, &of_pivot.second.times(&directions)).0;
+    let mut of_radii = Symmetric::zero();
+    of_radii.add_product(&directions, &of_pivot.second.times(&directions), T::one());
+    let [pp, qp, qq, rp, rq, rr] = of_radii.0;
     let [[px, py, pz], [qx, qy, qz], [rx, ry, rz]] = mixed.data.0;
     #[rustfmt::skip]
     let entries = [

@@ -78,7 +78,7 @@ impl<T: Real> Evidence<T> {
         self.squares += pose.squares_mm2;
         let information = &pose.information;
         self.drift.add_growing(information, &pose.gradient_mm, elevation(rotation));
-        self.cuff.0.add(&Symmetric::gram(rotation, &information.times(rotation)), T::one());
+        self.cuff.0.add_product(rotation, &information.times(rotation), T::one());
         self.cuff.1 -= rotation.tr_mul(&pose.gradient_mm);
         for ((weight, gradient), cable) in self.cables.iter_mut().zip(&equations.cables) {
             let g = &cable.moment_mm;
