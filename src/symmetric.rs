@@ -71,14 +71,12 @@ impl<T: Real> Symmetric<T> {
         Vector3::new(xx * a.x + yx * a.y + zx * a.z, yx * a.x + yy * a.y + zy * a.z, zx * a.x + zy * a.y + zz * a.z)
     }
 
-    /// The product with `right`, column by column.
+    /// The product with `columns`, which is put into `images`: as a result it would be copied.
     #[inline(never)]
-    pub fn times(&self, right: &Matrix3<T>) -> Matrix3<T> {
-        let mut product = *right;
-        for column in &mut product.data.0 {
-            *column = self.image_inline(&Vector3::from(*column)).into();
+    pub fn times(&self, columns: &Matrix3<T>, images: &mut Matrix3<T>) {
+        for (column, image) in columns.data.0.iter().zip(&mut images.data.0) {
+            *image = self.image_inline(&Vector3::from(*column)).into();
         }
-        product
     }
 
     /// Adds `left`ᵀ `right`, where that is symmetric, times `weight`.
@@ -115,20 +113,24 @@ impl<T: Real> Symmetric<T> {
         ])
     }
 
-    /// The inverse of a matrix that elimination has left of `of` (itself, if of none).
+    /// Becomes its inverse; `of`: the matrix that elimination has left this one of (itself, if of none).
     ///
-    /// `None` when a pivot is not larger than the part `smallest` of the diagonal entry that it came from, or is not a
-    /// number.
+    /// False, and nothing is changed, when a pivot is not larger than the part `smallest` of the diagonal entry that it
+    /// came from, or is not a number.
     #[inline(never)]
-    pub fn inverse(&self, of: &Self, smallest: T) -> Option<Self> {
+    #[must_use]
+    pub fn invert(&mut self, of: &Self, smallest: T) -> bool {
         let adjugate = self.adjugate_inline();
         let ([xx, ..], [first, _, second, .., third]) = (self.0, of.0);
         let determinant = self.determinant(&adjugate);
         let [c11, c21, c22, c31, c32, minor] = adjugate.0;
         // The pivots are the quotients of the leading minors. Written as products, and so that NaN is refused.
         let regular = xx > first * smallest && minor > second * smallest * xx && determinant > third * smallest * minor;
-        let scale = T::one() / determinant;
-        regular.then_some(Self([c11 * scale, c21 * scale, c22 * scale, c31 * scale, c32 * scale, minor * scale]))
+        if regular {
+            let scale = T::one() / determinant;
+            self.0 = [c11 * scale, c21 * scale, c22 * scale, c31 * scale, c32 * scale, minor * scale];
+        }
+        regular
     }
 
     /// The determinant, given the adjugate.

@@ -55,9 +55,7 @@ impl<T: Real> Blocks<T> {
     fn eliminate_both(&mut self) -> Result<(), Singular> {
         let (smallest, first) = (smallest_pivot(), self.first);
         self.eliminate(smallest)?;
-        let Some(inverse) = &self.first.inverse(&first, smallest) else { return Err(Singular) };
-        self.first = *inverse;
-        Ok(())
+        if self.first.invert(&first, smallest) { Ok(()) } else { Err(Singular) }
     }
 
     /// The first block of the inverse: the covariance of the first vector, the second eliminated.
@@ -81,7 +79,8 @@ impl<T: Real> Blocks<T> {
     pub fn invert(&mut self) -> Result<(), Singular> {
         self.eliminate_both()?;
         let turned = transposed(&self.mixed);
-        let mixed = self.first.times(&turned);
+        let mut mixed = Matrix3::zeros();
+        self.first.times(&turned, &mut mixed);
         self.second.add_product(&turned, &mixed, T::one());
         self.mixed = transposed(&(-mixed));
         Ok(())
@@ -146,7 +145,8 @@ impl<T: Real> BlockEquations<T> {
     /// Adds what a pose knows of δ = δO - R δC, `weight` times: Jᵀ S J and Jᵀ g for J = [I, -R], unknowns O and C.
     #[inline(never)]
     pub fn add_pose(&mut self, rotation: &Matrix3<T>, information: &Symmetric<T>, gradient: &Vector3<T>, weight: T) {
-        let turned = information.times(rotation);
+        let mut turned = Matrix3::zeros();
+        information.times(rotation, &mut turned);
         let Blocks { first, mixed, second } = &mut self.matrix;
         first.add(information, weight);
         second.add_product(rotation, &turned, weight);
@@ -185,10 +185,11 @@ pub(super) fn eliminate<T: Real>(
     second: &mut Symmetric<T>,
     smallest: T,
 ) -> Result<(), Singular> {
-    let Some(inverse) = &second.inverse(second, smallest) else { return Err(Singular) };
-    *second = *inverse;
-    let through = inverse.times(mixed);
-    first.add_product(mixed, &through, -T::one());
-    *mixed = through;
+    let (information, shared) = (*second, *mixed);
+    if !second.invert(&information, smallest) {
+        return Err(Singular);
+    }
+    second.times(&shared, mixed);
+    first.add_product(&shared, mixed, -T::one());
     Ok(())
 }

@@ -88,11 +88,11 @@ impl<T: Real> PoseInformation<T> {
     /// `ridge` is added to the information, which may not know a direction.
     pub fn own_centre(&mut self, ridge: T) {
         let one = Symmetric::diagonal(T::one());
-        let mut ridged = self.information;
-        ridged.add(&one, ridge);
+        self.information.add(&one, ridge);
+        let ridged = self.information;
         // Never singular: information is not negative, and the ridge is positive.
-        if let Some(inverse) = ridged.inverse(&ridged, T::zero()) {
-            self.gradient_mm = inverse.image(&self.gradient_mm);
+        if self.information.invert(&ridged, T::zero()) {
+            self.gradient_mm = self.information.image(&self.gradient_mm);
         }
         self.squares_mm2 = square(&self.gradient_mm);
         self.information = one;

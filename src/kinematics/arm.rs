@@ -74,9 +74,11 @@ impl<T: Real> Arm<'_, T> {
                     squares_mm2 += *e * *e;
                 }
             }
-            // By reference: it would be copied.
-            let Some(inverse) = &turning.inverse(&turning, rounding()) else { break };
-            let turn = inverse.image(&torque);
+            let information = turning;
+            if !turning.invert(&information, rounding()) {
+                break;
+            }
+            let turn = turning.image(&torque);
             attitude = turned(&attitude, &turn);
             if square(&turn) <= settled {
                 // What the turn has gained is taken off without another evaluation.
