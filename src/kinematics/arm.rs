@@ -7,7 +7,7 @@ use super::cable_length::CableLengths;
 use super::pivot::{LengthEquation, LengthEquations, Pivot, RigPoints};
 use super::spheres::spheres_meet;
 use crate::calls::{difference, dot, product, root, transposed, triad};
-use crate::rig::{ATTACHMENTS, CABLES};
+use crate::rig::{CABLES, POINTS};
 use crate::scalar::Real;
 use crate::symmetric::{Symmetric, rounding};
 use crate::vector::{self, add_to, scaled, square};
@@ -116,8 +116,8 @@ impl<T: Real> Arm<'_, T> {
     fn apex(&self, i: usize, lengths: &CableLengths<T>, side: T) -> Vector3<T> {
         let (base_mm, mm) = (&self.points.base_mm, lengths.as_mm());
         let radius = difference(&self.points.platform_mm[i], &self.pivot.in_platform_mm);
-        let [first, second] = ATTACHMENTS[i];
-        let centres = [&self.pivot.in_base_mm, &base_mm[first], &base_mm[second]];
+        // As in `ATTACHMENTS`.
+        let centres = [&self.pivot.in_base_mm, &base_mm[i], &base_mm[(i + 1) % POINTS]];
         spheres_meet(centres, &[root(dot(&radius, &radius)), mm[2 * i], mm[2 * i + 1]], side)
     }
 }
@@ -160,12 +160,8 @@ pub fn rotation_of<T: Real>(attitude: &UnitQuaternion<T>) -> Matrix3<T> {
 #[inline(never)]
 pub fn nearest_attitude<T: Real>(m: &Matrix3<T>) -> UnitQuaternion<T> {
     let one = T::one();
-    let (w, x, y, z) = (
-        one + m.m11 + m.m22 + m.m33,
-        one + m.m11 - m.m22 - m.m33,
-        one - m.m11 + m.m22 - m.m33,
-        one - m.m11 - m.m22 + m.m33,
-    );
+    let (more, less, sum, difference) = (one + m.m11, one - m.m11, m.m22 + m.m33, m.m22 - m.m33);
+    let (w, x, y, z) = (more + sum, more - sum, less + difference, less - difference);
     let (a, b, c) = (m.m32 - m.m23, m.m13 - m.m31, m.m21 - m.m12);
     let (d, e, f) = (m.m32 + m.m23, m.m13 + m.m31, m.m21 + m.m12);
     // A quarter of their sum, 4, is large enough.
