@@ -145,7 +145,7 @@ impl<T: Real> Octahedron<T> {
         let (cos, sin) = (c1 * c2 + s1 * s2, c1 * s2 - s1 * c2);
         let (short, beyond) = (edges[i].length_mm - arms[i].along, arms[j].along);
         let (l1, l2, edge) = (mm[2 * i + 1], mm[2 * j], self.edges_mm[i]);
-        let constant = (l1 * l1 + l2 * l2 - edge * edge) * half + short * beyond * cos;
+        let constant = ((l1 - edge) * (l1 + edge) + l2 * l2) * half + short * beyond * cos;
         Corner { constant, first: sin * beyond, second: sin * short, cos }
     }
 
