@@ -63,7 +63,7 @@ pub fn root<T: Real>(x: T) -> T {
 }
 
 /// A B, column by column.
-#[inline(never)]
+#[inline(always)]
 pub fn product<T: Real>(a: &Matrix3<T>, b: &Matrix3<T>) -> Matrix3<T> {
     let mut product = *b;
     for column in &mut product.data.0 {

@@ -7,7 +7,7 @@ use super::cable_length::CableLengths;
 use super::pivot::{LengthEquation, LengthEquations, Pivot, RigPoints};
 use super::spheres::spheres_meet;
 use crate::calls::{difference, dot, product, root, transposed, triad};
-use crate::rig::{ATTACHMENTS, CABLES};
+use crate::rig::{CABLES, POINTS};
 use crate::scalar::Real;
 use crate::symmetric::{Symmetric, rounding};
 use crate::vector::{self, add_to, scaled, square};
@@ -94,13 +94,7 @@ impl<T: Real> Arm<'_, T> {
     pub fn fit(&self, lengths: &CableLengths<T>, cables: CableSet) -> Option<Fit<T>> {
         let whole = |i: usize| cables.has(2 * i) && cables.has(2 * i + 1);
         // Two end-points with both cables sound fix the rotation.
-        let (i, j) = if !whole(0) {
-            (1, 2)
-        } else if !whole(1) {
-            (2, 0)
-        } else {
-            (0, 1)
-        };
+        let (i, j) = (if whole(0) { 0 } else { 1 }, if whole(2) { 2 } else { 1 });
         let from_centre = |k: usize| difference(&self.points.platform_mm[k], &self.pivot.in_platform_mm);
         let body = transposed(&triad(&from_centre(i), &from_centre(j)));
         let mut best: Option<Fit<T>> = None;
@@ -122,12 +116,11 @@ impl<T: Real> Arm<'_, T> {
     /// iterate from. Not finite when its cables break their triangle, or with O on the edge's line.
     #[inline(never)]
     fn apex(&self, i: usize, lengths: &CableLengths<T>, side: T) -> Vector3<T> {
-        let (centres, mm) = (&self.points.base_mm, lengths.as_mm());
+        let (base_mm, mm) = (&self.points.base_mm, lengths.as_mm());
         let radius = difference(&self.points.platform_mm[i], &self.pivot.in_platform_mm);
-        let [first, second] = ATTACHMENTS[i];
-        let centres = [&centres[first], &centres[second], &self.pivot.in_base_mm];
-        let radii = [mm[2 * i], mm[2 * i + 1], root(dot(&radius, &radius))];
-        difference(&spheres_meet(centres, &radii, side), &self.pivot.in_base_mm)
+        // As in `ATTACHMENTS`.
+        let centres = [&self.pivot.in_base_mm, &base_mm[i], &base_mm[(i + 1) % POINTS]];
+        spheres_meet(centres, &[root(dot(&radius, &radius)), mm[2 * i], mm[2 * i + 1]], side)
     }
 }
 
@@ -136,17 +129,17 @@ pub fn turned<T: Real>(attitude: &UnitQuaternion<T>, turn: &Vector3<T>) -> UnitQ
     let [x, y, z, w]: [T; 4] = attitude.coords.into();
     let half = T::of(0.5);
     let (a, b, c) = (turn.x * half, turn.y * half, turn.z * half);
-    normalised([
+    normalised(
         w - a * x - b * y - c * z,
         x + a * w + b * z - c * y,
         y + b * w + c * x - a * z,
         z + c * w + a * y - b * x,
-    ])
+    )
 }
 
 /// The unit quaternion along w, x, y, z.
 #[inline(never)]
-pub(crate) fn normalised<T: Real>([w, x, y, z]: [T; 4]) -> UnitQuaternion<T> {
+pub(crate) fn normalised<T: Real>(w: T, x: T, y: T, z: T) -> UnitQuaternion<T> {
     let scale = T::one() / (w * w + x * x + y * y + z * z).root();
     UnitQuaternion::new_unchecked(Quaternion::new(w * scale, x * scale, y * scale, z * scale))
 }
@@ -169,22 +162,18 @@ pub fn rotation_of<T: Real>(attitude: &UnitQuaternion<T>) -> Matrix3<T> {
 #[inline(never)]
 pub fn nearest_attitude<T: Real>(m: &Matrix3<T>) -> UnitQuaternion<T> {
     let one = T::one();
-    let (w, x, y, z) = (
-        one + m.m11 + m.m22 + m.m33,
-        one + m.m11 - m.m22 - m.m33,
-        one - m.m11 + m.m22 - m.m33,
-        one - m.m11 - m.m22 + m.m33,
-    );
+    let (more, less, sum, difference) = (one + m.m11, one - m.m11, m.m22 + m.m33, m.m22 - m.m33);
+    let (w, x, y, z) = (more + sum, more - sum, less + difference, less - difference);
     let (a, b, c) = (m.m32 - m.m23, m.m13 - m.m31, m.m21 - m.m12);
     let (d, e, f) = (m.m32 + m.m23, m.m13 + m.m31, m.m21 + m.m12);
     // A quarter of their sum, 4, is large enough.
-    normalised(if w >= one {
-        [w, a, b, c]
+    if w >= one {
+        normalised(w, a, b, c)
     } else if x >= one {
-        [a, x, f, e]
+        normalised(a, x, f, e)
     } else if y >= one {
-        [b, f, y, d]
+        normalised(b, f, y, d)
     } else {
-        [c, e, d, z]
-    })
+        normalised(c, e, d, z)
+    }
 }

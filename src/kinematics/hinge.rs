@@ -56,13 +56,11 @@ impl<T: Real> BaseEdges<T> {
         let side = if axes.m33 < T::zero() { -T::one() } else { T::one() };
         (axes.m13, axes.m23, axes.m33) = (axes.m13 * side, axes.m23 * side, axes.m33 * side);
         // From B1 round to B1, as in `ATTACHMENTS`.
-        let mut edges = [BaseEdge::default(); POINTS];
         let mut first = Vector3::zeros();
-        for (edge, end) in edges.iter_mut().zip([b2, b3, b1]) {
+        let edges = [b2, b3, b1].map(|end| {
             let second = image_transposed(&axes, &difference(end, b1));
-            *edge = BaseEdge::between(&first, &second);
-            first = second;
-        }
+            BaseEdge::between(&core::mem::replace(&mut first, second), &second)
+        });
         Self { edges, axes, side, origin_mm: *b1 }
     }
 
@@ -120,14 +118,6 @@ impl<T: Real> HingeCoordinates<T> {
     #[inline(always)]
     pub(super) fn closes(&self) -> bool {
         self.distance_squared_mm2 > T::zero() && self.distance_squared_mm2 < T::of(1e30)
-    }
-}
-
-impl<T: Real> Default for BaseEdge<T> {
-    /// No edge yet: all zero.
-    fn default() -> Self {
-        let zero = T::zero();
-        Self { origin_mm: [zero; 2], direction: [zero; 2], length_mm: zero, inverse_twice_length: zero }
     }
 }
 

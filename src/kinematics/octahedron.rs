@@ -11,10 +11,10 @@
 
 use super::cable_length::{CableLengths, LengthError};
 use super::hinge::{BaseEdges, HingeCoordinates};
-use crate::calls::{difference, image, root, scaled, triad};
+use crate::calls::{image, root, triad};
 use crate::rig::{CABLES, POINTS, Rig};
 use crate::scalar::Real;
-use crate::vector::sum;
+use crate::vector::{difference, scaled, sum};
 use nalgebra::{Matrix3, Vector3};
 
 /// Newton steps after which a pose is given up. A regular pose takes about five.
@@ -112,7 +112,7 @@ impl<T: Real> Octahedron<T> {
     pub fn solve(&self, lengths: &CableLengths<T>) -> Result<PlatformPose<T>, OctahedronError> {
         let (edges, mm) = (self.base.as_array(), lengths.as_mm());
         let mut arms = core::array::from_fn(|i| HingeArm::at_start(&edges[i].coordinates(mm[2 * i], mm[2 * i + 1])));
-        let corners = core::array::from_fn(|j| self.corner(j, &arms, mm));
+        let corners = core::array::from_fn(|j| self.corner((j + 2) % POINTS, j, &arms, mm));
         let [c31, c12, c23] = &corners;
         for _ in 0..STEP_CAP {
             let [a1, a2, a3] = &arms;
@@ -132,21 +132,20 @@ impl<T: Real> Octahedron<T> {
                 break;
             }
         }
-        // A triangle that does not close has no height, and no equation holds. The comparisons are also false for NaN.
-        let broken = arms.iter().position(|arm| !(arm.length > T::zero() && arm.length < T::of(1e15)));
+        // A triangle that does not close has no height, and no equation holds. Also false for NaN.
+        let broken = arms.iter().position(|arm| !(arm.length > T::zero()));
         Err(broken.map_or(OctahedronError::DoesNotClose, |i| OctahedronError::Length(LengthError::broken_triangle(i))))
     }
 
-    /// The corner at which hinge `j` begins.
+    /// The corner at which hinge `i` ends and hinge `j` begins.
     #[inline(always)]
-    fn corner(&self, j: usize, arms: &[HingeArm<T>; POINTS], mm: &[T; CABLES]) -> Corner<T> {
-        let i = (j + 2) % POINTS;
+    fn corner(&self, i: usize, j: usize, arms: &[HingeArm<T>; POINTS], mm: &[T; CABLES]) -> Corner<T> {
         let (edges, half) = (self.base.as_array(), T::of(0.5));
         let ([c1, s1], [c2, s2]) = (edges[i].direction, edges[j].direction);
         let (cos, sin) = (c1 * c2 + s1 * s2, c1 * s2 - s1 * c2);
         let (short, beyond) = (edges[i].length_mm - arms[i].along, arms[j].along);
         let (l1, l2, edge) = (mm[2 * i + 1], mm[2 * j], self.edges_mm[i]);
-        let constant = (l1 * l1 + l2 * l2 - edge * edge) * half + short * beyond * cos;
+        let constant = ((l1 - edge) * (l1 + edge) + l2 * l2) * half + short * beyond * cos;
         Corner { constant, first: sin * beyond, second: sin * short, cos }
     }
 
