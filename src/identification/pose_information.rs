@@ -43,10 +43,11 @@ impl<T: Real> PoseInformation<T> {
     /// Nothing yet, for [`set`](Self::set).
     #[inline(always)]
     pub(crate) fn empty() -> Self {
-        let none = Vector3::new(T::zero(), T::zero(), T::zero());
+        let zero = T::zero();
+        let none = Vector3::new(zero, zero, zero);
         Self {
             information: Symmetric::zero(),
-            through: Matrix3::zeros(),
+            through: Matrix3::new(zero, zero, zero, zero, zero, zero, zero, zero, zero),
             turning_inverse: Symmetric::zero(),
             gradient_mm: none,
             squares_mm2: T::zero(),

@@ -84,13 +84,14 @@ pub(super) const FALSE_ALARM: f64 = 3.72;
 /// Quantile behind the widening of the error bar: one sound set in twenty.
 pub(super) const WIDENING: f64 = 1.645;
 
-/// Chi-square value with `freedom` degrees of freedom at a quantile of the normal distribution (Wilson and Hilferty
-/// 1931; at the false-alarm quantile within 4 % at three degrees of freedom, 2 % from six on).
+/// Are squares with `freedom` degrees of freedom no larger than a noise of this variance explains, at a quantile of the
+/// normal distribution? By the chi-square value of Wilson and Hilferty 1931: at the false-alarm quantile within 4 % at
+/// three degrees of freedom, 2 % from six on.
 #[inline(never)]
-pub(super) fn chi_square_limit<T: Real>(freedom: T, quantile: T) -> T {
+pub(super) fn is_noise<T: Real>(squares: T, freedom: T, variance: T, quantile: T) -> bool {
     let ninth = T::of(2.0) / (freedom * T::of(9.0));
     let root = T::one() - ninth + quantile * square_root(ninth);
-    freedom * root * root * root
+    squares <= variance * (freedom * root * root * root)
 }
 
 /// Misfits of the placed poses; 0 without any.

@@ -238,29 +238,24 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
     /// The linear fit of the pivot.
     #[inline(never)]
     fn finish_placing(&mut self) {
-        let (mut placed, mut first) = (0, None);
-        for (pose, placement) in self.placements.iter().enumerate() {
-            if placement.is_placed() {
-                placed += 1;
-            } else {
-                first = first.or(Some((pose as u16, placement.broken_cables)));
-            }
-        }
-        if placed < FEWEST_POSES
-            && let Some((pose, cables)) = first
-        {
-            return self.refuse(match cables {
-                0 => Refusal::PlatformDoesNotClose { pose },
-                _ => {
-                    let cable = cable_number(cables.trailing_zeros() as usize);
-                    Refusal::BadLength { pose, cable, fault: LengthFault::BreaksTriangle }
-                }
-            });
+        if self.linear.rotations().poses() < T::of_integer(FEWEST_POSES as i32) {
+            let first = self.placements.iter().position(|p| !p.is_placed()).unwrap_or(0);
+            let broken = self.placements.get(first).map_or(0, |p| p.broken_cables);
+            return self.refuse(self.no_platform(first as u16, broken));
         }
         match self.linear.solve(&mut self.pivot) {
             Ok(()) => self.begin_weighing(Weighing::Equal),
             Err(Singular) => self.refuse_no_inverse(),
         }
+    }
+
+    /// Why a pose has no rotation.
+    fn no_platform(&self, pose: u16, broken_cables: u8) -> Refusal {
+        if broken_cables == 0 {
+            return Refusal::PlatformDoesNotClose { pose };
+        }
+        let cable = cable_number(broken_cables.trailing_zeros() as usize);
+        Refusal::BadLength { pose, cable, fault: LengthFault::BreaksTriangle }
     }
 
     /// There will be no result.
@@ -315,7 +310,7 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
         self.pivot.move_by(&step.pivot);
         self.sum.squares_left_mm2 = step.squares_left_mm2;
         self.misfits = Misfits::of(&self.placements);
-        let deviation_mm = deviation(step.squares_left_mm2, self.sum.poses.max(1));
+        let deviation_mm = deviation(step.squares_left_mm2, self.sum.poses);
         if self.result.deviations_mm.push(deviation_mm).is_err() {
             return self.refuse(Refusal::IterationCap);
         }

@@ -21,7 +21,7 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
         let (squares_mm2, freedom) = (self.sum.squares_left_mm2, self.freedom());
         match self.settings.noise {
             Noise::Known(noise) => {
-                squares_mm2 <= noise * noise * judgement::chi_square_limit(freedom, T::of(judgement::FALSE_ALARM))
+                judgement::is_noise(squares_mm2, freedom, noise * noise, T::of(judgement::FALSE_ALARM))
             }
             Noise::EstimatedUpTo(most) => {
                 let estimate = root(squares_mm2 / freedom);
@@ -90,8 +90,8 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
                         freedom += T::of(3.0);
                     }
                 }
-                let limit = noise * noise * judgement::chi_square_limit(freedom, T::of(judgement::WIDENING));
-                (if squares > limit { root(squares / freedom) } else { noise }, T::one())
+                let fits = judgement::is_noise(squares, freedom, noise * noise, T::of(judgement::WIDENING));
+                (if fits { noise } else { root(squares / freedom) }, T::one())
             }
             // A variance estimated from few residuals is too small too often: the rig's own noise is worth a few more.
             // Residuals beyond the rig's noise may also be one bad reading's that few poses cannot show as such.
@@ -99,7 +99,7 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
                 let prior = T::of(judgement::PRIOR_FREEDOM);
                 let rig = self.placer.rig_noise_mm * self.placer.rig_noise_mm;
                 let pooled = root((squares + prior * rig) / (freedom + prior));
-                let beyond = squares > rig * judgement::chi_square_limit(freedom, T::of(judgement::FALSE_ALARM));
+                let beyond = !judgement::is_noise(squares, freedom, rig, T::of(judgement::FALSE_ALARM));
                 let few = self.sum.poses < judgement::POSES_TO_ESTIMATE;
                 let widening = if beyond && few { T::of(judgement::WIDENING_FOR_ONE_BAD_READING) } else { T::one() };
                 (pooled, widening)
