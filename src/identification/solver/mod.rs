@@ -37,6 +37,7 @@ use super::outcome::{Identified, Progress, Refusal, deviation};
 use super::pivot_fit::PivotFit;
 use super::pose_buffer::DEFAULT_CAPACITY;
 use super::zeros::{UnknownZeros, Zeros};
+use crate::kinematics::arm::nearest_attitude;
 use crate::kinematics::cable_length::cable_number;
 use crate::kinematics::{CableLengths, LengthFault, OctahedronError, Pivot};
 use crate::rig::Rig;
@@ -221,15 +222,16 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
 
     #[inline(never)]
     fn place(&mut self, lengths: &CableLengths<T>) {
+        let mut placement = Placement::unplaced();
         // By reference: taken out of the result the pose would be copied.
-        let placement = match &self.placer.octahedron.solve(lengths) {
+        match &self.placer.octahedron.solve(lengths) {
             Ok(pose) => {
                 self.linear.add(pose);
-                Placement::at(&pose.rotation)
+                placement.place(&nearest_attitude(&pose.rotation));
             }
-            Err(OctahedronError::DoesNotClose) => Placement::unplaced(),
-            Err(OctahedronError::Length(error)) => Placement::broken(error.cable),
-        };
+            Err(OctahedronError::DoesNotClose) => {}
+            Err(OctahedronError::Length(error)) => placement.set_broken(error.cable),
+        }
         // Never full: `advance` looks at no more than N poses.
         let _ = self.placements.push(placement);
         self.next += 1;
@@ -306,7 +308,8 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
     /// Takes the step of a pass and decides what comes next.
     #[inline(never)]
     fn finish_pass(&mut self) {
-        let Ok(step) = self.zeros.step(&self.sum.equations) else { return self.refuse_step() };
+        // By reference: taken out of the result the step would be copied.
+        let Ok(step) = &self.zeros.step(&self.sum.equations) else { return self.refuse_step() };
         self.pivot.move_by(&step.pivot);
         self.sum.squares_left_mm2 = step.squares_left_mm2;
         self.misfits = Misfits::of(&self.placements);

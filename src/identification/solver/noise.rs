@@ -84,13 +84,14 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
             // Residuals that sound sets leave only once in twenty widen the error bar (Birge's ratio). Poses that were
             // left out by a close call are counted in: of few poses, the worst leaves the others looking too good.
             Noise::Known(noise) => {
+                let variance = noise * noise;
                 for pose in &self.placements {
                     if pose.state == State::Placed && pose.misfit <= T::of(judgement::CLEARLY_OUT) {
-                        squares += pose.misfit * self.noise_mm * self.noise_mm;
+                        squares += pose.misfit * variance;
                         freedom += T::of(3.0);
                     }
                 }
-                let fits = judgement::is_noise(squares, freedom, noise * noise, T::of(judgement::WIDENING));
+                let fits = judgement::is_noise(squares, freedom, variance, T::of(judgement::WIDENING));
                 (if fits { noise } else { root(squares / freedom) }, T::one())
             }
             // A variance estimated from few residuals is too small too often: the rig's own noise is worth a few more.
