@@ -104,7 +104,6 @@ enum Phase {
 pub struct Solver<T: Real, const N: usize = DEFAULT_CAPACITY, Z = UnknownZeros<T>> {
     settings: SolverSettings<T>,
     placer: Placer<T>,
-    placements: Vec<Placement<T>, N>,
     phase: Phase,
     next: usize,
     weighing: Weighing<T>,
@@ -124,6 +123,8 @@ pub struct Solver<T: Real, const N: usize = DEFAULT_CAPACITY, Z = UnknownZeros<T
     blame: Blame<T>,
     /// Filled as it becomes known.
     result: Identified<T>,
+    /// Last: what stands before it is within short reach.
+    placements: Vec<Placement<T>, N>,
 }
 
 impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
