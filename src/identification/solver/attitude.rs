@@ -21,12 +21,13 @@ impl<T: Real> PackedAttitude<T> {
         let [x, y, z, w]: [T; 4] = attitude.coords.into();
         // q and -q are the same rotation.
         let by_sum = if w < T::zero() { T::one() / (w - T::one()) } else { T::one() / (w + T::one()) };
-        self.0 = [x, y, z].map(|part| (part * by_sum).to_fraction());
+        self.0 = [(x * by_sum).to_fraction(), (y * by_sum).to_fraction(), (z * by_sum).to_fraction()];
     }
 
     #[inline(never)]
     pub fn unpacked(&self) -> UnitQuaternion<T> {
-        let [x, y, z] = self.0.map(T::of_fraction);
+        let [x, y, z] = self.0;
+        let (x, y, z) = (T::of_fraction(x), T::of_fraction(y), T::of_fraction(z));
         let twice = T::of(2.0) / (T::one() + x * x + y * y + z * z);
         UnitQuaternion::new_unchecked(Quaternion::new(twice - T::one(), x * twice, y * twice, z * twice))
     }
