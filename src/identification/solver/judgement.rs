@@ -112,15 +112,13 @@ impl<T: Real> Misfits<T> {
     /// Of these poses; their median by bisection on the value: no copy, no reordering.
     #[inline(never)]
     pub fn of(placements: &[Placement<T>]) -> Self {
-        let placed = || placements.iter().filter(|p| p.is_placed());
-        let (mut worst, mut all) = (T::zero(), 0_usize);
-        for placement in placed() {
-            all += 1;
-            if placement.misfit > worst {
+        let mut worst = T::zero();
+        for placement in placements {
+            if placement.is_placed() && placement.misfit > worst {
                 worst = placement.misfit;
             }
         }
-        let half = all.div_ceil(2);
+        let half = fitting(placements, worst).div_ceil(2);
         let (mut low, mut median) = (T::zero(), worst);
         for _ in 0..40 {
             if low * T::of(1.01) > median {
@@ -128,7 +126,7 @@ impl<T: Real> Misfits<T> {
             }
             // Between the geometric and the arithmetic middle: misfits span many powers of ten.
             let middle = if low > T::zero() { square_root(low * median) } else { median * T::of(1.0 / 64.0) };
-            if placed().filter(|p| p.misfit <= middle).count() >= half {
+            if fitting(placements, middle) >= half {
                 median = middle;
             } else {
                 low = middle;
@@ -136,6 +134,12 @@ impl<T: Real> Misfits<T> {
         }
         Self { median, worst }
     }
+}
+
+/// Placed poses with a misfit of `limit` at most.
+#[inline(never)]
+pub(super) fn fitting<T: Real>(placements: &[Placement<T>], limit: T) -> usize {
+    placements.iter().filter(|p| p.is_placed() && p.misfit <= limit).count()
 }
 
 pub(super) fn to_f32<T: Real>(vector: &Vector3<T>) -> [f32; 3] {

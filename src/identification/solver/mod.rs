@@ -266,6 +266,11 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
         self.phase = Phase::Refused(refusal);
     }
 
+    /// Weighs the poses by misfit over this scale from now on, or over the last one.
+    fn anneal(&mut self, scale: T) {
+        self.begin_weighing(Weighing::Annealed(scale.max(T::of(judgement::ANNEALED_SCALE))));
+    }
+
     /// Weighs the poses in another way from now on.
     #[inline(never)]
     fn begin_weighing(&mut self, weighing: Weighing<T>) {
@@ -326,20 +331,18 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
                 }
                 // A gross error would drag the next passes with it where its leverage is large.
                 if settled || self.stands_out() || self.passes_in_weighing > self.most_equal_passes() {
-                    let scale = self.begin_annealing();
-                    return self.begin_weighing(Weighing::Annealed(scale));
+                    let scale = self.first_scale();
+                    return self.anneal(scale);
                 }
             }
             Weighing::Annealed(scale) => {
-                let floor = T::of(judgement::ANNEALED_SCALE);
                 // The median of a handful says nothing that the first estimate did not.
                 let shrinks = self.placements.len() >= judgement::POSES_TO_ESTIMATE && self.noise_shrinks();
+                if !shrinks && scale <= T::of(judgement::ANNEALED_SCALE) {
+                    return self.begin_weighing(Weighing::Selected);
+                }
                 if !shrinks {
-                    return self.begin_weighing(if scale <= floor {
-                        Weighing::Selected
-                    } else {
-                        Weighing::Annealed((scale * T::of(judgement::ANNEALING)).max(floor))
-                    });
+                    return self.anneal(scale * T::of(judgement::ANNEALING));
                 }
             }
             Weighing::Selected => {

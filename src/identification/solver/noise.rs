@@ -48,13 +48,12 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
     }
 
     /// First scale of the annealing; with an unknown noise, its robust estimate too.
-    pub(super) fn begin_annealing(&mut self) -> T {
-        let scale = T::of(judgement::ANNEALED_SCALE);
+    pub(super) fn first_scale(&mut self) -> T {
         if let Noise::EstimatedUpTo(_) = self.settings.noise {
             self.noise_shrinks();
-            return scale * T::of(8.0);
+            return T::of(8.0 * judgement::ANNEALED_SCALE);
         }
-        (self.misfits.median * T::of(3.0)).max(scale)
+        self.misfits.median * T::of(3.0)
     }
 
     /// An unknown noise, estimated from the typical misfit. Bad poses spoil all misfits until they are weighed down, so
