@@ -50,8 +50,8 @@ impl<T: Real> RotationSum<T> {
     }
 
     /// The mean of the rotations, R̄; not a number without any.
-    #[inline(never)]
-    pub fn mean(&self) -> Matrix3<T> {
+    #[inline(always)]
+    fn mean(&self) -> Matrix3<T> {
         let share = T::one() / self.poses();
         let mut mean = self.sum;
         mean.as_mut_slice().iter_mut().for_each(|entry| *entry *= share);
@@ -94,8 +94,8 @@ fn moved<T: Real>(lacking: T) -> T {
 }
 
 /// 1 - R̄ᵀR̄: how much the mean rotation lacks of a rotation, by direction in {P}.
-#[inline(never)]
-pub(super) fn lacking<T: Real>(mean: &Matrix3<T>) -> Symmetric<T> {
+#[inline(always)]
+fn lacking<T: Real>(mean: &Matrix3<T>) -> Symmetric<T> {
     let mut lacking = Symmetric::diagonal(T::one());
     lacking.add_product(mean, mean, -T::one());
     lacking

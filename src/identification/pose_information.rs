@@ -7,11 +7,12 @@
 
 use super::blocks::eliminate;
 use super::normal_equations::Singular;
+use crate::calls;
 use crate::kinematics::LengthEquations;
 use crate::kinematics::pivot::LengthEquation;
 use crate::scalar::Real;
 use crate::symmetric::{Symmetric, rounding};
-use crate::vector::{add_to, difference, dot, image_transposed, scaled, square};
+use crate::vector::{add_to, difference, dot, image_transposed, scaled};
 use nalgebra::{Matrix3, Vector3};
 
 /// One pose's least-squares information in units of 1/mm² of length variance (multiply by 1/σ²).
@@ -43,10 +44,11 @@ impl<T: Real> PoseInformation<T> {
     /// Nothing yet, for [`set`](Self::set).
     #[inline(always)]
     pub(crate) fn empty() -> Self {
-        let none = Vector3::new(T::zero(), T::zero(), T::zero());
+        let zero = T::zero();
+        let none = Vector3::new(zero, zero, zero);
         Self {
             information: Symmetric::zero(),
-            through: Matrix3::zeros(),
+            through: Matrix3::new(zero, zero, zero, zero, zero, zero, zero, zero, zero),
             turning_inverse: Symmetric::zero(),
             gradient_mm: none,
             squares_mm2: T::zero(),
@@ -94,7 +96,7 @@ impl<T: Real> PoseInformation<T> {
         if self.information.invert(&ridged, T::zero()) {
             self.gradient_mm = self.information.image(&self.gradient_mm);
         }
-        self.squares_mm2 = square(&self.gradient_mm);
+        self.squares_mm2 = calls::dot(&self.gradient_mm, &self.gradient_mm);
         self.information = one;
     }
 }

@@ -71,8 +71,7 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
     /// Poses that the others contradict, or that fit nowhere.
     #[inline(never)]
     fn contradicting(&self) -> usize {
-        let limit = T::of(judgement::MISFIT_LIMIT);
-        self.placements.iter().filter(|p| !(p.is_placed() && p.misfit <= limit)).count()
+        self.placements.len() - judgement::fitting(&self.placements, T::of(judgement::MISFIT_LIMIT))
     }
 
     /// Near the octahedron's fold two assemblies fit to within the noise. Where the residuals of the other poses vanish
@@ -81,7 +80,7 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
     #[inline(never)]
     pub(super) fn accept_unless_beside(&mut self) {
         let limit = self.misfits.median * T::of(judgement::STANDS_OUT);
-        let beside = self.placements.iter().any(|p| p.is_used() && p.misfit > limit);
+        let beside = judgement::fitting(&self.placements, limit) < self.sum.poses;
         if !beside || self.doubted {
             return self.accept();
         }
@@ -97,7 +96,7 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
 
     /// After the selection: are enough poses left, and is what they leave noise?
     pub(super) fn judge_selection(&mut self) {
-        let rejected = self.contradicting();
+        let rejected = self.placements.len() - self.sum.poses;
         let fewest = if rejected > 0 { FEWEST_AFTER_REJECTION } else { FEWEST_POSES };
         let too_many = rejected * 5 > self.placements.len() || rejected > MOST_REJECTED || self.sum.poses < fewest;
         if too_many || !self.selection_is_noise() {

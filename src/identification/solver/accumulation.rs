@@ -53,13 +53,13 @@ impl<T: Real> PassSum<T> {
         if pose.set(&equations).is_err() {
             return;
         }
+        placement.set_attitude(&turned(&attitude, &pose.turn));
         if let Weighing::Wander { .. } = weighing {
             pose.own_centre(T::of(OWN_CENTRE_RIDGE));
             placement.misfit = pose.squares_mm2;
         } else {
             placement.misfit = pose.squares_mm2 / (noise_mm * noise_mm);
         }
-        placement.set_attitude(&turned(&attitude, &pose.turn));
         let weight = weighing.weight(placement.misfit);
         if weight != T::zero() {
             placement.state = State::Used;

@@ -17,16 +17,17 @@ impl<T: Real> PackedAttitude<T> {
     }
 
     #[inline(never)]
-    pub fn of(attitude: &UnitQuaternion<T>) -> Self {
+    pub fn set(&mut self, attitude: &UnitQuaternion<T>) {
         let [x, y, z, w]: [T; 4] = attitude.coords.into();
         // q and -q are the same rotation.
         let by_sum = if w < T::zero() { T::one() / (w - T::one()) } else { T::one() / (w + T::one()) };
-        Self([x, y, z].map(|part| (part * by_sum).to_fraction()))
+        self.0 = [(x * by_sum).to_fraction(), (y * by_sum).to_fraction(), (z * by_sum).to_fraction()];
     }
 
     #[inline(never)]
     pub fn unpacked(&self) -> UnitQuaternion<T> {
-        let [x, y, z] = self.0.map(T::of_fraction);
+        let [x, y, z] = self.0;
+        let (x, y, z) = (T::of_fraction(x), T::of_fraction(y), T::of_fraction(z));
         let twice = T::of(2.0) / (T::one() + x * x + y * y + z * z);
         UnitQuaternion::new_unchecked(Quaternion::new(twice - T::one(), x * twice, y * twice, z * twice))
     }
@@ -47,7 +48,8 @@ mod tests {
             let attitude = UnitQuaternion::from_scaled_axis(axis * angle);
             let [x, y, z, w]: [f64; 4] = attitude.coords.into();
             let [a, b, c, d] = [w, x, y, z].map(T::of);
-            let kept = PackedAttitude::of(&UnitQuaternion::new_unchecked(Quaternion::new(a, b, c, d)));
+            let mut kept = PackedAttitude::identity();
+            kept.set(&UnitQuaternion::new_unchecked(Quaternion::new(a, b, c, d)));
             let [x, y, z, w] = <[T; 4]>::from(kept.unpacked().coords).map(Real::to_f64);
             let back = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
             largest = largest.max(back.angle_to(&attitude));

@@ -19,33 +19,22 @@ const SOUND_AFTER_EXCHANGE: f64 = 25.0;
 /// A second cable that explains the pose worse by less than this looks alike, and is named too.
 const LOOKS_ALIKE: f64 = 9.0;
 
-/// The fifteen exchanges of two cables.
-const EXCHANGES: [(usize, usize); 15] = {
-    let mut exchanges = [(0, 0); 15];
-    let (mut at, mut first) = (0, 0);
-    while first < CABLES {
-        let mut second = first + 1;
-        while second < CABLES {
-            exchanges[at] = (first, second);
-            (at, second) = (at + 1, second + 1);
-        }
-        first += 1;
-    }
-    exchanges
-};
-
 /// Progress over the poses left out: one question a slice.
+///
+/// The questions are the pairs of cables, by how far apart they stand: first each cable with itself, whether it is to
+/// blame, then each two of them, whether they were exchanged.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Blame<T> {
     next: usize,
-    question: usize,
+    first: usize,
+    apart: usize,
     /// Squares without each cable, mm²; infinite where no rotation fits.
     without: [T; CABLES],
 }
 
 impl<T: Real> Blame<T> {
     pub fn new() -> Self {
-        Self { next: 0, question: 0, without: [T::zero(); CABLES] }
+        Self { next: 0, first: 0, apart: 0, without: [T::zero(); CABLES] }
     }
 
     pub fn is_done(&self, result: &Identified<T>) -> bool {
@@ -62,44 +51,44 @@ impl<T: Real> Blame<T> {
         zeros: &impl Zeros<T>,
         poses: &[CableLengths<T>],
     ) {
-        let noise = result.noise_mm.max(rig_noise_mm);
-        let variance = noise * noise;
         let Some(rejected) = result.rejected.get_mut(self.next) else { return };
         let Some(measured) = poses.get(usize::from(rejected.pose)) else { return };
-        let mut lengths = zeros.corrected(measured);
-        let mut cables = CableSet::ALL;
-        let mut suspects = 0;
-        if self.question < CABLES {
-            cables = CableSet::all_but(self.question);
-        } else if let Some((i, j)) = EXCHANGES.get(self.question - CABLES) {
-            lengths = lengths.exchanged(*i, *j);
-            suspects = 1 << i | 1 << j;
-        }
+        let (first, second) = (self.first, self.first + self.apart);
+        let single = self.apart == 0;
+        let cables = if single { CableSet::all_but(first) } else { CableSet::ALL };
+        let lengths = zeros.corrected(measured).exchanged(first, second);
         let squares = arm.fit(&lengths, cables).map_or(T::of(f64::INFINITY), |fit| fit.squares_mm2);
-        if let Some(without) = self.without.get_mut(self.question) {
+        if single && let Some(without) = self.without.get_mut(first) {
             *without = squares;
         }
-        self.question += 1;
-        let named = if self.question == CABLES {
-            self.single_cables(variance)
+        self.first += 1;
+        let all_asked = second + 1 == CABLES;
+        if all_asked {
+            (self.first, self.apart) = (0, self.apart + 1);
+        }
+        let noise = result.noise_mm.max(rig_noise_mm);
+        let variance = noise * noise;
+        let named = if single {
+            if all_asked { self.single_cables(variance) } else { 0 }
         } else if squares <= variance * T::of(SOUND_AFTER_EXCHANGE) {
-            suspects
+            1 << first | 1 << second
         } else {
             0
         };
         if named != 0 {
-            rejected.cables = named;
+            rejected.cables = named as u8;
         }
-        if named != 0 || self.question == CABLES + EXCHANGES.len() {
-            (self.next, self.question) = (self.next + 1, 0);
+        if named != 0 || self.apart == CABLES {
+            (self.next, self.first, self.apart) = (self.next + 1, 0, 0);
         }
     }
 
     /// Bits of the cables without which the pose fits; none when it never does.
-    fn single_cables(&self, variance: T) -> u8 {
-        let best = self.without.iter().fold(T::of(f64::INFINITY), |best, squares| best.min(*squares));
-        let limit = (variance * T::of(SOUND)).min(best + variance * T::of(LOOKS_ALIKE));
-        let named = |(cable, squares): (usize, &T)| u8::from(*squares <= limit) << cable;
+    fn single_cables(&self, variance: T) -> u32 {
+        let smaller = |a: T, b: T| if b < a { b } else { a };
+        let best = self.without.iter().fold(T::of(f64::INFINITY), |best, squares| smaller(best, *squares));
+        let limit = smaller(variance * T::of(SOUND), best + variance * T::of(LOOKS_ALIKE));
+        let named = |(cable, squares): (usize, &T)| u32::from(*squares <= limit) << cable;
         self.without.iter().enumerate().map(named).fold(0, |bits, bit| bits | bit)
     }
 }

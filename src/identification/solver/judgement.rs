@@ -84,13 +84,14 @@ pub(super) const FALSE_ALARM: f64 = 3.72;
 /// Quantile behind the widening of the error bar: one sound set in twenty.
 pub(super) const WIDENING: f64 = 1.645;
 
-/// Chi-square value with `freedom` degrees of freedom at a quantile of the normal distribution (Wilson and Hilferty
-/// 1931; at the false-alarm quantile within 4 % at three degrees of freedom, 2 % from six on).
+/// Are squares with `freedom` degrees of freedom no larger than a noise of this variance explains, at a quantile of the
+/// normal distribution? By the chi-square value of Wilson and Hilferty 1931: at the false-alarm quantile within 4 % at
+/// three degrees of freedom, 2 % from six on.
 #[inline(never)]
-pub(super) fn chi_square_limit<T: Real>(freedom: T, quantile: T) -> T {
+pub(super) fn is_noise<T: Real>(squares: T, freedom: T, variance: T, quantile: T) -> bool {
     let ninth = T::of(2.0) / (freedom * T::of(9.0));
     let root = T::one() - ninth + quantile * square_root(ninth);
-    freedom * root * root * root
+    squares <= variance * (freedom * root * root * root)
 }
 
 /// Misfits of the placed poses; 0 without any.
@@ -111,15 +112,13 @@ impl<T: Real> Misfits<T> {
     /// Of these poses; their median by bisection on the value: no copy, no reordering.
     #[inline(never)]
     pub fn of(placements: &[Placement<T>]) -> Self {
-        let placed = || placements.iter().filter(|p| p.is_placed());
-        let (mut worst, mut all) = (T::zero(), 0_usize);
-        for placement in placed() {
-            all += 1;
-            if placement.misfit > worst {
+        let mut worst = T::zero();
+        for placement in placements {
+            if placement.is_placed() && placement.misfit > worst {
                 worst = placement.misfit;
             }
         }
-        let half = all.div_ceil(2);
+        let half = fitting(placements, worst).div_ceil(2);
         let (mut low, mut median) = (T::zero(), worst);
         for _ in 0..40 {
             if low * T::of(1.01) > median {
@@ -127,7 +126,7 @@ impl<T: Real> Misfits<T> {
             }
             // Between the geometric and the arithmetic middle: misfits span many powers of ten.
             let middle = if low > T::zero() { square_root(low * median) } else { median * T::of(1.0 / 64.0) };
-            if placed().filter(|p| p.misfit <= middle).count() >= half {
+            if fitting(placements, middle) >= half {
                 median = middle;
             } else {
                 low = middle;
@@ -135,6 +134,12 @@ impl<T: Real> Misfits<T> {
         }
         Self { median, worst }
     }
+}
+
+/// Placed poses with a misfit of `limit` at most.
+#[inline(never)]
+pub(super) fn fitting<T: Real>(placements: &[Placement<T>], limit: T) -> usize {
+    placements.iter().filter(|p| p.is_placed() && p.misfit <= limit).count()
 }
 
 pub(super) fn to_f32<T: Real>(vector: &Vector3<T>) -> [f32; 3] {

@@ -37,6 +37,7 @@ use super::outcome::{Identified, Progress, Refusal, deviation};
 use super::pivot_fit::PivotFit;
 use super::pose_buffer::DEFAULT_CAPACITY;
 use super::zeros::{UnknownZeros, Zeros};
+use crate::kinematics::arm::nearest_attitude;
 use crate::kinematics::cable_length::cable_number;
 use crate::kinematics::{CableLengths, LengthFault, OctahedronError, Pivot};
 use crate::rig::Rig;
@@ -103,7 +104,6 @@ enum Phase {
 pub struct Solver<T: Real, const N: usize = DEFAULT_CAPACITY, Z = UnknownZeros<T>> {
     settings: SolverSettings<T>,
     placer: Placer<T>,
-    placements: Vec<Placement<T>, N>,
     phase: Phase,
     next: usize,
     weighing: Weighing<T>,
@@ -123,6 +123,8 @@ pub struct Solver<T: Real, const N: usize = DEFAULT_CAPACITY, Z = UnknownZeros<T
     blame: Blame<T>,
     /// Filled as it becomes known.
     result: Identified<T>,
+    /// Last: what stands before it is within short reach.
+    placements: Vec<Placement<T>, N>,
 }
 
 impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
@@ -221,15 +223,16 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
 
     #[inline(never)]
     fn place(&mut self, lengths: &CableLengths<T>) {
+        let mut placement = Placement::unplaced();
         // By reference: taken out of the result the pose would be copied.
-        let placement = match &self.placer.octahedron.solve(lengths) {
+        match &self.placer.octahedron.solve(lengths) {
             Ok(pose) => {
                 self.linear.add(pose);
-                Placement::at(&pose.rotation)
+                placement.place(&nearest_attitude(&pose.rotation));
             }
-            Err(OctahedronError::DoesNotClose) => Placement::unplaced(),
-            Err(OctahedronError::Length(error)) => Placement::broken(error.cable),
-        };
+            Err(OctahedronError::DoesNotClose) => {}
+            Err(OctahedronError::Length(error)) => placement.set_broken(error.cable),
+        }
         // Never full: `advance` looks at no more than N poses.
         let _ = self.placements.push(placement);
         self.next += 1;
@@ -238,24 +241,10 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
     /// The linear fit of the pivot.
     #[inline(never)]
     fn finish_placing(&mut self) {
-        let (mut placed, mut first) = (0, None);
-        for (pose, placement) in self.placements.iter().enumerate() {
-            if placement.is_placed() {
-                placed += 1;
-            } else {
-                first = first.or(Some((pose as u16, placement.broken_cables)));
-            }
-        }
-        if placed < FEWEST_POSES
-            && let Some((pose, cables)) = first
-        {
-            return self.refuse(match cables {
-                0 => Refusal::PlatformDoesNotClose { pose },
-                _ => {
-                    let cable = cable_number(cables.trailing_zeros() as usize);
-                    Refusal::BadLength { pose, cable, fault: LengthFault::BreaksTriangle }
-                }
-            });
+        if self.linear.rotations().poses() < T::of_integer(FEWEST_POSES as i32) {
+            let first = self.placements.iter().position(|p| !p.is_placed()).unwrap_or(0);
+            let broken = self.placements.get(first).map_or(0, |p| p.broken_cables);
+            return self.refuse(self.no_platform(first as u16, broken));
         }
         match self.linear.solve(&mut self.pivot) {
             Ok(()) => self.begin_weighing(Weighing::Equal),
@@ -263,9 +252,23 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
         }
     }
 
+    /// Why a pose has no rotation.
+    fn no_platform(&self, pose: u16, broken_cables: u8) -> Refusal {
+        if broken_cables == 0 {
+            return Refusal::PlatformDoesNotClose { pose };
+        }
+        let cable = cable_number(broken_cables.trailing_zeros() as usize);
+        Refusal::BadLength { pose, cable, fault: LengthFault::BreaksTriangle }
+    }
+
     /// There will be no result.
     fn refuse(&mut self, refusal: Refusal) {
         self.phase = Phase::Refused(refusal);
+    }
+
+    /// Weighs the poses by misfit over this scale from now on, or over the last one.
+    fn anneal(&mut self, scale: T) {
+        self.begin_weighing(Weighing::Annealed(scale.max(T::of(judgement::ANNEALED_SCALE))));
     }
 
     /// Weighs the poses in another way from now on.
@@ -311,11 +314,12 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
     /// Takes the step of a pass and decides what comes next.
     #[inline(never)]
     fn finish_pass(&mut self) {
-        let Ok(step) = self.zeros.step(&self.sum.equations) else { return self.refuse_step() };
+        // By reference: taken out of the result the step would be copied.
+        let Ok(step) = &self.zeros.step(&self.sum.equations) else { return self.refuse_step() };
         self.pivot.move_by(&step.pivot);
         self.sum.squares_left_mm2 = step.squares_left_mm2;
         self.misfits = Misfits::of(&self.placements);
-        let deviation_mm = deviation(step.squares_left_mm2, self.sum.poses.max(1));
+        let deviation_mm = deviation(step.squares_left_mm2, self.sum.poses);
         if self.result.deviations_mm.push(deviation_mm).is_err() {
             return self.refuse(Refusal::IterationCap);
         }
@@ -327,20 +331,18 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
                 }
                 // A gross error would drag the next passes with it where its leverage is large.
                 if settled || self.stands_out() || self.passes_in_weighing > self.most_equal_passes() {
-                    let scale = self.begin_annealing();
-                    return self.begin_weighing(Weighing::Annealed(scale));
+                    let scale = self.first_scale();
+                    return self.anneal(scale);
                 }
             }
             Weighing::Annealed(scale) => {
-                let floor = T::of(judgement::ANNEALED_SCALE);
                 // The median of a handful says nothing that the first estimate did not.
                 let shrinks = self.placements.len() >= judgement::POSES_TO_ESTIMATE && self.noise_shrinks();
+                if !shrinks && scale <= T::of(judgement::ANNEALED_SCALE) {
+                    return self.begin_weighing(Weighing::Selected);
+                }
                 if !shrinks {
-                    return self.begin_weighing(if scale <= floor {
-                        Weighing::Selected
-                    } else {
-                        Weighing::Annealed((scale * T::of(judgement::ANNEALING)).max(floor))
-                    });
+                    return self.anneal(scale * T::of(judgement::ANNEALING));
                 }
             }
             Weighing::Selected => {

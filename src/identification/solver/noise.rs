@@ -21,7 +21,7 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
         let (squares_mm2, freedom) = (self.sum.squares_left_mm2, self.freedom());
         match self.settings.noise {
             Noise::Known(noise) => {
-                squares_mm2 <= noise * noise * judgement::chi_square_limit(freedom, T::of(judgement::FALSE_ALARM))
+                judgement::is_noise(squares_mm2, freedom, noise * noise, T::of(judgement::FALSE_ALARM))
             }
             Noise::EstimatedUpTo(most) => {
                 let estimate = root(squares_mm2 / freedom);
@@ -48,13 +48,12 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
     }
 
     /// First scale of the annealing; with an unknown noise, its robust estimate too.
-    pub(super) fn begin_annealing(&mut self) -> T {
-        let scale = T::of(judgement::ANNEALED_SCALE);
+    pub(super) fn first_scale(&mut self) -> T {
         if let Noise::EstimatedUpTo(_) = self.settings.noise {
             self.noise_shrinks();
-            return scale * T::of(8.0);
+            return T::of(8.0 * judgement::ANNEALED_SCALE);
         }
-        (self.misfits.median * T::of(3.0)).max(scale)
+        self.misfits.median * T::of(3.0)
     }
 
     /// An unknown noise, estimated from the typical misfit. Bad poses spoil all misfits until they are weighed down, so
@@ -84,14 +83,15 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
             // Residuals that sound sets leave only once in twenty widen the error bar (Birge's ratio). Poses that were
             // left out by a close call are counted in: of few poses, the worst leaves the others looking too good.
             Noise::Known(noise) => {
+                let variance = noise * noise;
                 for pose in &self.placements {
                     if pose.state == State::Placed && pose.misfit <= T::of(judgement::CLEARLY_OUT) {
-                        squares += pose.misfit * self.noise_mm * self.noise_mm;
+                        squares += pose.misfit * variance;
                         freedom += T::of(3.0);
                     }
                 }
-                let limit = noise * noise * judgement::chi_square_limit(freedom, T::of(judgement::WIDENING));
-                (if squares > limit { root(squares / freedom) } else { noise }, T::one())
+                let fits = judgement::is_noise(squares, freedom, variance, T::of(judgement::WIDENING));
+                (if fits { noise } else { root(squares / freedom) }, T::one())
             }
             // A variance estimated from few residuals is too small too often: the rig's own noise is worth a few more.
             // Residuals beyond the rig's noise may also be one bad reading's that few poses cannot show as such.
@@ -99,7 +99,7 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
                 let prior = T::of(judgement::PRIOR_FREEDOM);
                 let rig = self.placer.rig_noise_mm * self.placer.rig_noise_mm;
                 let pooled = root((squares + prior * rig) / (freedom + prior));
-                let beyond = squares > rig * judgement::chi_square_limit(freedom, T::of(judgement::FALSE_ALARM));
+                let beyond = !judgement::is_noise(squares, freedom, rig, T::of(judgement::FALSE_ALARM));
                 let few = self.sum.poses < judgement::POSES_TO_ESTIMATE;
                 let widening = if beyond && few { T::of(judgement::WIDENING_FOR_ONE_BAD_READING) } else { T::one() };
                 (pooled, widening)

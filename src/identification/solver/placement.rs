@@ -1,7 +1,7 @@
 //! Where each pose stands: its rotation, and how badly it fits.
 
 use super::attitude::PackedAttitude;
-use crate::kinematics::arm::{Arm, CableSet, nearest_attitude, rotation_of};
+use crate::kinematics::arm::{Arm, CableSet, rotation_of};
 use crate::kinematics::{CableLengths, Octahedron, Pivot, RigPoints};
 use crate::rig::Rig;
 use crate::scalar::Real;
@@ -34,18 +34,19 @@ pub(super) enum State {
 }
 
 impl<T: Real> Placement<T> {
-    pub fn at(rotation: &Matrix3<T>) -> Self {
-        let attitude = PackedAttitude::of(&nearest_attitude(rotation));
-        Self { attitude, state: State::Placed, ..Self::unplaced() }
-    }
-
     pub fn unplaced() -> Self {
         Self { attitude: PackedAttitude::identity(), misfit: T::zero(), state: State::Unplaced, broken_cables: 0 }
     }
 
-    /// Its triangle of this cable (from 1) and the next is broken.
-    pub fn broken(cable: u8) -> Self {
-        Self { state: State::Broken, broken_cables: 0b11 << (cable - 1), ..Self::unplaced() }
+    pub fn place(&mut self, attitude: &UnitQuaternion<T>) {
+        self.set_attitude(attitude);
+        self.state = State::Placed;
+    }
+
+    /// The triangle of this cable (from 1) and the next is broken.
+    pub fn set_broken(&mut self, cable: u8) {
+        self.state = State::Broken;
+        self.broken_cables = 0b11 << (cable - 1);
     }
 
     pub fn is_placed(&self) -> bool {
@@ -65,7 +66,7 @@ impl<T: Real> Placement<T> {
     }
 
     pub fn set_attitude(&mut self, attitude: &UnitQuaternion<T>) {
-        self.attitude = PackedAttitude::of(attitude);
+        self.attitude.set(attitude);
     }
 }
 
@@ -92,8 +93,7 @@ impl<T: Real> Placer<T> {
         if placement.state > State::Broken
             && let Some(fit) = self.arm(pivot).fit(lengths, CableSet::ALL)
         {
-            placement.set_attitude(&fit.attitude);
-            placement.state = State::Placed;
+            placement.place(&fit.attitude);
         }
     }
 }

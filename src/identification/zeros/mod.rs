@@ -102,14 +102,14 @@ impl<T: Real> Step<T> {
     /// The step of O and C alone.
     #[inline(never)]
     fn of_pivot(equations: &BlockEquations<T>) -> Result<Self, Singular> {
-        let pivot = equations.solve()?;
-        let squares_left_mm2 = (equations.squares - equations.gained(&pivot)).max(T::zero());
-        Ok(Self { pivot, largest_mm: largest(&pivot), squares_left_mm2 })
+        let Ok(pivot) = &equations.solve() else { return Err(Singular) };
+        let squares_left_mm2 = (equations.squares - equations.gained(pivot)).max(T::zero());
+        Ok(Self { pivot: *pivot, largest_mm: largest(pivot), squares_left_mm2 })
     }
 }
 
 fn largest<T: Real>(step: &[T; UNKNOWNS]) -> T {
-    step.iter().fold(T::zero(), |largest, x| largest.max(x.abs()))
+    step.iter().fold(T::zero(), |largest, x| if x.abs() > largest { x.abs() } else { largest })
 }
 
 impl<T: Real> Zeros<T> for KnownZeros {
