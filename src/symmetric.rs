@@ -71,11 +71,11 @@ impl<T: Real> Symmetric<T> {
         Vector3::new(xx * a.x + yx * a.y + zx * a.z, yx * a.x + yy * a.y + zy * a.z, zx * a.x + zy * a.y + zz * a.z)
     }
 
-    /// The product with `columns`, which is put into `images`: as a result it would be copied.
+    /// Every column becomes its image: the product with a matrix, in its place.
     #[inline(never)]
-    pub fn times(&self, columns: &Matrix3<T>, images: &mut Matrix3<T>) {
-        for (column, image) in columns.data.0.iter().zip(&mut images.data.0) {
-            *image = self.image_inline(&Vector3::from(*column)).into();
+    pub fn apply_to(&self, columns: &mut Matrix3<T>) {
+        for column in &mut columns.data.0 {
+            *column = self.image_inline(&Vector3::from(*column)).into();
         }
     }
 

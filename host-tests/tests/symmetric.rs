@@ -57,8 +57,8 @@ fn products_and_inverses_are_those_of_full_matrices() {
         let (other, vector) = (entries::<3, 3>(&mut rng), entries::<3, 1>(&mut rng));
         assert_close(&packed.to_matrix(), &matrix);
         assert_close(&packed.image(&vector), &(matrix * vector));
-        let mut product = Matrix3::zeros();
-        packed.times(&other, &mut product);
+        let mut product = other;
+        packed.apply_to(&mut product);
         assert_close(&product, &(matrix * other));
         let mut sum = packed;
         sum.add_product(&other, &(matrix * other), 0.5);

@@ -79,8 +79,8 @@ impl<T: Real> Blocks<T> {
     pub fn invert(&mut self) -> Result<(), Singular> {
         self.eliminate_both()?;
         let turned = transposed(&self.mixed);
-        let mut mixed = Matrix3::zeros();
-        self.first.times(&turned, &mut mixed);
+        let mut mixed = turned;
+        self.first.apply_to(&mut mixed);
         self.second.add_product(&turned, &mixed, T::one());
         self.mixed = transposed(&(-mixed));
         Ok(())
@@ -145,8 +145,8 @@ impl<T: Real> BlockEquations<T> {
     /// Adds what a pose knows of δ = δO - R δC, `weight` times: Jᵀ S J and Jᵀ g for J = [I, -R], unknowns O and C.
     #[inline(never)]
     pub fn add_pose(&mut self, rotation: &Matrix3<T>, information: &Symmetric<T>, gradient: &Vector3<T>, weight: T) {
-        let mut turned = Matrix3::zeros();
-        information.times(rotation, &mut turned);
+        let mut turned = *rotation;
+        information.apply_to(&mut turned);
         let Blocks { first, mixed, second } = &mut self.matrix;
         first.add(information, weight);
         second.add_product(rotation, &turned, weight);
@@ -189,7 +189,7 @@ pub(super) fn eliminate<T: Real>(
     if !second.invert(&information, smallest) {
         return Err(Singular);
     }
-    second.times(&shared, mixed);
+    second.apply_to(mixed);
     first.add_product(&shared, mixed, -T::one());
     Ok(())
 }

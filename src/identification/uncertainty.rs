@@ -37,8 +37,8 @@ pub fn parameters_of<T: Real>(
     }
     let [xx, yx, yy, zx, zy, zz] = of_pivot.first.0;
     let mut of_radii = Symmetric::zero();
-    let mut images = Matrix3::zeros();
-    of_pivot.second.times(&directions, &mut images);
+    let mut images = directions;
+    of_pivot.second.apply_to(&mut images);
     of_radii.add_product(&directions, &images, T::one());
     let [pp, qp, qq, rp, rq, rr] = of_radii.0;
     let [[px, py, pz], [qx, qy, qz], [rx, ry, rz]] = mixed.data.0;

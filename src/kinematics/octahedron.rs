@@ -126,7 +126,8 @@ impl<T: Real> Octahedron<T> {
             let close = self.close_mm2;
             if r1.value.abs() < close && r2.value.abs() < close && r3.value.abs() < close {
                 // Judged where the equations hold: on the home side the determinant is positive.
-                if determinant > r1.slope() * r2.slope() * r3.slope() * T::of(REGULAR) {
+                let least = r1.slope_squared() * r2.slope_squared() * r3.slope_squared() * T::of(REGULAR * REGULAR);
+                if determinant > T::zero() && determinant * determinant > least {
                     return Ok(self.pose(&arms));
                 }
                 break;
@@ -197,10 +198,10 @@ impl<T: Real> Corner<T> {
 }
 
 impl<T: Real> Row<T> {
-    /// Length of the row: the product of the three is what their determinant is compared with.
+    /// Squared length of the row: the product of the three is what their determinant is compared with.
     #[inline(always)]
-    fn slope(&self) -> T {
-        root(self.first * self.first + self.second * self.second)
+    fn slope_squared(&self) -> T {
+        self.first * self.first + self.second * self.second
     }
 }
 

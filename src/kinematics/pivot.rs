@@ -118,12 +118,12 @@ impl<T: Real> LengthEquations<T> {
         let (lengths, _) = lengths.as_mm().as_chunks::<2>();
         let (cables, _) = self.cables.as_chunks_mut::<2>();
         let end_points = points.platform_mm.iter().zip(&attachments).zip(lengths).zip(cables);
-        for (((point, attachments), lengths), cables) in end_points {
+        for (((point, [first, second]), [l1, l2]), [cable1, cable2]) in end_points {
             let arm = image(rotation, &difference(point, &pivot.in_platform_mm));
             let end_point = sum(&pivot.in_base_mm, &arm);
-            for ((cable, attachment), length) in cables.iter_mut().zip(attachments).zip(lengths) {
-                *cable = LengthEquation::new(&arm, &difference(&end_point, attachment), *length);
-            }
+            // In words: as a loop they would take an eighth longer.
+            *cable1 = LengthEquation::new(&arm, &difference(&end_point, first), *l1);
+            *cable2 = LengthEquation::new(&arm, &difference(&end_point, second), *l2);
         }
     }
 }

@@ -78,8 +78,8 @@ impl<T: Real> Evidence<T> {
         self.squares += pose.squares_mm2;
         let information = &pose.information;
         self.drift.add_growing(information, &pose.gradient_mm, elevation(rotation));
-        let mut turned = Matrix3::zeros();
-        information.times(rotation, &mut turned);
+        let mut turned = *rotation;
+        information.apply_to(&mut turned);
         self.cuff.0.add_product(rotation, &turned, T::one());
         self.cuff.1 -= rotation.tr_mul(&pose.gradient_mm);
         for ((weight, gradient), cable) in self.cables.iter_mut().zip(&equations.cables) {
