@@ -135,9 +135,8 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
     #[inline(never)]
     pub(super) fn accept(&mut self) {
         let Ok(most) = self.refuse_degenerate(State::Used) else { return };
-        let (noise_mm, widening) = self.noise_of_error_bar();
+        let (noise_mm, bar_mm) = self.noise_of_error_bar();
         let Ok(of_pivot) = &self.zeros.covariance(&self.sum.equations) else { return self.refuse(Refusal::Singular) };
-        let bar_mm = noise_mm * widening;
         // Noise-free lengths must not pass a geometry that noise would ruin.
         if self.refuse_weak(&of_pivot.first, bar_mm.max(self.placer.rig_noise_mm)).is_err() {
             return;
