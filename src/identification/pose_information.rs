@@ -90,10 +90,9 @@ impl<T: Real> PoseInformation<T> {
     /// `ridge` is added to the information, which may not know a direction.
     pub fn own_centre(&mut self, ridge: T) {
         let one = Symmetric::diagonal(T::one());
-        let mut ridged = self.information;
-        ridged.add(&one, ridge);
+        self.information.add(&one, ridge);
         // Never singular: information is not negative, and the ridge is positive.
-        if let Some(inverse) = ridged.inverse(&ridged, T::zero()) {
+        if let Some(inverse) = &self.information.inverse(&self.information, T::zero()) {
             self.gradient_mm = inverse.image(&self.gradient_mm);
         }
         self.squares_mm2 = calls::dot(&self.gradient_mm, &self.gradient_mm);
