@@ -319,8 +319,8 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
         self.pivot.move_by(&step.pivot);
         self.sum.squares_left_mm2 = step.squares_left_mm2;
         self.misfits = Misfits::of(&self.placements);
-        let deviation_mm = deviation(step.squares_left_mm2, self.sum.poses);
-        if self.result.deviations_mm.push(deviation_mm).is_err() {
+        self.result.deviation_mm = deviation(step.squares_left_mm2, self.sum.poses);
+        if self.result.deviations_mm.push(self.result.deviation_mm).is_err() {
             return self.refuse(Refusal::IterationCap);
         }
         let settled = step.largest_mm <= self.settings.tolerance_mm;
