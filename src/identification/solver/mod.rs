@@ -116,7 +116,7 @@ pub struct Solver<T: Real, const N: usize = DEFAULT_CAPACITY, Z = UnknownZeros<T
     noise_mm: T,
     selected_before: usize,
     passes_in_weighing: u8,
-    /// Misfit beyond which the pass places a pose anew.
+    /// Misfit beyond which the pass places a pose anew. Infinite where it places none.
     doubt: T,
     /// Has a pose among vanishing residuals been placed anew?
     doubted: bool,
@@ -301,8 +301,7 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
     fn weigh(&mut self, lengths: &CableLengths<T>) {
         let lengths = self.zeros.corrected(lengths);
         if let Some(placement) = self.placements.get_mut(self.next) {
-            let places_anew = self.doubt < T::of(f64::INFINITY);
-            if places_anew && (placement.misfit > self.doubt || !placement.is_placed()) {
+            if placement.misfit > self.doubt {
                 self.placer.replace(placement, &self.pivot, &lengths);
             }
             let at = (&self.placer.points, &self.pivot);
