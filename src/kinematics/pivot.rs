@@ -34,6 +34,7 @@ pub struct RigPoints<T> {
 
 impl<T: Real> RigPoints<T> {
     /// The points of `rig`.
+    #[inline(never)]
     pub fn new(rig: &Rig<T>) -> Self {
         Self { base_mm: *rig.base_mm(), platform_mm: rig.platform_mm() }
     }

@@ -3,11 +3,11 @@
 use super::accumulation::PassSum;
 use super::blame::Blame;
 use super::judgement::Misfits;
-use super::placement::{Placement, State};
+use super::placement::State;
 use super::{FEWEST_AFTER_REJECTION, FEWEST_POSES, Phase, Solver, Weighing, judgement};
 use crate::calls::{difference, dot, image, root};
 use crate::identification::observability::RotationSum;
-use crate::identification::outcome::{MOST_REJECTED, Refusal, Rejected, deviation};
+use crate::identification::outcome::{MOST_REJECTED, Refusal, Rejected};
 use crate::identification::uncertainty::{parameters_of, worst_direction_of_point};
 use crate::identification::zeros::Zeros;
 use crate::kinematics::CableLengths;
@@ -135,9 +135,8 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
     #[inline(never)]
     pub(super) fn accept(&mut self) {
         let Ok(most) = self.refuse_degenerate(State::Used) else { return };
-        let (noise_mm, widening) = self.noise_of_error_bar();
+        let (noise_mm, bar_mm) = self.noise_of_error_bar();
         let Ok(of_pivot) = &self.zeros.covariance(&self.sum.equations) else { return self.refuse(Refusal::Singular) };
-        let bar_mm = noise_mm * widening;
         // Noise-free lengths must not pass a geometry that noise would ruin.
         if self.refuse_weak(&of_pivot.first, bar_mm.max(self.placer.rig_noise_mm)).is_err() {
             return;
@@ -146,7 +145,6 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
         let (parameters, covariance) = (&mut result.parameters, &mut result.covariance_mm2);
         parameters_of(&self.pivot, of_pivot, bar_mm * bar_mm, points, parameters, covariance);
         result.noise_mm = noise_mm;
-        result.deviation_mm = deviation(self.sum.squares_left_mm2, self.sum.poses);
         result.iterations = result.deviations_mm.len() as u8;
         result.poses = self.placements.len() as u16;
         self.zeros.write(bar_mm, result);
@@ -177,11 +175,12 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
     pub(super) fn check_without(&mut self, lengths: &CableLengths<T>) {
         let pose = self.next;
         self.next += 1;
-        let Some(mut placement) = self.placements.get(pose).copied().filter(Placement::is_used) else { return };
+        // Nothing reads the placement after acceptance: it may settle once more.
+        let Some(placement) = self.placements.get_mut(pose).filter(|p| p.is_used()) else { return };
         let lengths = self.zeros.corrected(lengths);
         let (mut without, mut zeros) = (self.sum, self.zeros.clone());
         let at = (&self.placer.points, &self.pivot);
-        without.add(&mut placement, &mut zeros, at, &lengths, self.noise_mm, &Weighing::Without);
+        without.add(placement, &mut zeros, at, &lengths, self.noise_mm, &Weighing::Without);
         // Four poses hardly contradict each other when there are zeros to be found as well, and the prior hides it: it
         // alone bounds the error bar of what is left. So few poses get no more indulgence than many.
         let fewest = if zeros.take_part() { judgement::FEW_POSES } else { 0 };

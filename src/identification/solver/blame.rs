@@ -53,12 +53,15 @@ impl<T: Real> Blame<T> {
     ) {
         let Some(rejected) = result.rejected.get_mut(self.next) else { return };
         let Some(measured) = poses.get(usize::from(rejected.pose)) else { return };
+        let noise = result.noise_mm.max(rig_noise_mm);
+        let variance = noise * noise;
         let (first, second) = (self.first, self.first + self.apart);
         let single = self.apart == 0;
         let cables = if single { CableSet::all_but(first) } else { CableSet::ALL };
         let lengths = zeros.corrected(measured).exchanged(first, second);
         let squares = arm.fit(&lengths, cables).map_or(T::of(f64::INFINITY), |fit| fit.squares_mm2);
-        if single && let Some(without) = self.without.get_mut(first) {
+        // Read after the sixth: what exchanges leave here is of no use.
+        if let Some(without) = self.without.get_mut(first) {
             *without = squares;
         }
         self.first += 1;
@@ -66,12 +69,10 @@ impl<T: Real> Blame<T> {
         if all_asked {
             (self.first, self.apart) = (0, self.apart + 1);
         }
-        let noise = result.noise_mm.max(rig_noise_mm);
-        let variance = noise * noise;
-        let named = if single {
-            if all_asked { self.single_cables(variance) } else { 0 }
-        } else if squares <= variance * T::of(SOUND_AFTER_EXCHANGE) {
+        let named = if !single && squares <= variance * T::of(SOUND_AFTER_EXCHANGE) {
             1 << first | 1 << second
+        } else if single && all_asked {
+            self.single_cables(variance)
         } else {
             0
         };

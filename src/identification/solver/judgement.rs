@@ -136,10 +136,10 @@ impl<T: Real> Misfits<T> {
     }
 }
 
-/// Placed poses with a misfit of `limit` at most.
+/// Poses with a misfit of `limit`, which is finite, at most: all of them are placed.
 #[inline(never)]
 pub(super) fn fitting<T: Real>(placements: &[Placement<T>], limit: T) -> usize {
-    placements.iter().filter(|p| p.is_placed() && p.misfit <= limit).count()
+    placements.iter().filter(|p| p.misfit <= limit).count()
 }
 
 pub(super) fn to_f32<T: Real>(vector: &Vector3<T>) -> [f32; 3] {

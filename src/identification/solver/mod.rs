@@ -116,7 +116,7 @@ pub struct Solver<T: Real, const N: usize = DEFAULT_CAPACITY, Z = UnknownZeros<T
     noise_mm: T,
     selected_before: usize,
     passes_in_weighing: u8,
-    /// Misfit beyond which the pass places a pose anew.
+    /// Misfit beyond which the pass places a pose anew. Infinite where it places none.
     doubt: T,
     /// Has a pose among vanishing residuals been placed anew?
     doubted: bool,
@@ -301,8 +301,7 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
     fn weigh(&mut self, lengths: &CableLengths<T>) {
         let lengths = self.zeros.corrected(lengths);
         if let Some(placement) = self.placements.get_mut(self.next) {
-            let places_anew = self.doubt < T::of(f64::INFINITY);
-            if places_anew && (placement.misfit > self.doubt || !placement.is_placed()) {
+            if placement.misfit > self.doubt {
                 self.placer.replace(placement, &self.pivot, &lengths);
             }
             let at = (&self.placer.points, &self.pivot);
@@ -319,8 +318,8 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
         self.pivot.move_by(&step.pivot);
         self.sum.squares_left_mm2 = step.squares_left_mm2;
         self.misfits = Misfits::of(&self.placements);
-        let deviation_mm = deviation(step.squares_left_mm2, self.sum.poses);
-        if self.result.deviations_mm.push(deviation_mm).is_err() {
+        self.result.deviation_mm = deviation(step.squares_left_mm2, self.sum.poses);
+        if self.result.deviations_mm.push(self.result.deviation_mm).is_err() {
             return self.refuse(Refusal::IterationCap);
         }
         let settled = step.largest_mm <= self.settings.tolerance_mm;

@@ -28,7 +28,7 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
                 // A bad reading must not hide behind the noise that it pretends: the typical misfit is the measure,
                 // unless it is finer than the noise that the rig states. A handful has no typical misfit.
                 let typical = if self.placements.len() >= judgement::POSES_TO_ESTIMATE {
-                    self.typical_noise_mm().max(self.placer.rig_noise_mm).min(estimate)
+                    smaller(self.typical_noise_mm().max(self.placer.rig_noise_mm), estimate)
                 } else {
                     estimate
                 };
@@ -62,7 +62,7 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
     pub(super) fn noise_shrinks(&mut self) -> bool {
         let Noise::EstimatedUpTo(most) = self.settings.noise else { return false };
         let before = self.noise_mm;
-        self.noise_mm = self.typical_noise_mm().min(most).max(T::of(judgement::LEAST_NOISE_MM));
+        self.noise_mm = smaller(self.typical_noise_mm(), most).max(T::of(judgement::LEAST_NOISE_MM));
         self.noise_mm < before * T::of(0.8)
     }
 
@@ -75,7 +75,7 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
         self.noise_mm * root(typical)
     }
 
-    /// The noise, mm, and how much wider than it alone the error bar must be.
+    /// The noise, and that of the error bar, which is wider where a bad reading may hide, mm.
     pub(super) fn noise_of_error_bar(&self) -> (T, T) {
         let mut squares = self.sum.squares_left_mm2;
         let mut freedom = self.freedom();
@@ -91,7 +91,8 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
                     }
                 }
                 let fits = judgement::is_noise(squares, freedom, variance, T::of(judgement::WIDENING));
-                (if fits { noise } else { root(squares / freedom) }, T::one())
+                let noise = if fits { noise } else { root(squares / freedom) };
+                (noise, noise)
             }
             // A variance estimated from few residuals is too small too often: the rig's own noise is worth a few more.
             // Residuals beyond the rig's noise may also be one bad reading's that few poses cannot show as such.
@@ -99,11 +100,17 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
                 let prior = T::of(judgement::PRIOR_FREEDOM);
                 let rig = self.placer.rig_noise_mm * self.placer.rig_noise_mm;
                 let pooled = root((squares + prior * rig) / (freedom + prior));
-                let beyond = !judgement::is_noise(squares, freedom, rig, T::of(judgement::FALSE_ALARM));
                 let few = self.sum.poses < judgement::POSES_TO_ESTIMATE;
-                let widening = if beyond && few { T::of(judgement::WIDENING_FOR_ONE_BAD_READING) } else { T::one() };
-                (pooled, widening)
+                if few && !judgement::is_noise(squares, freedom, rig, T::of(judgement::FALSE_ALARM)) {
+                    return (pooled, pooled * T::of(judgement::WIDENING_FOR_ONE_BAD_READING));
+                }
+                (pooled, pooled)
             }
         }
     }
+}
+
+/// The smaller of two numbers; the second where one is none.
+fn smaller<T: Real>(a: T, b: T) -> T {
+    if a < b { a } else { b }
 }

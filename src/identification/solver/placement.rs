@@ -12,7 +12,7 @@ use nalgebra::{Matrix3, UnitQuaternion};
 pub(super) struct Placement<T: Real> {
     attitude: PackedAttitude<T>,
     /// Squared length residuals over the noise's variance, the pose's rotation at its best: chi-square with three
-    /// degrees of freedom when the pose is sound.
+    /// degrees of freedom when the pose is sound. Infinite where it has no rotation.
     pub misfit: T,
     /// How far the pose has come.
     pub state: State,
@@ -35,12 +35,13 @@ pub(super) enum State {
 
 impl<T: Real> Placement<T> {
     pub fn unplaced() -> Self {
-        Self { attitude: PackedAttitude::identity(), misfit: T::zero(), state: State::Unplaced, broken_cables: 0 }
+        let misfit = T::of(f64::INFINITY);
+        Self { attitude: PackedAttitude::identity(), misfit, state: State::Unplaced, broken_cables: 0 }
     }
 
     pub fn place(&mut self, attitude: &UnitQuaternion<T>) {
         self.set_attitude(attitude);
-        self.state = State::Placed;
+        (self.misfit, self.state) = (T::zero(), State::Placed);
     }
 
     /// The triangle of this cable (from 1) and the next is broken.
