@@ -20,12 +20,6 @@ pub fn unit<T: Real>(a: &Vector3<T>) -> Vector3<T> {
     if norm > T::zero() { vector::scaled(a, T::one() / norm) } else { *a }
 }
 
-/// a × b.
-#[inline(never)]
-pub fn cross<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
-    vector::cross(a, b)
-}
-
 /// a - b.
 #[inline(never)]
 pub fn difference<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
@@ -62,14 +56,14 @@ pub fn accumulate<T: Real>(sum: &mut [T], part: &[T]) {
     sum.iter_mut().zip(part).for_each(|(sum, part)| *sum += *part);
 }
 
-/// Square root.
+/// Square root; zero of what rounding has made negative. NaN stays.
 #[inline(never)]
 pub fn root<T: Real>(x: T) -> T {
-    x.root()
+    if x < T::zero() { T::zero() } else { x.root() }
 }
 
 /// A B, column by column.
-#[inline(never)]
+#[inline(always)]
 pub fn product<T: Real>(a: &Matrix3<T>, b: &Matrix3<T>) -> Matrix3<T> {
     let mut product = *b;
     for column in &mut product.data.0 {

@@ -3,7 +3,7 @@
 //! Frames: {B} is fixed to the base, its z axis points from the base towards the moving platform. {P} is fixed to
 //! the moving platform.
 
-use crate::calls::{cross, difference, scaled, unit};
+use crate::calls::root;
 use crate::scalar::Real;
 use nalgebra::Vector3;
 
@@ -264,16 +264,10 @@ impl<T: Real> Rig<T> {
         &self.nominal
     }
 
-    /// Normal of the base plane, twice as long as the triangle of the attachment points is large, mm².
-    fn base_area(&self) -> Vector3<T> {
+    /// The attachment points are numbered counterclockwise as the platform sees them, from +z of {B}.
+    fn is_counterclockwise(&self) -> bool {
         let [b1, b2, b3] = &self.base_mm;
-        cross(&difference(b2, b1), &difference(b3, b1))
-    }
-
-    /// Unit normal of the base plane, on the platform's side (+z of {B}).
-    pub fn base_normal(&self) -> Vector3<T> {
-        let normal = self.base_area();
-        unit(&if normal.z < T::zero() { scaled(&normal, -T::one()) } else { normal })
+        (b2.x - b1.x) * (b3.y - b1.y) > (b2.y - b1.y) * (b3.x - b1.x)
     }
 
     /// The end-points in {P}, mm: P1 at the origin, P2 on the x axis, P3 in the xy plane on the side that makes the
@@ -281,8 +275,8 @@ impl<T: Real> Rig<T> {
     pub fn platform_mm(&self) -> [Vector3<T>; POINTS] {
         let [p12, p23, p31] = self.edges_mm;
         let x = (p12 * p12 + p31 * p31 - p23 * p23) / (p12 + p12);
-        let y = (p31 * p31 - x * x).root();
-        let y = if self.base_area().z > T::zero() { y } else { -y };
+        let y = root(p31 * p31 - x * x);
+        let y = if self.is_counterclockwise() { y } else { -y };
         let zero = T::zero();
         [Vector3::zeros(), Vector3::new(p12, zero, zero), Vector3::new(x, y, zero)]
     }

@@ -3,7 +3,7 @@
 //! Six numbers instead of nine, the inverse by the adjugate, the largest eigenvalue by its own cubic equation. Products
 //! that are wanted in several places are calls, not inlined: each is a hundred bytes of code.
 
-use crate::calls::unit;
+use crate::calls::{root, unit};
 use crate::scalar::Real;
 use crate::vector::dot;
 use nalgebra::{Matrix3, Vector3};
@@ -71,22 +71,26 @@ impl<T: Real> Symmetric<T> {
         Vector3::new(xx * a.x + yx * a.y + zx * a.z, yx * a.x + yy * a.y + zy * a.z, zx * a.x + zy * a.y + zz * a.z)
     }
 
-    /// The product with `right`, column by column.
+    /// Every column becomes its image: the product with a matrix, in its place.
     #[inline(never)]
-    pub fn times(&self, right: &Matrix3<T>) -> Matrix3<T> {
-        let mut product = *right;
-        for column in &mut product.data.0 {
+    pub fn apply_to(&self, columns: &mut Matrix3<T>) {
+        for column in &mut columns.data.0 {
             *column = self.image_inline(&Vector3::from(*column)).into();
         }
-        product
     }
 
-    /// `left`ᵀ `right`, where that is symmetric.
+    /// Adds `left`ᵀ `right`, where that is symmetric, times `weight`.
     #[inline(never)]
-    pub fn gram(left: &Matrix3<T>, right: &Matrix3<T>) -> Self {
+    pub fn add_product(&mut self, left: &Matrix3<T>, right: &Matrix3<T>, weight: T) {
         let [a, b, c] = left.data.0.map(Vector3::from);
         let [u, v, w] = right.data.0.map(Vector3::from);
-        Self([dot(&a, &u), dot(&b, &u), dot(&b, &v), dot(&c, &u), dot(&c, &v), dot(&c, &w)])
+        let [xx, yx, yy, zx, zy, zz] = &mut self.0;
+        *xx += dot(&a, &u) * weight;
+        *yx += dot(&b, &u) * weight;
+        *yy += dot(&b, &v) * weight;
+        *zx += dot(&c, &u) * weight;
+        *zy += dot(&c, &v) * weight;
+        *zz += dot(&c, &w) * weight;
     }
 
     /// The adjugate: the inverse times the determinant, and also there when the determinant is zero.
@@ -109,20 +113,24 @@ impl<T: Real> Symmetric<T> {
         ])
     }
 
-    /// The inverse of a matrix that elimination has left of `of` (itself, if of none).
+    /// Becomes its inverse; `of`: the matrix that elimination has left this one of (itself, if of none).
     ///
-    /// `None` when a pivot is not larger than the part `smallest` of the diagonal entry that it came from, or is not a
-    /// number.
+    /// False, and nothing is changed, when a pivot is not larger than the part `smallest` of the diagonal entry that it
+    /// came from, or is not a number.
     #[inline(never)]
-    pub fn inverse(&self, of: &Self, smallest: T) -> Option<Self> {
+    #[must_use]
+    pub fn invert(&mut self, of: &Self, smallest: T) -> bool {
         let adjugate = self.adjugate_inline();
         let ([xx, ..], [first, _, second, .., third]) = (self.0, of.0);
         let determinant = self.determinant(&adjugate);
         let [c11, c21, c22, c31, c32, minor] = adjugate.0;
         // The pivots are the quotients of the leading minors. Written as products, and so that NaN is refused.
         let regular = xx > first * smallest && minor > second * smallest * xx && determinant > third * smallest * minor;
-        let scale = T::one() / determinant;
-        regular.then_some(Self([c11 * scale, c21 * scale, c22 * scale, c31 * scale, c32 * scale, minor * scale]))
+        if regular {
+            let scale = T::one() / determinant;
+            self.0 = [c11 * scale, c21 * scale, c22 * scale, c31 * scale, c32 * scale, minor * scale];
+        }
+        regular
     }
 
     /// The determinant, given the adjugate.
@@ -147,7 +155,7 @@ impl<T: Real> Symmetric<T> {
         let adjugate = self.adjugate();
         let (trace, minors, determinant) = (self.trace(), adjugate.trace(), self.determinant(&adjugate));
         // Exact when the two others are alike, and never too small: saves two or three rounds.
-        let spread = (trace * trace - minors * T::of(3.0)).max(T::zero()).root();
+        let spread = root(trace * trace - minors * T::of(3.0));
         let mut value = (trace + spread + spread) * T::of(1.0 / 3.0);
         for _ in 0..MOST_ROUNDS {
             let polynomial = ((value - trace) * value + minors) * value - determinant;
@@ -165,11 +173,17 @@ impl<T: Real> Symmetric<T> {
         // Of M - λ every column of the adjugate is along the direction. A little of M decides where all vanish.
         let [xx, yx, yy, zx, zy, zz] = self.0;
         let mut columns = Self([xx - value, yx, yy - value, zx, zy, zz - value]).adjugate();
-        let little = value * T::default_epsilon() * T::of(8.0);
-        columns.0.iter_mut().zip(self.0).for_each(|(entry, of)| *entry += of * little);
-        let columns = columns.to_matrix().data.0;
-        let longest = (1..3).fold(0, |best, k| if columns[k][k].abs() > columns[best][best].abs() { k } else { best });
-        (value, unit(&Vector3::from(columns[longest])))
+        columns.add(self, value * T::default_epsilon() * T::of(8.0));
+        // The column with the largest diagonal entry is the longest.
+        let [xx, yx, yy, zx, zy, zz] = columns.0;
+        let longest = if xx >= yy && xx >= zz {
+            [xx, yx, zx]
+        } else if yy >= zz {
+            [yx, yy, zy]
+        } else {
+            [zx, zy, zz]
+        };
+        (value, unit(&longest.into()))
     }
 }
 

@@ -8,7 +8,7 @@ use common::library::{as_cables, rig};
 use common::sets::{NOISE_MM, machines, normal, sweep};
 use common::{Worn, parameters, rng};
 use glenoid::kinematics::arm::{Arm, CableSet, Fit, nearest_attitude, turned};
-use glenoid::kinematics::{BaseEdges, Octahedron, Pivot, RigPoints};
+use glenoid::kinematics::{Octahedron, Pivot, RigPoints};
 use glenoid::rig::Parameters;
 use glenoid::scalar::Real;
 use host_tests::literal::Lengths;
@@ -27,7 +27,6 @@ fn home_axes(worn: &Worn) -> Rotation3<f64> {
 /// A machine with its centre known, in one precision.
 struct Known<T: Real> {
     points: RigPoints<T>,
-    base: BaseEdges<T>,
     pivot: Pivot<T>,
 }
 
@@ -36,11 +35,11 @@ impl<T: Real> Known<T> {
         let rig = rig::<T>(worn);
         let points = RigPoints::new(&rig);
         let truth = Parameters::from_array(parameters(&worn.truth()).map(T::of));
-        Self { base: BaseEdges::new(&rig), pivot: Pivot::from_parameters(&truth, &points), points }
+        Self { pivot: Pivot::from_parameters(&truth, &points), points }
     }
 
     fn arm(&self) -> Arm<'_, T> {
-        Arm { points: &self.points, base: &self.base, pivot: &self.pivot }
+        Arm { points: &self.points, pivot: &self.pivot }
     }
 
     fn fit(&self, lengths: &Lengths<f64>, cables: CableSet) -> Option<Fit<T>> {

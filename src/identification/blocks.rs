@@ -8,7 +8,7 @@ use super::normal_equations::{Singular, UNKNOWNS, at, smallest_pivot};
 use crate::calls::{difference, dot, image, image_transposed, scaled, transposed};
 use crate::scalar::Real;
 use crate::symmetric::Symmetric;
-use crate::vector::{self, add_to};
+use crate::vector::add_to;
 use nalgebra::{Matrix3, Vector3};
 
 /// A symmetric 6x6 matrix: information on two vectors, or their covariance.
@@ -55,9 +55,7 @@ impl<T: Real> Blocks<T> {
     fn eliminate_both(&mut self) -> Result<(), Singular> {
         let (smallest, first) = (smallest_pivot(), self.first);
         self.eliminate(smallest)?;
-        let Some(inverse) = &self.first.inverse(&first, smallest) else { return Err(Singular) };
-        self.first = *inverse;
-        Ok(())
+        if self.first.invert(&first, smallest) { Ok(()) } else { Err(Singular) }
     }
 
     /// The first block of the inverse: the covariance of the first vector, the second eliminated.
@@ -81,8 +79,9 @@ impl<T: Real> Blocks<T> {
     pub fn invert(&mut self) -> Result<(), Singular> {
         self.eliminate_both()?;
         let turned = transposed(&self.mixed);
-        let mixed = self.first.times(&turned);
-        self.second.add(&Symmetric::gram(&turned, &mixed), T::one());
+        let mut mixed = turned;
+        self.first.apply_to(&mut mixed);
+        self.second.add_product(&turned, &mixed, T::one());
         self.mixed = transposed(&(-mixed));
         Ok(())
     }
@@ -146,10 +145,11 @@ impl<T: Real> BlockEquations<T> {
     /// Adds what a pose knows of δ = δO - R δC, `weight` times: Jᵀ S J and Jᵀ g for J = [I, -R], unknowns O and C.
     #[inline(never)]
     pub fn add_pose(&mut self, rotation: &Matrix3<T>, information: &Symmetric<T>, gradient: &Vector3<T>, weight: T) {
-        let turned = information.times(rotation);
+        let mut turned = *rotation;
+        information.apply_to(&mut turned);
         let Blocks { first, mixed, second } = &mut self.matrix;
         first.add(information, weight);
-        second.add(&Symmetric::gram(rotation, &turned), weight);
+        second.add_product(rotation, &turned, weight);
         mixed.m11 -= turned.m11 * weight;
         mixed.m12 -= turned.m21 * weight;
         mixed.m13 -= turned.m31 * weight;
@@ -185,18 +185,11 @@ pub(super) fn eliminate<T: Real>(
     second: &mut Symmetric<T>,
     smallest: T,
 ) -> Result<(), Singular> {
-    let Some(inverse) = &second.inverse(second, smallest) else { return Err(Singular) };
-    *second = *inverse;
-    // In words: this is a seventh of the work on a pose.
-    let [a, b, c] = &mixed.data.0.map(Vector3::from);
-    let [u, v, w] = [inverse.image_inline(a), inverse.image_inline(b), inverse.image_inline(c)];
-    let [xx, yx, yy, zx, zy, zz] = &mut first.0;
-    *xx -= vector::dot(a, &u);
-    *yx -= vector::dot(b, &u);
-    *yy -= vector::dot(b, &v);
-    *zx -= vector::dot(c, &u);
-    *zy -= vector::dot(c, &v);
-    *zz -= vector::dot(c, &w);
-    *mixed = Matrix3::new(u.x, v.x, w.x, u.y, v.y, w.y, u.z, v.z, w.z);
+    let (information, shared) = (*second, *mixed);
+    if !second.invert(&information, smallest) {
+        return Err(Singular);
+    }
+    second.apply_to(mixed);
+    first.add_product(&shared, mixed, -T::one());
     Ok(())
 }

@@ -80,7 +80,7 @@ impl<T: Real> RotationSum<T> {
         // The two others by their sum and their product; the smaller of them.
         let sum = lacking.trace() - least;
         let others = adjugate.trace() - least * sum;
-        let apart = root((sum * sum - others * T::of(4.0)).max(T::zero()));
+        let apart = root(sum * sum - others * T::of(4.0));
         let second = if sum > T::zero() { (others + others) / (sum + apart) } else { T::zero() };
         Sway { axis: unit(&image), axis_in_platform, least_rad: moved(least), second_rad: moved(second) }
     }
@@ -89,14 +89,14 @@ impl<T: Real> RotationSum<T> {
 /// By how much an axis is moved, rad: 2 (1 - σ) is its square, `lacking` is 1 - σ².
 #[inline(never)]
 fn moved<T: Real>(lacking: T) -> T {
-    let singular = root((T::one() - lacking).max(T::zero()));
-    root((T::one() - singular).max(T::zero()) * T::of(2.0))
+    let singular = root(T::one() - lacking);
+    root((T::one() - singular) * T::of(2.0))
 }
 
 /// 1 - R̄ᵀR̄: how much the mean rotation lacks of a rotation, by direction in {P}.
 #[inline(always)]
 fn lacking<T: Real>(mean: &Matrix3<T>) -> Symmetric<T> {
     let mut lacking = Symmetric::diagonal(T::one());
-    lacking.add(&Symmetric::gram(mean, mean), -T::one());
+    lacking.add_product(mean, mean, -T::one());
     lacking
 }

@@ -36,7 +36,11 @@ pub fn parameters_of<T: Real>(
         directions.data.0[i] = direction.into();
     }
     let [xx, yx, yy, zx, zy, zz] = of_pivot.first.0;
-    let [pp, qp, qq, rp, rq, rr] = Symmetric::gram(&directions, &of_pivot.second.times(&directions)).0;
+    let mut of_radii = Symmetric::zero();
+    let mut images = directions;
+    of_pivot.second.apply_to(&mut images);
+    of_radii.add_product(&directions, &images, T::one());
+    let [pp, qp, qq, rp, rq, rr] = of_radii.0;
     let [[px, py, pz], [qx, qy, qz], [rx, ry, rz]] = mixed.data.0;
     #[rustfmt::skip]
     let entries = [
@@ -71,7 +75,7 @@ pub fn worst_centre_direction<T: Real>(covariance: &[T; PACKED]) -> (T, [T; 3]) 
 /// 1σ in the direction of largest variance of a point, and that direction.
 pub fn worst_direction_of_point<T: Real>(covariance: &Symmetric<T>) -> (T, [T; 3]) {
     let (variance, direction) = covariance.largest();
-    (root(variance.max(T::zero())), direction.into())
+    (root(variance), direction.into())
 }
 
 /// Power iteration.

@@ -4,13 +4,13 @@
 //! octahedron cannot place (beyond its fold, or with a bad length).
 
 use super::cable_length::CableLengths;
-use super::hinge::{BaseEdges, HingeArm};
 use super::pivot::{LengthEquation, LengthEquations, Pivot, RigPoints};
-use crate::calls::{product, transposed, triad};
-use crate::rig::CABLES;
+use super::spheres::spheres_meet;
+use crate::calls::{difference, dot, product, root, transposed, triad};
+use crate::rig::{CABLES, POINTS};
 use crate::scalar::Real;
 use crate::symmetric::{Symmetric, rounding};
-use crate::vector::{add_to, difference, dot, scaled, square};
+use crate::vector::{self, add_to, scaled, square};
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 /// Gauss-Newton steps after which a start is given up.
@@ -49,8 +49,6 @@ pub struct Fit<T> {
 pub struct Arm<'a, T> {
     /// The rig's points.
     pub points: &'a RigPoints<T>,
-    /// The rig's base edges.
-    pub base: &'a BaseEdges<T>,
     /// The joint centre in both bodies.
     pub pivot: &'a Pivot<T>,
 }
@@ -76,11 +74,15 @@ impl<T: Real> Arm<'_, T> {
                     squares_mm2 += *e * *e;
                 }
             }
-            let turn = turning.inverse(&turning, rounding())?.image(&torque);
+            let information = turning;
+            if !turning.invert(&information, rounding()) {
+                break;
+            }
+            let turn = turning.image(&torque);
             attitude = turned(&attitude, &turn);
             if square(&turn) <= settled {
                 // What the turn has gained is taken off without another evaluation.
-                let squares_mm2 = (squares_mm2 - dot(&torque, &turn)).max(T::zero());
+                let squares_mm2 = (squares_mm2 - vector::dot(&torque, &turn)).max(T::zero());
                 return Some(Fit { attitude, squares_mm2 });
             }
         }
@@ -92,20 +94,14 @@ impl<T: Real> Arm<'_, T> {
     pub fn fit(&self, lengths: &CableLengths<T>, cables: CableSet) -> Option<Fit<T>> {
         let whole = |i: usize| cables.has(2 * i) && cables.has(2 * i + 1);
         // Two end-points with both cables sound fix the rotation.
-        let (i, j) = if !whole(0) {
-            (1, 2)
-        } else if !whole(1) {
-            (2, 0)
-        } else {
-            (0, 1)
-        };
+        let (i, j) = (if whole(0) { 0 } else { 1 }, if whole(2) { 2 } else { 1 });
         let from_centre = |k: usize| difference(&self.points.platform_mm[k], &self.pivot.in_platform_mm);
         let body = transposed(&triad(&from_centre(i), &from_centre(j)));
         let mut best: Option<Fit<T>> = None;
-        for [side, other_side] in [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]] {
-            let first = self.apex(i, lengths, T::of(side));
-            let second = self.apex(j, lengths, T::of(other_side));
-            let start = nearest_attitude(&product(&triad(&first, &second), &body));
+        for sides in 0..4 {
+            let side = |bit: u8| if sides & bit == 0 { T::one() } else { -T::one() };
+            let ends = triad(&self.apex(i, lengths, side(1)), &self.apex(j, lengths, side(2)));
+            let start = nearest_attitude(&product(&ends, &body));
             if let Some(fit) = self.fit_from(start, lengths, cables)
                 && best.is_none_or(|best| fit.squares_mm2 < best.squares_mm2)
             {
@@ -120,27 +116,11 @@ impl<T: Real> Arm<'_, T> {
     /// iterate from. Not finite when its cables break their triangle, or with O on the edge's line.
     #[inline(never)]
     fn apex(&self, i: usize, lengths: &CableLengths<T>, side: T) -> Vector3<T> {
-        let (edge, mm, centre_mm) = (&self.base.as_array()[i], lengths.as_mm(), &self.pivot.in_base_mm);
-        let hinge = edge.coordinates(mm[2 * i], mm[2 * i + 1]);
+        let (base_mm, mm) = (&self.points.base_mm, lengths.as_mm());
         let radius = difference(&self.points.platform_mm[i], &self.pivot.in_platform_mm);
-        // O on the hinge's axes.
-        let ([cos, sin], centre) = (edge.direction, self.base.in_plane(centre_mm));
-        let (x, y) = (centre.x - edge.origin_mm[0], centre.y - edge.origin_mm[1]);
-        let (along, out, up) = (hinge.along_mm - (x * cos + y * sin), x * sin - y * cos, centre.z);
-        // |P - O|² = |radius|² is a line in the plane of the circle: its cosine against O, with the circle's radius 1.
-        let distance = (out * out + up * up).root();
-        let length = hinge.distance_squared_mm2.root();
-        let line = hinge.distance_squared_mm2 + along * along + distance * distance - square(&radius);
-        let cosine = line / (distance * length * T::of(2.0));
-        let sine = (T::one() - cosine * cosine).max(T::zero()).root() * side;
-        let scale = length / distance;
-        let arm = HingeArm {
-            along: hinge.along_mm,
-            length,
-            out: (out * cosine - up * sine) * scale,
-            up: (up * cosine + out * sine) * scale,
-        };
-        difference(&self.base.end_point(i, &arm), centre_mm)
+        // As in `ATTACHMENTS`.
+        let centres = [&self.pivot.in_base_mm, &base_mm[i], &base_mm[(i + 1) % POINTS]];
+        spheres_meet(centres, &[root(dot(&radius, &radius)), mm[2 * i], mm[2 * i + 1]], side)
     }
 }
 
@@ -149,17 +129,17 @@ pub fn turned<T: Real>(attitude: &UnitQuaternion<T>, turn: &Vector3<T>) -> UnitQ
     let [x, y, z, w]: [T; 4] = attitude.coords.into();
     let half = T::of(0.5);
     let (a, b, c) = (turn.x * half, turn.y * half, turn.z * half);
-    normalised([
+    normalised(
         w - a * x - b * y - c * z,
         x + a * w + b * z - c * y,
         y + b * w + c * x - a * z,
         z + c * w + a * y - b * x,
-    ])
+    )
 }
 
 /// The unit quaternion along w, x, y, z.
 #[inline(never)]
-pub(crate) fn normalised<T: Real>([w, x, y, z]: [T; 4]) -> UnitQuaternion<T> {
+pub(crate) fn normalised<T: Real>(w: T, x: T, y: T, z: T) -> UnitQuaternion<T> {
     let scale = T::one() / (w * w + x * x + y * y + z * z).root();
     UnitQuaternion::new_unchecked(Quaternion::new(w * scale, x * scale, y * scale, z * scale))
 }
@@ -182,22 +162,18 @@ pub fn rotation_of<T: Real>(attitude: &UnitQuaternion<T>) -> Matrix3<T> {
 #[inline(never)]
 pub fn nearest_attitude<T: Real>(m: &Matrix3<T>) -> UnitQuaternion<T> {
     let one = T::one();
-    let (w, x, y, z) = (
-        one + m.m11 + m.m22 + m.m33,
-        one + m.m11 - m.m22 - m.m33,
-        one - m.m11 + m.m22 - m.m33,
-        one - m.m11 - m.m22 + m.m33,
-    );
+    let (more, less, sum, difference) = (one + m.m11, one - m.m11, m.m22 + m.m33, m.m22 - m.m33);
+    let (w, x, y, z) = (more + sum, more - sum, less + difference, less - difference);
     let (a, b, c) = (m.m32 - m.m23, m.m13 - m.m31, m.m21 - m.m12);
     let (d, e, f) = (m.m32 + m.m23, m.m13 + m.m31, m.m21 + m.m12);
     // A quarter of their sum, 4, is large enough.
-    normalised(if w >= one {
-        [w, a, b, c]
+    if w >= one {
+        normalised(w, a, b, c)
     } else if x >= one {
-        [a, x, f, e]
+        normalised(a, x, f, e)
     } else if y >= one {
-        [b, f, y, d]
+        normalised(b, f, y, d)
     } else {
-        [c, e, d, z]
-    })
+        normalised(c, e, d, z)
+    }
 }

@@ -9,10 +9,9 @@
 //! stand for the edge's direction and a third of all products is spared.
 
 use super::cable_length::{CableLengths, LengthError};
-use crate::calls::unit;
+use crate::calls::{difference, image, image_transposed, root, triad};
 use crate::rig::{POINTS, Rig};
 use crate::scalar::Real;
-use crate::vector::{cross, difference, dot, image, image_transposed, scaled, square, sum};
 use nalgebra::{Matrix3, Vector3};
 
 /// One base edge, in the axes of the base plane.
@@ -32,10 +31,12 @@ pub struct BaseEdge<T> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BaseEdges<T> {
     edges: [BaseEdge<T>; POINTS],
-    /// The axes as rows, in {B}. A left-handed triad when the attachment points are numbered clockwise.
-    plane: Matrix3<T>,
+    /// The axes as columns, in {B}. A left-handed triad when the attachment points are numbered clockwise.
+    pub(super) axes: Matrix3<T>,
+    /// 1, or -1 for a left-handed triad.
+    pub(super) side: T,
     /// B1 in {B}, mm.
-    origin_mm: Vector3<T>,
+    pub(super) origin_mm: Vector3<T>,
 }
 
 /// Where an end-point stands on its hinge: coordinate along the base edge and squared distance from it.
@@ -47,38 +48,20 @@ pub struct HingeCoordinates<T> {
     pub distance_squared_mm2: T,
 }
 
-/// An end-point's arm, seen along its hinge, mm: length times cosine and sine of the angle from the base plane
-/// (outward) towards the platform.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct HingeArm<T> {
-    /// ξ: where the arm begins on the base edge, mm.
-    pub along: T,
-    pub length: T,
-    /// Length times cosine, outward in the base plane.
-    pub out: T,
-    /// Length times sine, towards the platform.
-    pub up: T,
-}
-
 impl<T: Real> BaseEdges<T> {
     /// The edges of a rig.
     pub fn new(rig: &Rig<T>) -> Self {
         let [b1, b2, b3] = rig.base_mm();
-        let along = unit(&difference(b2, b1));
-        let upward = rig.base_normal();
-        let across = cross(&along, &upward);
-        let towards_third = dot(&across, &difference(b3, b1)) > T::zero();
-        let inward = if towards_third { across } else { scaled(&across, -T::one()) };
-        let (u, v, w) = (along, inward, upward);
-        let mut edges = Self {
-            edges: [BaseEdge::default(); POINTS],
-            plane: Matrix3::new(u.x, u.y, u.z, v.x, v.y, v.z, w.x, w.y, w.z),
-            origin_mm: *b1,
-        };
-        let (c1, c2, c3) = (edges.in_plane(b1), edges.in_plane(b2), edges.in_plane(b3));
-        // As in `ATTACHMENTS`.
-        edges.edges = [BaseEdge::between(&c1, &c2), BaseEdge::between(&c2, &c3), BaseEdge::between(&c3, &c1)];
-        edges
+        let mut axes = triad(&difference(b2, b1), &difference(b3, b1));
+        let side = if axes.m33 < T::zero() { -T::one() } else { T::one() };
+        (axes.m13, axes.m23, axes.m33) = (axes.m13 * side, axes.m23 * side, axes.m33 * side);
+        // From B1 round to B1, as in `ATTACHMENTS`.
+        let mut first = Vector3::zeros();
+        let edges = [b2, b3, b1].map(|end| {
+            let second = image_transposed(&axes, &difference(end, b1));
+            BaseEdge::between(&core::mem::replace(&mut first, second), &second)
+        });
+        Self { edges, axes, side, origin_mm: *b1 }
     }
 
     /// The three edges in the order of the end-points.
@@ -89,22 +72,13 @@ impl<T: Real> BaseEdges<T> {
     /// A point of {B}, mm, in the axes of the base plane, from B1.
     #[inline(never)]
     pub fn in_plane(&self, point_mm: &Vector3<T>) -> Vector3<T> {
-        image(&self.plane, &difference(point_mm, &self.origin_mm))
-    }
-
-    /// The end-point of an arm on the hinge of this index, in {B}, mm.
-    #[inline(never)]
-    pub(super) fn end_point(&self, index: usize, arm: &HingeArm<T>) -> Vector3<T> {
-        let edge = &self.edges[index];
-        let ([x, y], [cos, sin]) = (edge.origin_mm, edge.direction);
-        let in_plane = Vector3::new(x + cos * arm.along + sin * arm.out, y + sin * arm.along - cos * arm.out, arm.up);
-        sum(&self.origin_mm, &image_transposed(&self.plane, &in_plane))
+        image_transposed(&self.axes, &difference(point_mm, &self.origin_mm))
     }
 
     /// A vector in the axes of the base plane, in {B}.
     #[inline(never)]
     pub fn in_base(&self, in_plane: &Vector3<T>) -> Vector3<T> {
-        image_transposed(&self.plane, in_plane)
+        image(&self.axes, in_plane)
     }
 
     /// (ξ, ρ²) of the three end-points of a pose.
@@ -147,23 +121,15 @@ impl<T: Real> HingeCoordinates<T> {
     }
 }
 
-impl<T: Real> Default for BaseEdge<T> {
-    /// No edge yet: all zero.
-    fn default() -> Self {
-        let zero = T::zero();
-        Self { origin_mm: [zero; 2], direction: [zero; 2], length_mm: zero, inverse_twice_length: zero }
-    }
-}
-
 impl<T: Real> BaseEdge<T> {
     /// The edge between two attachment points in the plane.
-    #[inline(never)]
+    #[inline(always)]
     fn between(first_mm: &Vector3<T>, second_mm: &Vector3<T>) -> Self {
-        let span = difference(second_mm, first_mm);
-        let length_mm = square(&span).root();
+        let (x, y) = (second_mm.x - first_mm.x, second_mm.y - first_mm.y);
+        let length_mm = root(x * x + y * y);
         Self {
             origin_mm: [first_mm.x, first_mm.y],
-            direction: [span.x / length_mm, span.y / length_mm],
+            direction: [x / length_mm, y / length_mm],
             length_mm,
             inverse_twice_length: T::one() / (length_mm + length_mm),
         }

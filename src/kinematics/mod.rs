@@ -9,6 +9,7 @@ pub mod hinge;
 pub mod inverse;
 pub mod octahedron;
 pub mod pivot;
+mod spheres;
 pub mod tetrahedron;
 
 pub use cable_length::{CableLengths, CountExtender, LengthError, LengthFault};

@@ -10,11 +10,11 @@
 //! there the joint centre of the other poses decides.
 
 use super::cable_length::{CableLengths, LengthError};
-use super::hinge::{BaseEdges, HingeArm, HingeCoordinates};
-use crate::calls::triad;
-use crate::rig::{POINTS, Rig};
+use super::hinge::{BaseEdges, HingeCoordinates};
+use crate::calls::{image, root, triad};
+use crate::rig::{CABLES, POINTS, Rig};
 use crate::scalar::Real;
-use crate::vector::{difference, scaled};
+use crate::vector::{difference, scaled, sum};
 use nalgebra::{Matrix3, Vector3};
 
 /// Newton steps after which a pose is given up. A regular pose takes about five.
@@ -28,28 +28,40 @@ const START: (f64, f64) = (0.207_911_690_817_759_45, 0.978_147_600_733_805_6);
 /// lengths determine the pose too poorly to find a start from it.
 const REGULAR: f64 = 0.02;
 
-/// A platform edge P_i P_j spans a corner of the base: hinge j begins where hinge i ends, turned by an angle γ. Seen
-/// along hinge i, its outward axis and upward, P_i - P_j is
-/// (-along - sin γ out_j, out_i - cos γ out_j + across, up_i - up_j).
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Corner<T> {
-    /// cos γ and sin γ.
-    cos: T,
-    sin: T,
-    /// p_ij², mm².
-    square: T,
-    /// From the foot of P_i to the foot of P_j on their hinges: along hinge i and inwards, mm.
-    /// 0 until the arms are known.
+/// An end-point's arm, seen along its hinge, mm: length times cosine and sine of the angle from the base plane
+/// (outward) towards the platform.
+#[derive(Clone, Copy, Debug)]
+struct HingeArm<T> {
+    /// ξ: where the arm begins on the base edge, mm.
     along: T,
-    across: T,
+    length: T,
+    /// Length times cosine, outward in the base plane.
+    out: T,
+    /// Length times sine, towards the platform.
+    up: T,
+}
+
+/// A platform edge P_i P_j spans a corner of the base: hinge j begins where hinge i ends, turned by an angle γ. Seen from
+/// there, P_i is (-a, out_i, up_i) along hinge i, outward and upward, and P_j is (b, out_j, up_j) along hinge j; the
+/// cables from the corner to both, L and L', and the edge make a triangle. By the law of cosines
+/// -P_i·P_j + (L² + L'² - p_ij²)/2 = 0, where -P_i·P_j = (a b - out_i out_j) cos γ + (b out_i + a out_j) sin γ - up_i up_j.
+#[derive(Clone, Copy, Debug)]
+struct Corner<T> {
+    /// All in it that depends on no angle, mm².
+    constant: T,
+    /// b sin γ and a sin γ: what out_i and out_j have, mm.
+    first: T,
+    second: T,
+    /// cos γ.
+    cos: T,
 }
 
 /// The equation of a platform edge at one estimate.
 #[derive(Clone, Copy, Debug)]
 struct Row<T> {
-    /// |P_i - P_j|² - p_ij², mm².
+    /// Half of |P_i - P_j|² - p_ij², mm².
     value: T,
-    /// Half of its derivatives with the angles of hinges i and j, mm².
+    /// How fast it falls with the angles of hinges i and j, mm².
     first: T,
     second: T,
 }
@@ -78,38 +90,19 @@ pub enum OctahedronError {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Octahedron<T> {
     base: BaseEdges<T>,
-    /// Of the platform edges p12, p23, p31.
-    corners: [Corner<T>; POINTS],
-    /// Largest error of a squared edge at which Newton's method ends, mm².
+    /// p12, p23, p31, mm.
+    edges_mm: [T; POINTS],
+    /// Largest error of half a squared edge at which Newton's method ends, mm².
     close_mm2: T,
-    /// 1, or -1 when P3 has a negative y in {P}.
-    side: T,
 }
 
 impl<T: Real> Octahedron<T> {
     /// The octahedron of `rig`.
     pub fn new(rig: &Rig<T>) -> Self {
-        let third = rig.platform_mm()[2];
-        let (base, edges_mm) = (BaseEdges::new(rig), rig.edges_mm());
-        let edges = base.as_array();
-        let corner = |i: usize, j: usize| {
-            let ([c1, s1], [c2, s2]) = (edges[i].direction, edges[j].direction);
-            let (cos, sin, square) = (c1 * c2 + s1 * s2, c1 * s2 - s1 * c2, edges_mm[i] * edges_mm[i]);
-            Corner { cos, sin, square, along: T::zero(), across: T::zero() }
-        };
-        Self {
-            // As in `EDGE_ENDS`.
-            corners: [corner(0, 1), corner(1, 2), corner(2, 0)],
-            // Half the digits: the step that follows has them all.
-            close_mm2: edges_mm[0] * edges_mm[0] * T::default_epsilon().root(),
-            base,
-            side: if third.y > T::zero() { T::one() } else { -T::one() },
-        }
-    }
-
-    /// The rig's base edges.
-    pub fn base(&self) -> &BaseEdges<T> {
-        &self.base
+        let edges_mm = *rig.edges_mm();
+        // Half the digits: the step that follows has them all.
+        let close_mm2 = edges_mm[0] * edges_mm[0] * root(T::default_epsilon()) * T::of(0.5);
+        Self { base: BaseEdges::new(rig), edges_mm, close_mm2 }
     }
 
     /// The platform's pose on the home side of the fold, from one constant start: no estimate is needed.
@@ -117,54 +110,60 @@ impl<T: Real> Octahedron<T> {
     /// # Errors
     /// [`OctahedronError`] when a cable triangle is broken or no regular assembly is found.
     pub fn solve(&self, lengths: &CableLengths<T>) -> Result<PlatformPose<T>, OctahedronError> {
-        let mut arms = self.arms(lengths);
-        // Also false for NaN: a triangle that does not close has no height.
-        if let Some(broken) = arms.iter().position(|arm| !(arm.length > T::zero() && arm.length < T::of(1e15))) {
-            return Err(OctahedronError::Length(LengthError::broken_triangle(broken)));
-        }
-        let [c12, c23, c31] = self.corners(&arms);
-        let close = self.close_mm2;
-        let [a1, a2, a3] = &mut arms;
+        let (edges, mm) = (self.base.as_array(), lengths.as_mm());
+        let mut arms = core::array::from_fn(|i| HingeArm::at_start(&edges[i].coordinates(mm[2 * i], mm[2 * i + 1])));
+        let corners = core::array::from_fn(|j| self.corner((j + 2) % POINTS, j, &arms, mm));
+        let [c31, c12, c23] = &corners;
         for _ in 0..STEP_CAP {
+            let [a1, a2, a3] = &arms;
             let (r1, r2, r3) = (&c12.row(a1, a2), &c23.row(a2, a3), &c31.row(a3, a1));
-            let (determinant, [s1, s2, s3]) = newton(r1, r2, r3);
+            let (determinant, steps) = newton(r1, r2, r3);
+            let ([a1, a2, a3], [s1, s2, s3]) = (&mut arms, steps);
             // In words: as a loop they would leave the registers, a tenth of the time.
             a1.turn(s1);
             a2.turn(s2);
             a3.turn(s3);
+            let close = self.close_mm2;
             if r1.value.abs() < close && r2.value.abs() < close && r3.value.abs() < close {
-                // Judged where the equations hold: on the home side the determinant is negative.
-                if -determinant > r1.slope() * r2.slope() * r3.slope() * T::of(REGULAR) {
+                // Judged where the equations hold: on the home side the determinant is positive.
+                let least = r1.slope_squared() * r2.slope_squared() * r3.slope_squared() * T::of(REGULAR * REGULAR);
+                if determinant > T::zero() && determinant * determinant > least {
                     return Ok(self.pose(&arms));
                 }
                 break;
             }
         }
-        Err(OctahedronError::DoesNotClose)
+        // A triangle that does not close has no height, and no equation holds. Also false for NaN.
+        let broken = arms.iter().position(|arm| !(arm.length > T::zero()));
+        Err(broken.map_or(OctahedronError::DoesNotClose, |i| OctahedronError::Length(LengthError::broken_triangle(i))))
     }
 
+    /// The corner at which hinge `i` ends and hinge `j` begins.
     #[inline(always)]
-    fn arms(&self, lengths: &CableLengths<T>) -> [HingeArm<T>; POINTS] {
-        let mm = lengths.as_mm();
-        core::array::from_fn(|i| HingeArm::at_start(&self.base.as_array()[i].coordinates(mm[2 * i], mm[2 * i + 1])))
-    }
-
-    #[inline(always)]
-    fn corners(&self, arms: &[HingeArm<T>; POINTS]) -> [Corner<T>; POINTS] {
-        let corner = |i: usize, j: usize| {
-            let corner = self.corners[i];
-            let (short, beyond) = (self.base.as_array()[i].length_mm - arms[i].along, arms[j].along);
-            Corner { along: short + corner.cos * beyond, across: corner.sin * beyond, ..corner }
-        };
-        [corner(0, 1), corner(1, 2), corner(2, 0)]
+    fn corner(&self, i: usize, j: usize, arms: &[HingeArm<T>; POINTS], mm: &[T; CABLES]) -> Corner<T> {
+        let (edges, half) = (self.base.as_array(), T::of(0.5));
+        let ([c1, s1], [c2, s2]) = (edges[i].direction, edges[j].direction);
+        let (cos, sin) = (c1 * c2 + s1 * s2, c1 * s2 - s1 * c2);
+        let (short, beyond) = (edges[i].length_mm - arms[i].along, arms[j].along);
+        let (l1, l2, edge) = (mm[2 * i + 1], mm[2 * j], self.edges_mm[i]);
+        let constant = ((l1 - edge) * (l1 + edge) + l2 * l2) * half + short * beyond * cos;
+        Corner { constant, first: sin * beyond, second: sin * short, cos }
     }
 
     /// Pose of the platform from its end-points, which keep their distances.
     #[inline(always)]
     fn pose(&self, arms: &[HingeArm<T>; POINTS]) -> PlatformPose<T> {
-        let [p1, p2, p3] = core::array::from_fn(|i| self.base.end_point(i, &arms[i]));
-        let rotation = triad(&difference(&p2, &p1), &scaled(&difference(&p3, &p1), self.side));
-        PlatformPose { origin_mm: p1, rotation }
+        let (base, side) = (&self.base, self.base.side);
+        // In {B}, from B1.
+        let [p1, p2, p3] = &core::array::from_fn(|i| {
+            let (edge, arm) = (&base.as_array()[i], &arms[i]);
+            let ([x, y], [cos, sin]) = (edge.origin_mm, edge.direction);
+            let (x, y) = (x + cos * arm.along + sin * arm.out, y + sin * arm.along - cos * arm.out);
+            image(&base.axes, &Vector3::new(x, y, arm.up))
+        });
+        // P3 has a negative y in {P} where the base is numbered clockwise.
+        let rotation = triad(&difference(p2, p1), &scaled(&difference(p3, p1), side));
+        PlatformPose { origin_mm: sum(&base.origin_mm, p1), rotation }
     }
 }
 
@@ -189,20 +188,20 @@ impl<T: Real> Corner<T> {
     /// The equation of the platform edge between the arms of hinges i and j.
     #[inline(always)]
     fn row(&self, i: &HingeArm<T>, j: &HingeArm<T>) -> Row<T> {
-        let (along, out, up) = (self.along + self.sin * j.out, i.out - self.cos * j.out + self.across, i.up - j.up);
+        let (first, second) = (self.first - self.cos * j.out, self.second - self.cos * i.out);
         Row {
-            value: along * along + out * out + up * up - self.square,
-            first: i.out * up - i.up * out,
-            second: j.up * (self.cos * out - self.sin * along) - j.out * up,
+            value: self.constant + i.out * first + j.out * self.second - i.up * j.up,
+            first: i.up * first + i.out * j.up,
+            second: j.up * second + j.out * i.up,
         }
     }
 }
 
 impl<T: Real> Row<T> {
-    /// Length of the row: the product of the three is what their determinant is compared with.
+    /// Squared length of the row: the product of the three is what their determinant is compared with.
     #[inline(always)]
-    fn slope(&self) -> T {
-        (self.first * self.first + self.second * self.second).root()
+    fn slope_squared(&self) -> T {
+        self.first * self.first + self.second * self.second
     }
 }
 
@@ -210,15 +209,12 @@ impl<T: Real> Row<T> {
 #[inline(always)]
 fn newton<T: Real>(r1: &Row<T>, r2: &Row<T>, r3: &Row<T>) -> (T, [T; POINTS]) {
     let (ff, ss) = (r1.first * r2.first, r1.second * r2.second);
-    // The first two rows without the angle of P2: ff x1 - ss x3 = -value.
+    // The first two rows without the angle of P2: ff x1 - ss x3 = value.
     let value = r1.value * r2.first - r1.second * r2.value;
     let determinant = ff * r3.first + ss * r3.second;
-    let minus_inverse = T::of(-0.5) / determinant;
+    let inverse = T::one() / determinant;
     let second = r2.value * r3.first * r1.first + r2.second * (r3.second * r1.value - r3.value * r1.first);
-    let steps = [
-        (value * r3.first + ss * r3.value) * minus_inverse,
-        second * minus_inverse,
-        (ff * r3.value - value * r3.second) * minus_inverse,
-    ];
+    let steps =
+        [(value * r3.first + ss * r3.value) * inverse, second * inverse, (ff * r3.value - value * r3.second) * inverse];
     (determinant, steps)
 }

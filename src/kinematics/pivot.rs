@@ -7,6 +7,7 @@
 //! nothing here is singular at a flat tetrahedron or at the octahedron's fold.
 
 use super::cable_length::CableLengths;
+use super::spheres::spheres_meet;
 use crate::calls::accumulate;
 use crate::rig::{CABLES, POINTS, Parameters, Rig};
 use crate::scalar::Real;
@@ -54,13 +55,10 @@ impl<T: Real> Pivot<T> {
     /// The pivot from the centre in {B} and the radii: C is where three spheres of radii p_i about the end-points
     /// meet, on the base's side of the platform. When they do not meet, the point below their radical axis.
     pub fn from_parameters(parameters: &Parameters<T>, points: &RigPoints<T>) -> Self {
-        let [_, second, third] = points.platform_mm;
-        let [p1, p2, p3] = parameters.radii_mm.map(|p| p * p);
-        // |C - s_i|² = p_i², first equation subtracted; s_1 is the origin and s_2 lies on the x axis.
-        let x = (p1 - p2 + second.x * second.x) / (second.x + second.x);
-        let y = (p1 - p3 + third.norm_squared() - x * third.x * T::of(2.0)) / (third.y + third.y);
-        let depth = (p1 - x * x - y * y).max(T::zero()).root();
-        Self { in_base_mm: parameters.centre_mm, in_platform_mm: Vector3::new(x, y, -depth) }
+        let [s1, s2, s3] = &points.platform_mm;
+        let mut in_platform_mm = spheres_meet([s1, s2, s3], &parameters.radii_mm, T::one());
+        in_platform_mm.z = -in_platform_mm.z.abs();
+        Self { in_base_mm: parameters.centre_mm, in_platform_mm }
     }
 
     /// Centre and radii: p_i = |s_i - C|.
@@ -118,12 +116,13 @@ impl<T: Real> LengthEquations<T> {
         let [b1, b2, b3] = &points.base_mm;
         // As in `ATTACHMENTS`.
         let attachments = [[b1, b2], [b2, b3], [b3, b1]];
-        let (lengths, _) = lengths.as_mm().as_chunks();
-        let (cables, _) = self.cables.as_chunks_mut();
+        let (lengths, _) = lengths.as_mm().as_chunks::<2>();
+        let (cables, _) = self.cables.as_chunks_mut::<2>();
         let end_points = points.platform_mm.iter().zip(&attachments).zip(lengths).zip(cables);
         for (((point, [first, second]), [l1, l2]), [cable1, cable2]) in end_points {
             let arm = image(rotation, &difference(point, &pivot.in_platform_mm));
             let end_point = sum(&pivot.in_base_mm, &arm);
+            // In words: as a loop they would take an eighth longer.
             *cable1 = LengthEquation::new(&arm, &difference(&end_point, first), *l1);
             *cable2 = LengthEquation::new(&arm, &difference(&end_point, second), *l2);
         }

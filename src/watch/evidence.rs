@@ -78,7 +78,9 @@ impl<T: Real> Evidence<T> {
         self.squares += pose.squares_mm2;
         let information = &pose.information;
         self.drift.add_growing(information, &pose.gradient_mm, elevation(rotation));
-        self.cuff.0.add(&Symmetric::gram(rotation, &information.times(rotation)), T::one());
+        let mut turned = *rotation;
+        information.apply_to(&mut turned);
+        self.cuff.0.add_product(rotation, &turned, T::one());
         self.cuff.1 -= rotation.tr_mul(&pose.gradient_mm);
         for ((weight, gradient), cable) in self.cables.iter_mut().zip(&equations.cables) {
             let g = &cable.moment_mm;
@@ -148,8 +150,11 @@ impl<T: Real> Evidence<T> {
 
 /// What moves a point best, and the squares that it explains.
 fn moved<T: Real>(information: &Symmetric<T>, gradient: &Vector3<T>) -> Option<(Vector3<T>, T)> {
-    let moved = information.inverse(information, T::default_epsilon())?.image(gradient);
-    Some((moved, moved.dot(gradient)))
+    let mut covariance = *information;
+    covariance.invert(information, T::default_epsilon()).then(|| {
+        let moved = covariance.image(gradient);
+        (moved, moved.dot(gradient))
+    })
 }
 
 /// Angle between the arm's long axis (z of {P}) and z of {B}, rad, from its sine and cosine.

@@ -27,7 +27,7 @@ pub use self::evidence::{Cause, Warning};
 use self::evidence::Evidence;
 use crate::identification::pose_information::PoseInformation;
 use crate::kinematics::arm::{Arm, CableSet, rotation_of};
-use crate::kinematics::{BaseEdges, CableLengths, LengthEquations, Pivot, RigPoints};
+use crate::kinematics::{CableLengths, LengthEquations, Pivot, RigPoints};
 use crate::rig::{CABLES, Parameters, Rig};
 use crate::scalar::Real;
 use nalgebra::{UnitQuaternion, Vector3};
@@ -66,7 +66,6 @@ pub enum Watching {
 /// The watch over one accepted centre.
 #[derive(Clone, Debug)]
 pub struct Watch<T: Real> {
-    base: BaseEdges<T>,
     points: RigPoints<T>,
     pivot: Pivot<T>,
     zeros_mm: [T; CABLES],
@@ -89,7 +88,6 @@ impl<T: Real> Watch<T> {
     pub fn new(rig: &Rig<T>, parameters: &Parameters<T>, zeros_mm: &[T; CABLES], noise_mm: T) -> Self {
         let points = RigPoints::new(rig);
         Self {
-            base: BaseEdges::new(rig),
             pivot: Pivot::from_parameters(parameters, &points),
             points,
             zeros_mm: *zeros_mm,
@@ -148,7 +146,7 @@ impl<T: Real> Watch<T> {
         }
         self.counted = Some(*lengths);
         let lengths = lengths.less(&self.zeros_mm).ok()?;
-        let arm = Arm { points: &self.points, base: &self.base, pivot: &self.pivot };
+        let arm = Arm { points: &self.points, pivot: &self.pivot };
         let fit = match self.attitude {
             Some(before) => arm.fit_from(before, &lengths, CableSet::ALL),
             None => arm.fit(&lengths, CableSet::ALL),

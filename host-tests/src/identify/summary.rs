@@ -2,7 +2,7 @@
 
 use super::lengths_file::LengthsFile;
 use super::remedy;
-use super::report::{Method, Precision, RejectedCable, Report};
+use super::report::{Method, Precision, RejectedCable, Report, Setting};
 use super::verification::Verification;
 use std::fmt::Write;
 
@@ -87,16 +87,8 @@ fn figures(text: &mut String, report: &Report, log: &LengthsFile) -> std::fmt::R
             None => format!("estimated: {} degrees of freedom, and what the rig should have", 3 * used as i64 - 6),
         };
         line(text, "noise", &format!("{} mm, {source}", small(noise)))?;
-        let expected = report.setting.expected_noise_mm;
-        if report.setting.method == Method::Full
-            && report.setting.given_noise_mm.is_none()
-            && noise > expected * SUSPICIOUS_NOISE
-        {
-            let note = format!(
-                "more than the {expected:.3} mm expected of this rig: the joint may wander, or the rig file be off; \
-                 --noise {expected:.3} tests it"
-            );
-            line(text, "", &note)?;
+        if let Some(doubt) = doubt_about(noise, &report.setting) {
+            line(text, "", &doubt)?;
         }
     }
     let left_out = match report.setting.rows_used.count - used {
@@ -111,6 +103,22 @@ fn figures(text: &mut String, report: &Report, log: &LengthsFile) -> std::fmt::R
         rest = others;
     }
     Ok(())
+}
+
+/// What one should know about noise that is larger than the rig's, mm.
+fn doubt_about(noise_mm: f64, setting: &Setting) -> Option<String> {
+    let (expected, limit) = (setting.expected_noise_mm, setting.noise_limit_mm);
+    match setting.method {
+        Method::Paper if noise_mm > limit => Some(format!(
+            "more than the {limit:.2} mm that noise may be: these poses have no common centre, or some are bad. The \
+             paper's method takes any residual for noise; --method full refuses, or leaves out the bad ones"
+        )),
+        Method::Full if setting.given_noise_mm.is_none() && noise_mm > expected * SUSPICIOUS_NOISE => Some(format!(
+            "more than the {expected:.3} mm expected of this rig: the joint may wander, or the rig file be off; \
+             --noise {expected:.3} tests it"
+        )),
+        _ => None,
+    }
 }
 
 /// The cables to blame for one pose.

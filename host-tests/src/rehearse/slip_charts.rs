@@ -6,7 +6,7 @@ use crate::plot::{self, Axis, Chart, PlotError, Series};
 use glenoid::can::result::Parameter;
 use glenoid::identification::pose_information::PoseInformation;
 use glenoid::kinematics::arm::{Arm, CableSet};
-use glenoid::kinematics::{BaseEdges, CableLengths, LengthEquations, Pivot, RigPoints};
+use glenoid::kinematics::{CableLengths, LengthEquations, Pivot, RigPoints};
 use glenoid::rig::{CABLES, Parameters, Rig};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::path::{Path, PathBuf};
@@ -52,10 +52,10 @@ pub fn write(
 }
 
 fn look(exercise: &Exercise, rig: &Rig<f64>, live: &[Parameter; 6], zeros_mm: &[f32; CABLES]) -> Vec<Seen> {
-    let (points, base) = (RigPoints::new(rig), BaseEdges::new(rig));
+    let points = RigPoints::new(rig);
     let parameters = Parameters::from_array(live.map(|parameter| f64::from(parameter.value_mm)));
     let pivot = Pivot::from_parameters(&parameters, &points);
-    let arm = Arm { points: &points, base: &base, pivot: &pivot };
+    let arm = Arm { points: &points, pivot: &pivot };
     let mut attitude: Option<UnitQuaternion<f64>> = None;
     let mut see = |at_s, counts: &[i32; CABLES]| {
         let raw = CableLengths::from_counts(rig.drum(), counts).ok()?;

@@ -164,6 +164,25 @@ fn the_papers_method_says_where_it_begins() {
 }
 
 #[test]
+fn the_papers_method_tells_of_residuals_that_are_no_noise() {
+    let desk = Desk::new("no_centre");
+    // Three poses out of the air that happen to lead the iteration to an end.
+    desk.put(
+        "log.csv",
+        "l1,l2,l3,l4,l5,l6\n\
+         339.68,252.35,150,220.4,216.75,231.59\n\
+         320.33,185.41,163.35,216.07,240.77,342.93\n\
+         150,188.31,150,266.01,332.1,244.13\n",
+    );
+    let ran = desk.identify("log.csv --method paper");
+    assert_eq!(ran.code, Some(0), "{ran:?}");
+    assert!(ran.words().contains("these poses have no common centre, or some are bad"), "{ran:?}");
+    assert_eq!(desk.identify("log.csv").code, Some(2));
+    let sound = desk_with_speed_problem("sound").identify("log.csv --rig rig.toml --method paper");
+    assert!(!sound.words().contains("no common centre"), "{sound:?}");
+}
+
+#[test]
 fn what_is_not_used_is_told() {
     let desk = desk_with_speed_problem("not_used");
     desk.put("more.toml", [data("speed-problem.toml"), b"\n[drum]\nradius = 15\n".to_vec()].concat());

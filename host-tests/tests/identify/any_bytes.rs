@@ -70,8 +70,14 @@ proptest! {
         for arguments in ["", "--method paper", "--noise 0.0001", "--noise 10", "--zeros"] {
             let ran = desk.identify(&format!("log.csv --json --precision {precision} {arguments}"));
             ends_well(&ran)?;
-            // Lengths out of the air never have a common centre.
-            prop_assert_ne!(ran.code, Some(0), "{:?}", ran);
+            // Lengths out of the air never have a common centre. The paper's method has no test for it: of three poses
+            // it may find the nearest thing, but then its noise tells.
+            if ran.code == Some(1) {
+                continue;
+            }
+            let report = ran.json();
+            let noise_tells = report["noise_mm"].as_f64() > report["noise_limit_mm"].as_f64();
+            prop_assert!(ran.code == Some(2) || (report["method"] == "paper" && noise_tells), "{ran:?}");
         }
     }
 

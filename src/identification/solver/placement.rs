@@ -2,7 +2,7 @@
 
 use super::attitude::PackedAttitude;
 use crate::kinematics::arm::{Arm, CableSet, rotation_of};
-use crate::kinematics::{BaseEdges, CableLengths, Octahedron, Pivot, RigPoints};
+use crate::kinematics::{CableLengths, Octahedron, Pivot, RigPoints};
 use crate::rig::Rig;
 use crate::scalar::Real;
 use nalgebra::{Matrix3, UnitQuaternion};
@@ -84,13 +84,9 @@ impl<T: Real> Placer<T> {
         Self { octahedron: Octahedron::new(rig), points: RigPoints::new(rig), rig_noise_mm: rig.length_noise_mm() }
     }
 
-    pub fn base(&self) -> &BaseEdges<T> {
-        self.octahedron.base()
-    }
-
     /// Fitting a rotation about the pivot.
     pub fn arm<'a>(&'a self, pivot: &'a Pivot<T>) -> Arm<'a, T> {
-        Arm { points: &self.points, base: self.base(), pivot }
+        Arm { points: &self.points, pivot }
     }
 
     /// Places a pose by the known pivot, on whichever side of the fold it fits best.

@@ -64,8 +64,8 @@ pub fn arm_before<T: Number>(bench: &mut Bench<T>) -> Option<()> {
 /// Forward kinematics of one sample with the joint centre known, from the attitude of the sample before.
 #[inline(never)]
 pub fn tracking<T: Number>(bench: &mut Bench<T>, index: usize) -> Option<bool> {
-    let Geometry { octahedron, points, pivot } = bench.geometry.as_ref()?;
-    let arm = Arm { points, base: octahedron.base(), pivot };
+    let Geometry { points, pivot, .. } = bench.geometry.as_ref()?;
+    let arm = Arm { points, pivot };
     black_box(arm.fit_from(*bench.before.get(index)?, bench.poses().get(index)?, CableSet::ALL)?);
     Some(more(bench, index))
 }
