@@ -49,15 +49,6 @@ impl<T: Real> RotationSum<T> {
         &self.sum
     }
 
-    /// The mean of the rotations, R̄; not a number without any.
-    #[inline(always)]
-    fn mean(&self) -> Matrix3<T> {
-        let share = T::one() / self.poses();
-        let mut mean = self.sum;
-        mean.as_mut_slice().iter_mut().for_each(|entry| *entry *= share);
-        mean
-    }
-
     /// Poses added.
     pub fn poses(&self) -> T {
         T::of_integer(self.poses as i32)
@@ -69,14 +60,16 @@ impl<T: Real> RotationSum<T> {
             let axis = Vector3::z();
             return Sway { axis, axis_in_platform: axis, least_rad: T::zero(), second_rad: T::zero() };
         }
-        let mean = self.mean();
+        // R̄ is never formed: of it only the products are wanted, which are those of the sum times this.
+        let share = T::one() / (self.poses() * self.poses());
         // 1 - R̄ᵀR̄ has the eigenvalues 1 - σ². Its adjugate has the same axes and the products of the two others: the
         // largest of them belongs to the axis looked for, though that one's own eigenvalue may be zero.
-        let lacking = lacking(&mean);
+        let mut lacking = Symmetric::diagonal(T::one());
+        lacking.add_product(&self.sum, &self.sum, -share);
         let adjugate = lacking.adjugate();
         let (_, axis_in_platform) = adjugate.largest();
-        let image = image(&mean, &axis_in_platform);
-        let least = T::one() - dot(&image, &image);
+        let image = image(&self.sum, &axis_in_platform);
+        let least = T::one() - dot(&image, &image) * share;
         // The two others by their sum and their product; the smaller of them.
         let sum = lacking.trace() - least;
         let others = adjugate.trace() - least * sum;
@@ -91,12 +84,4 @@ impl<T: Real> RotationSum<T> {
 fn moved<T: Real>(lacking: T) -> T {
     let singular = root(T::one() - lacking);
     root((T::one() - singular) * T::of(2.0))
-}
-
-/// 1 - R̄ᵀR̄: how much the mean rotation lacks of a rotation, by direction in {P}.
-#[inline(always)]
-fn lacking<T: Real>(mean: &Matrix3<T>) -> Symmetric<T> {
-    let mut lacking = Symmetric::diagonal(T::one());
-    lacking.add_product(mean, mean, -T::one());
-    lacking
 }

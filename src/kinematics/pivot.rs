@@ -54,6 +54,7 @@ impl<T: Real> Pivot<T> {
 
     /// The pivot from the centre in {B} and the radii: C is where three spheres of radii p_i about the end-points
     /// meet, on the base's side of the platform. When they do not meet, the point below their radical axis.
+    #[inline(never)]
     pub fn from_parameters(parameters: &Parameters<T>, points: &RigPoints<T>) -> Self {
         let [s1, s2, s3] = &points.platform_mm;
         let mut in_platform_mm = spheres_meet([s1, s2, s3], &parameters.radii_mm, T::one());

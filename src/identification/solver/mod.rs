@@ -223,7 +223,9 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
 
     #[inline(never)]
     fn place(&mut self, lengths: &CableLengths<T>) {
-        let mut placement = Placement::unplaced();
+        // Never full: `advance` looks at no more than N poses.
+        let _ = self.placements.push(Placement::unplaced());
+        let Some(placement) = self.placements.last_mut() else { return };
         // By reference: taken out of the result the pose would be copied.
         match &self.placer.octahedron.solve(lengths) {
             Ok(pose) => {
@@ -233,8 +235,6 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
             Err(OctahedronError::DoesNotClose) => {}
             Err(OctahedronError::Length(error)) => placement.set_broken(error.cable),
         }
-        // Never full: `advance` looks at no more than N poses.
-        let _ = self.placements.push(placement);
         self.next += 1;
     }
 
@@ -242,9 +242,9 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
     #[inline(never)]
     fn finish_placing(&mut self) {
         if self.linear.rotations().poses() < T::of_integer(FEWEST_POSES as i32) {
-            let first = self.placements.iter().position(|p| !p.is_placed()).unwrap_or(0);
-            let broken = self.placements.get(first).map_or(0, |p| p.broken_cables);
-            return self.refuse(self.no_platform(first as u16, broken));
+            let first = self.placements.iter().enumerate().find(|(_, p)| !p.is_placed());
+            let (pose, broken) = first.map_or((0, 0), |(pose, p)| (pose as u16, p.broken_cables));
+            return self.refuse(self.no_platform(pose, broken));
         }
         match self.linear.solve(&mut self.pivot) {
             Ok(()) => self.begin_weighing(Weighing::Equal),

@@ -42,7 +42,7 @@ impl<T: Real> SolverSettings<T> {
             zero_prior_mm: T::zero(),
             refuse_hanging: true,
             // Single precision: 3e-3 mm, double: 1e-7 mm. The error after a step is about its square over the rig's size.
-            tolerance_mm: T::default_epsilon().root() * T::of(8.0),
+            tolerance_mm: half_the_digits::<T>() * T::of(8.0),
             // A tenth of what the humeral head itself moves in elevation (2-6 mm).
             sigma_limit_mm: T::one(),
             // 1 degree: 0.1 mm of noise alone makes rotations about one axis sway by 0.1 degrees.
@@ -62,8 +62,14 @@ impl<T: Real> SolverSettings<T> {
             Noise::EstimatedUpTo(most) => Noise::EstimatedUpTo(at_least(most, least_noise)),
         };
         self.zero_prior_mm = at_least(self.zero_prior_mm, T::zero());
-        self.tolerance_mm = at_least(self.tolerance_mm, T::default_epsilon().root());
+        self.tolerance_mm = at_least(self.tolerance_mm, half_the_digits());
         self.sigma_limit_mm = at_least(self.sigma_limit_mm, T::zero());
         self
     }
+}
+
+/// The root of the precision, 2^-11.5 or 2^-26. As a number: the compiler knows it then.
+fn half_the_digits<T: Real>() -> T {
+    let is_single = T::default_epsilon() > T::of(1e-12);
+    T::of(if is_single { 3.452_669_830_012_439e-4 } else { 1.490_116_119_384_765_6e-8 })
 }
