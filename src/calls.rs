@@ -35,13 +35,13 @@ pub fn scaled<T: Real>(a: &Vector3<T>, s: T) -> Vector3<T> {
 /// M a.
 #[inline(never)]
 pub fn image<T: Real>(m: &Matrix3<T>, a: &Vector3<T>) -> Vector3<T> {
-    vector::image(m, a)
+    core::array::from_fn(|k| m.data.0[0][k] * a.x + m.data.0[1][k] * a.y + m.data.0[2][k] * a.z).into()
 }
 
 /// Mᵀ a.
 #[inline(never)]
 pub fn image_transposed<T: Real>(m: &Matrix3<T>, a: &Vector3<T>) -> Vector3<T> {
-    vector::image_transposed(m, a)
+    core::array::from_fn(|k| vector::dot(&Vector3::from(m.data.0[k]), a)).into()
 }
 
 /// Mᵀ.
