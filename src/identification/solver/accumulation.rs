@@ -10,7 +10,7 @@ use crate::identification::outcome::Refusal;
 use crate::identification::pose_information::PoseInformation;
 use crate::identification::zeros::Zeros;
 use crate::kinematics::LengthEquations;
-use crate::kinematics::arm::turned;
+use crate::kinematics::arm::turn_by;
 use crate::scalar::Real;
 use nalgebra::Matrix3;
 
@@ -56,7 +56,9 @@ impl<T: Real> PassSum<T> {
         } else {
             placement.misfit = pose.squares_mm2 / variance_mm2;
         }
-        placement.set_attitude(&turned(&placement.attitude(), &pose.turn));
+        let mut attitude = placement.attitude();
+        turn_by(&mut attitude, &pose.turn);
+        placement.set_attitude(&attitude);
         let weight = weighing.weight(placement.misfit);
         if weight > T::zero() {
             placement.set_used(true);
