@@ -41,6 +41,8 @@ impl<T: Real> ZeroEquations<T> {
     }
 
     /// Adds a pose with its rotation ({P} to {B}) and weight.
+    // Not inlined: it has its own place in the memory without wait states (`hot.x`).
+    #[inline(never)]
     pub fn add(&mut self, rotation: &Matrix3<T>, equations: &LengthEquations<T>, pose: &PoseInformation<T>, weight: T) {
         let through = &pose.through;
         // entry after entry, as they are packed
