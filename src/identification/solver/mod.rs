@@ -363,6 +363,7 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
     }
 
     /// The equations of a pass have no solution.
+    #[inline(never)]
     fn refuse_step(&mut self) {
         match self.weighing {
             Weighing::Equal => self.refuse_no_inverse(),
