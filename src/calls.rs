@@ -20,6 +20,12 @@ pub fn unit<T: Real>(a: &Vector3<T>) -> Vector3<T> {
     if norm > T::zero() { vector::scaled(a, T::one() / norm) } else { *a }
 }
 
+/// a × b.
+#[inline(never)]
+fn cross<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
+    vector::cross(a, b)
+}
+
 /// a - b.
 #[inline(never)]
 pub fn difference<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
@@ -35,13 +41,13 @@ pub fn scaled<T: Real>(a: &Vector3<T>, s: T) -> Vector3<T> {
 /// M a.
 #[inline(never)]
 pub fn image<T: Real>(m: &Matrix3<T>, a: &Vector3<T>) -> Vector3<T> {
-    vector::image(m, a)
+    core::array::from_fn(|k| m.data.0[0][k] * a.x + m.data.0[1][k] * a.y + m.data.0[2][k] * a.z).into()
 }
 
 /// Mᵀ a.
 #[inline(never)]
 pub fn image_transposed<T: Real>(m: &Matrix3<T>, a: &Vector3<T>) -> Vector3<T> {
-    vector::image_transposed(m, a)
+    core::array::from_fn(|k| vector::dot(&Vector3::from(m.data.0[k]), a)).into()
 }
 
 /// Mᵀ.
@@ -77,7 +83,7 @@ pub fn product<T: Real>(a: &Matrix3<T>, b: &Matrix3<T>) -> Matrix3<T> {
 #[inline(never)]
 pub fn triad<T: Real>(first: &Vector3<T>, second: &Vector3<T>) -> Matrix3<T> {
     let x = unit(first);
-    let z = unit(&vector::cross(first, second));
-    let y = vector::cross(&z, &x);
+    let z = unit(&cross(first, second));
+    let y = cross(&z, &x);
     Matrix3::new(x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z)
 }

@@ -174,11 +174,13 @@ impl<T: Real> Symmetric<T> {
         let [xx, yx, yy, zx, zy, zz] = self.0;
         let mut columns = Self([xx - value, yx, yy - value, zx, zy, zz - value]).adjugate();
         columns.add(self, value * T::default_epsilon() * T::of(8.0));
-        // The column with the largest diagonal entry is the longest.
+        // The column with the largest diagonal entry is the longest. Where two eigenvalues are alike λ may have come out
+        // too small, and they are negative.
         let [xx, yx, yy, zx, zy, zz] = columns.0;
-        let longest = if xx >= yy && xx >= zz {
+        let (x, y, z) = (xx.abs(), yy.abs(), zz.abs());
+        let longest = if x >= y && x >= z {
             [xx, yx, zx]
-        } else if yy >= zz {
+        } else if y >= z {
             [yx, yy, zy]
         } else {
             [zx, zy, zz]

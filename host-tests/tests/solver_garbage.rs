@@ -62,7 +62,7 @@ fn any_length() -> impl Strategy<Value = f64> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 400, rng_seed: RngSeed::Fixed(2801), failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 2_000, rng_seed: RngSeed::Fixed(2801), failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn random_lengths_are_never_accepted(

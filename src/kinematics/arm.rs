@@ -10,7 +10,7 @@ use crate::calls::{difference, dot, product, root, transposed, triad};
 use crate::rig::{CABLES, POINTS};
 use crate::scalar::Real;
 use crate::symmetric::{Symmetric, rounding};
-use crate::vector::{self, add_to, scaled, square};
+use crate::vector::{add_to, scaled};
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 /// Gauss-Newton steps after which a start is given up.
@@ -79,11 +79,11 @@ impl<T: Real> Arm<'_, T> {
                 break;
             }
             let turn = turning.image(&torque);
-            attitude = turned(&attitude, &turn);
-            if square(&turn) <= settled {
+            turn_by(&mut attitude, &turn);
+            if dot(&turn, &turn) <= settled {
                 // What the turn has gained is taken off without another evaluation.
-                let squares_mm2 = (squares_mm2 - vector::dot(&torque, &turn)).max(T::zero());
-                return Some(Fit { attitude, squares_mm2 });
+                let left = squares_mm2 - dot(&torque, &turn);
+                return Some(Fit { attitude, squares_mm2: if left > T::zero() { left } else { T::zero() } });
             }
         }
         None
@@ -126,15 +126,23 @@ impl<T: Real> Arm<'_, T> {
 
 /// `attitude` turned by the small rotation vector `turn` (rad, axes of {B}), to second order and normalised.
 pub fn turned<T: Real>(attitude: &UnitQuaternion<T>, turn: &Vector3<T>) -> UnitQuaternion<T> {
+    let mut turned = *attitude;
+    turn_by(&mut turned, turn);
+    turned
+}
+
+/// [`turned`] in place.
+#[inline(never)]
+pub(crate) fn turn_by<T: Real>(attitude: &mut UnitQuaternion<T>, turn: &Vector3<T>) {
     let [x, y, z, w]: [T; 4] = attitude.coords.into();
     let half = T::of(0.5);
     let (a, b, c) = (turn.x * half, turn.y * half, turn.z * half);
-    normalised(
+    *attitude = normalised(
         w - a * x - b * y - c * z,
         x + a * w + b * z - c * y,
         y + b * w + c * x - a * z,
         z + c * w + a * y - b * x,
-    )
+    );
 }
 
 /// The unit quaternion along w, x, y, z.

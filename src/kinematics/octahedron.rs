@@ -11,10 +11,10 @@
 
 use super::cable_length::{CableLengths, LengthError};
 use super::hinge::{BaseEdges, HingeCoordinates};
-use crate::calls::{image, root, triad};
+use crate::calls::{root, triad};
 use crate::rig::{CABLES, POINTS, Rig};
 use crate::scalar::Real;
-use crate::vector::{difference, scaled, sum};
+use crate::vector::{self, difference, scaled, sum};
 use nalgebra::{Matrix3, Vector3};
 
 /// Newton steps after which a pose is given up. A regular pose takes about five.
@@ -159,7 +159,7 @@ impl<T: Real> Octahedron<T> {
             let (edge, arm) = (&base.as_array()[i], &arms[i]);
             let ([x, y], [cos, sin]) = (edge.origin_mm, edge.direction);
             let (x, y) = (x + cos * arm.along + sin * arm.out, y + sin * arm.along - cos * arm.out);
-            image(&base.axes, &Vector3::new(x, y, arm.up))
+            vector::image(&base.axes, &Vector3::new(x, y, arm.up))
         });
         // P3 has a negative y in {P} where the base is numbered clockwise.
         let rotation = triad(&difference(p2, p1), &scaled(&difference(p3, p1), side));

@@ -197,8 +197,8 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
         let limit = self.settings.sigma_limit_mm;
         let (sigma, direction) = worst_direction_of_point(unit);
         let sigma_mm = sigma * noise_mm;
-        // Also refuses NaN.
-        if sigma_mm <= limit {
+        // Also refuses NaN, and what is infinite where no limit is set.
+        if sigma_mm <= limit && sigma_mm.is_a_number() {
             return Ok(());
         }
         let mut refusal = Refusal::Weak { direction: direction.map(Real::to_f32), sigma_mm: sigma_mm.to_f32() };

@@ -5,8 +5,9 @@ use super::placement::{Placement, State};
 use crate::identification::blocks::BlockEquations;
 use crate::identification::pose_information::PoseInformation;
 use crate::identification::zeros::Zeros;
-use crate::kinematics::arm::{rotation_of, turned};
-use crate::kinematics::{CableLengths, LengthEquations, Pivot, RigPoints};
+use crate::kinematics::CableLengths;
+use crate::kinematics::arm::{rotation_of, turn_by};
+use crate::kinematics::{LengthEquations, Pivot, RigPoints};
 use crate::scalar::Real;
 
 /// Ridge on a pose's information when its own centre is asked for: keeps the direction that a pose near the fold does
@@ -45,7 +46,7 @@ impl<T: Real> PassSum<T> {
             return;
         }
         placement.state = State::Placed;
-        let attitude = placement.attitude();
+        let mut attitude = placement.attitude();
         let rotation = rotation_of(&attitude);
         // In place, here and elsewhere: as a result they would be copied.
         let equations = LengthEquations::new(points, pivot, &rotation, lengths);
@@ -53,7 +54,8 @@ impl<T: Real> PassSum<T> {
         if pose.set(&equations).is_err() {
             return;
         }
-        placement.set_attitude(&turned(&attitude, &pose.turn));
+        turn_by(&mut attitude, &pose.turn);
+        placement.set_attitude(&attitude);
         if let Weighing::Wander { .. } = weighing {
             pose.own_centre(T::of(OWN_CENTRE_RIDGE));
             placement.misfit = pose.squares_mm2;
@@ -61,7 +63,8 @@ impl<T: Real> PassSum<T> {
             placement.misfit = pose.squares_mm2 / (noise_mm * noise_mm);
         }
         let weight = weighing.weight(placement.misfit);
-        if weight != T::zero() {
+        // Neither zero nor NaN.
+        if weight.abs() > T::zero() {
             placement.state = State::Used;
             self.poses += 1;
             self.equations.squares += pose.squares_mm2 * weight;
