@@ -54,22 +54,19 @@ impl<T: Real> RotationSum<T> {
         T::of_integer(self.poses as i32)
     }
 
-    /// The sway of the poses added. All zero when there are none.
+    /// The sway of the poses added. All zero, the axes as well, when there are none.
     pub fn sway(&self) -> Sway<T> {
-        if self.poses == 0 {
-            let axis = Vector3::z();
-            return Sway { axis, axis_in_platform: axis, least_rad: T::zero(), second_rad: T::zero() };
-        }
+        let whole = T::of_integer(i32::from(self.poses > 0));
         // R̄ is never formed: of it only the products are wanted, which are those of the sum times this.
-        let share = T::one() / (self.poses() * self.poses());
+        let share = T::one() / (self.poses() * self.poses()).max(T::one());
         // 1 - R̄ᵀR̄ has the eigenvalues 1 - σ². Its adjugate has the same axes and the products of the two others: the
         // largest of them belongs to the axis looked for, though that one's own eigenvalue may be zero.
-        let mut lacking = Symmetric::diagonal(T::one());
+        let mut lacking = Symmetric::diagonal(whole);
         lacking.add_product(&self.sum, &self.sum, -share);
         let adjugate = lacking.adjugate();
         let (_, axis_in_platform) = adjugate.largest();
         let image = image(&self.sum, &axis_in_platform);
-        let least = T::one() - dot(&image, &image) * share;
+        let least = whole - dot(&image, &image) * share;
         // The two others by their sum and their product; the smaller of them.
         let sum = lacking.trace() - least;
         let others = adjugate.trace() - least * sum;

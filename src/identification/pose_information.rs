@@ -91,9 +91,8 @@ impl<T: Real> PoseInformation<T> {
     pub fn own_centre(&mut self, ridge: T) {
         let one = Symmetric::diagonal(T::one());
         self.information.add(&one, ridge);
-        let ridged = self.information;
         // Never singular: information is not negative, and the ridge is positive.
-        if self.information.invert(&ridged, T::zero()) {
+        if self.information.invert(&one, T::zero()) {
             self.gradient_mm = self.information.image(&self.gradient_mm);
         }
         self.squares_mm2 = calls::dot(&self.gradient_mm, &self.gradient_mm);

@@ -71,8 +71,8 @@ impl<T: Real> Survey<T> {
 
     /// The error bar that the poses so far would give, or `None` while they leave the centre undetermined.
     pub fn foretold(&self) -> Option<Foretold<T>> {
-        let centre = self.information.matrix.first_inverse().ok()?;
-        let (sigma, direction) = worst_direction_of_point(&centre);
+        let Ok(centre) = &self.information.matrix.first_inverse() else { return None };
+        let (sigma, direction) = worst_direction_of_point(centre);
         Some(Foretold { sigma_mm: sigma * self.noise_mm, direction })
     }
 

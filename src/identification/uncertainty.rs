@@ -35,12 +35,12 @@ pub fn parameters_of<T: Real>(
         mixed.data.0[i] = image_transposed(&of_pivot.mixed, &direction).into();
         directions.data.0[i] = direction.into();
     }
-    let [xx, yx, yy, zx, zy, zz] = of_pivot.first.0;
     let mut of_radii = Symmetric::zero();
     let mut images = directions;
     of_pivot.second.apply_to(&mut images);
     of_radii.add_product(&directions, &images, T::one());
     let [pp, qp, qq, rp, rq, rr] = of_radii.0;
+    let [xx, yx, yy, zx, zy, zz] = of_pivot.first.0;
     let [[px, py, pz], [qx, qy, qz], [rx, ry, rz]] = mixed.data.0;
     #[rustfmt::skip]
     let entries = [

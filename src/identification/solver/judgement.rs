@@ -112,13 +112,16 @@ impl<T: Real> Misfits<T> {
     /// Of these poses; their median by bisection on the value: no copy, no reordering.
     #[inline(never)]
     pub fn of(placements: &[Placement<T>]) -> Self {
-        let mut worst = T::zero();
+        let (mut worst, mut placed) = (T::zero(), 0_usize);
         for placement in placements {
-            if placement.is_placed() && placement.misfit > worst {
-                worst = placement.misfit;
+            if placement.is_placed() {
+                placed += 1;
+                if placement.misfit > worst {
+                    worst = placement.misfit;
+                }
             }
         }
-        let half = fitting(placements, worst).div_ceil(2);
+        let half = placed.div_ceil(2);
         let (mut low, mut median) = (T::zero(), worst);
         for _ in 0..40 {
             if low * T::of(1.01) > median {

@@ -244,7 +244,7 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
         if self.linear.rotations().poses() < T::of_integer(FEWEST_POSES as i32) {
             let first = self.placements.iter().enumerate().find(|(_, p)| !p.is_placed());
             let (pose, broken) = first.map_or((0, 0), |(pose, p)| (pose as u16, p.broken_cables));
-            return self.refuse(self.no_platform(pose, broken));
+            return self.refuse_placing(pose, broken);
         }
         match self.linear.solve(&mut self.pivot) {
             Ok(()) => self.begin_weighing(Weighing::Equal),
@@ -252,13 +252,13 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
         }
     }
 
-    /// Why a pose has no rotation.
-    fn no_platform(&self, pose: u16, broken_cables: u8) -> Refusal {
+    /// Refuses for a pose without a rotation.
+    fn refuse_placing(&mut self, pose: u16, broken_cables: u8) {
         if broken_cables == 0 {
-            return Refusal::PlatformDoesNotClose { pose };
+            return self.refuse(Refusal::PlatformDoesNotClose { pose });
         }
         let cable = cable_number(broken_cables.trailing_zeros() as usize);
-        Refusal::BadLength { pose, cable, fault: LengthFault::BreaksTriangle }
+        self.refuse(Refusal::BadLength { pose, cable, fault: LengthFault::BreaksTriangle });
     }
 
     /// There will be no result.
@@ -363,6 +363,7 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
     }
 
     /// The equations of a pass have no solution.
+    #[inline(never)]
     fn refuse_step(&mut self) {
         match self.weighing {
             Weighing::Equal => self.refuse_no_inverse(),
