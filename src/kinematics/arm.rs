@@ -98,6 +98,7 @@ impl<T: Real> Arm<'_, T> {
         let from_centre = |k: usize| difference(&self.points.platform_mm[k], &self.pivot.in_platform_mm);
         let body = transposed(&triad(&from_centre(i), &from_centre(j)));
         let mut best: Option<Fit<T>> = None;
+        // One bit for each end-point.
         for sides in 0..4 {
             let side = |bit: u8| if sides & bit == 0 { T::one() } else { -T::one() };
             let ends = triad(&self.apex(i, lengths, side(1)), &self.apex(j, lengths, side(2)));
@@ -111,9 +112,9 @@ impl<T: Real> Arm<'_, T> {
         best
     }
 
-    /// End-point `i` from O, on one `side` (1 or -1) of the plane through O and its base edge: where the circle that its
-    /// two cables allow meets the sphere about O. When they do not quite meet, where they come nearest: a start to
-    /// iterate from. Not finite when its cables break their triangle, or with O on the edge's line.
+    /// End-point `i` from O, on one `side` (1 or -1) of the plane through O and its base edge: where the spheres that its
+    /// two cables and its radius allow meet. When they do not quite meet, a point near: a start to iterate from. Not
+    /// finite with O on the edge's line.
     #[inline(never)]
     fn apex(&self, i: usize, lengths: &CableLengths<T>, side: T) -> Vector3<T> {
         let (base_mm, mm) = (&self.points.base_mm, lengths.as_mm());

@@ -21,3 +21,50 @@ pub(super) fn spheres_meet<T: Real>([a, b, c]: [&Vector3<T>; 3], [ra, rb, rc]: &
     let height = root(((*ra - x) * (*ra + x) - y * y).max(T::zero())) * side;
     image(&axes, &Vector3::new(x, y, height))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CENTRES: [[f64; 3]; 3] = [[10.0, -4.0, 2.0], [150.0, 30.0, -7.0], [-60.0, 120.0, 15.0]];
+
+    /// Where the spheres through `point` meet, from the first centre.
+    fn met<T: Real>(point: &Vector3<f64>, side: f64) -> Vector3<f64> {
+        let [a, b, c] = CENTRES.map(Vector3::from);
+        let radii = [a, b, c].map(|centre| T::of((point - centre).norm()));
+        let [a, b, c] = [a, b, c].map(|centre| centre.map(T::of));
+        spheres_meet([&a, &b, &c], &radii, T::of(side)).map(Real::to_f64)
+    }
+
+    #[test]
+    fn a_point_is_found_from_its_distances_on_either_side() {
+        let [a, b, c] = CENTRES.map(Vector3::from);
+        let normal = (b - a).cross(&(c - a)).normalize();
+        for point in [[40.0, 60.0, 130.0], [-90.0, 20.0, 70.0], [200.0, 210.0, 55.0]].map(Vector3::from) {
+            let from_first = point - a;
+            let mirrored = from_first - normal * (2.0 * from_first.dot(&normal));
+            let (above, below) =
+                if from_first.dot(&normal) > 0.0 { (from_first, mirrored) } else { (mirrored, from_first) };
+            assert!((met::<f64>(&point, 1.0) - above).norm() < 1e-11);
+            assert!((met::<f64>(&point, -1.0) - below).norm() < 1e-11);
+            assert!((met::<f32>(&point, 1.0) - above).norm() < 1e-3);
+        }
+    }
+
+    #[test]
+    fn spheres_that_do_not_meet_leave_a_point_of_the_plane() {
+        let [a, b, c] = CENTRES.map(Vector3::from);
+        // Too small for each other; equal, so that the point is as far from all three.
+        let found = spheres_meet([&a, &b, &c], &[20.0; 3], 1.0) + a;
+        let distances = [a, b, c].map(|centre| (found - centre).norm());
+        assert!((distances[0] - distances[1]).abs() < 1e-10 && (distances[0] - distances[2]).abs() < 1e-10);
+        assert!((b - a).cross(&(c - a)).normalize().dot(&(found - a)).abs() < 1e-11);
+    }
+
+    #[test]
+    fn centres_on_one_line_give_no_point() {
+        let [a, b] = [Vector3::new(0.0, 0.0, 0.0), Vector3::new(1.0, 2.0, 3.0)];
+        let found: Vector3<f64> = spheres_meet([&a, &b, &(b * 2.0)], &[4.0, 3.0, 4.0], 1.0);
+        assert!(!found.iter().all(|x| x.is_finite()));
+    }
+}
