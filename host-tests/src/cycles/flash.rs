@@ -1,19 +1,10 @@
-//! Flash of the library's parts: the speed image with them less the same image without, the image's own code not counted
-//! in either; and what is in it by module.
+//! Flash of the library's parts: the speed image with them less the same image without, and what is in it by module.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use addr2line::Loader;
-
-use super::profile::innermost_own;
 use crate::elf::{Elf, ElfError};
 use crate::firmware::{self, FirmwareError, Image, Toolchain};
-
-/// Where the image's own sources lie; what is compiled from them is no part of the library.
-const BENCH: &str = "boards/emulated/bench/";
-/// The shortest instruction, bytes.
-const HALFWORD: usize = 2;
 
 /// Selects what the image holds (`held.rs` in the image's sources).
 const ONLY: &str = "GLENOID_SPEED_ONLY";
@@ -34,8 +25,7 @@ const FOR_SPEED: (&str, &str) = ("CARGO_PROFILE_FIRMWARE_OPT_LEVEL", "3");
 pub fn parts(toolchain: Toolchain) -> Result<Vec<(String, u64)>, String> {
     let size = |only: &str| -> Result<u64, String> {
         let image = build(toolchain, Some(only)).map_err(|error| error.to_string())?;
-        let elf = Elf::read(&image).map_err(text)?;
-        Ok(flash_bytes(&elf).map_err(text)?.saturating_sub(bench_bytes(&image, &elf)?))
+        flash_bytes(&Elf::read(&image).map_err(text)?).map_err(text)
     };
     let without = size("none")?;
     PARTS.iter().map(|part| Ok(((*part).to_owned(), size(part)?.saturating_sub(without)))).collect()
@@ -74,19 +64,6 @@ pub fn by_module(image: &Path) -> Result<Vec<(String, u64)>, ElfError> {
 
 fn flash_bytes(image: &Elf) -> Result<u64, ElfError> {
     Ok(image.sections()?.iter().filter(|section| section.in_flash).map(|section| section.size_bytes).sum())
-}
-
-/// Bytes of the code that only calls the library: what was compiled from the image's own sources.
-fn bench_bytes(image: &Path, elf: &Elf) -> Result<u64, String> {
-    let loader = Loader::new(image).map_err(|error| error.to_string())?;
-    let mut bytes = 0;
-    for symbol in elf.symbols().map_err(text)? {
-        for address in (symbol.address..symbol.address + symbol.size_bytes).step_by(HALFWORD) {
-            let own = innermost_own(&loader, address).map_err(|error| error.to_string())?;
-            bytes += if own.is_some_and(|own| own.file.contains(BENCH)) { HALFWORD as u64 } else { 0 };
-        }
-    }
-    Ok(bytes)
 }
 
 /// `glenoid::identification::solver::Solver<T,_>::advance` is of `glenoid::identification::solver`.

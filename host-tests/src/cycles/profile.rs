@@ -63,37 +63,24 @@ fn name(loader: &Loader, address: u64, place: Place) -> Result<String, Box<dyn s
     if place == Place::Symbol {
         return Ok(symbol());
     }
-    let Some(Own { function, file, line }) = innermost_own(loader, address)? else { return Ok(symbol()) };
-    Ok(match (place, function) {
-        (Place::Line, _) => format!("{}:{line}", file.split_once("src/").map_or(&*file, |(_, file)| file)),
-        (_, Some(function)) => function,
-        (_, None) => symbol(),
-    })
-}
-
-/// Where an instruction comes from in this project's own source.
-pub(super) struct Own {
-    pub function: Option<String>,
-    pub file: String,
-    pub line: u32,
-}
-
-/// The innermost function of this project's own source that an instruction was compiled from.
-pub(super) fn innermost_own(loader: &Loader, address: u64) -> Result<Option<Own>, Box<dyn std::error::Error>> {
     let mut frames = loader.find_frames(address)?;
     while let Some(frame) = frames.next()? {
         let Some(location) = frame.location else { continue };
-        let Some(file) = location.file.filter(|file| file.contains("src/") && is_own(file)) else { continue };
-        let function = match &frame.function {
-            Some(function) => Some(format!("{:#}", rustc_demangle::demangle(&function.raw_name()?))),
-            None => None,
+        let Some((_, file)) = location.file.and_then(|file| file.split_once("src/")).filter(|_| is_own(location.file))
+        else {
+            continue;
         };
-        return Ok(Some(Own { function, file: file.to_owned(), line: location.line.unwrap_or(0) }));
+        if place == Place::Line {
+            return Ok(format!("{file}:{}", location.line.unwrap_or(0)));
+        }
+        if let Some(function) = frame.function {
+            return Ok(format!("{:#}", rustc_demangle::demangle(&function.raw_name().unwrap_or_default())));
+        }
     }
-    Ok(None)
+    Ok(symbol())
 }
 
 /// Not of a library.
-fn is_own(file: &str) -> bool {
-    !file.contains("/registry/") && !file.contains("/library/") && !file.contains("/rustc/")
+fn is_own(file: Option<&str>) -> bool {
+    file.is_some_and(|file| !file.contains("/registry/") && !file.contains("/library/") && !file.contains("/rustc/"))
 }
