@@ -8,7 +8,7 @@ use super::normal_equations::{Singular, UNKNOWNS, at, smallest_pivot};
 use crate::calls::{difference, dot, image, image_transposed, scaled, transposed};
 use crate::scalar::Real;
 use crate::symmetric::Symmetric;
-use crate::vector::{self, add_to};
+use crate::vector::add_to;
 use nalgebra::{Matrix3, Vector3};
 
 /// A symmetric 6x6 matrix: information on two vectors, or their covariance.

@@ -9,9 +9,10 @@
 //! stand for the edge's direction and a third of all products is spared.
 
 use super::cable_length::{CableLengths, LengthError};
-use crate::calls::{difference, image, image_transposed, root, triad};
+use crate::calls::{difference, image_transposed, root, triad};
 use crate::rig::{POINTS, Rig};
 use crate::scalar::Real;
+use crate::vector;
 use nalgebra::{Matrix3, Vector3};
 
 /// One base edge, in the axes of the base plane.
@@ -72,13 +73,14 @@ impl<T: Real> BaseEdges<T> {
     /// A point of {B}, mm, in the axes of the base plane, from B1.
     #[inline(never)]
     pub fn in_plane(&self, point_mm: &Vector3<T>) -> Vector3<T> {
-        image_transposed(&self.axes, &difference(point_mm, &self.origin_mm))
+        vector::image_transposed(&self.axes, &difference(point_mm, &self.origin_mm))
     }
 
     /// A vector in the axes of the base plane, in {B}.
     #[inline(never)]
     pub fn in_base(&self, in_plane: &Vector3<T>) -> Vector3<T> {
-        image(&self.axes, in_plane)
+        // Written out: the paper's iteration turns its sums by it, eight times a step.
+        vector::image(&self.axes, in_plane)
     }
 
     /// (ξ, ρ²) of the three end-points of a pose.
