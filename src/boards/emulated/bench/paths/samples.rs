@@ -46,8 +46,8 @@ pub fn survey<T: Number>(bench: &mut Bench<T>, index: usize) -> Option<bool> {
 /// Forward kinematics of one sample from nothing: the octahedron.
 #[inline(never)]
 pub fn octahedron<T: Number>(bench: &mut Bench<T>, index: usize) -> Option<bool> {
-    black_box(bench.geometry.as_ref()?.octahedron.solve(bench.poses().get(index)?).ok()?);
-    Some(more(bench, index))
+    let pose = &bench.geometry.as_ref()?.octahedron.solve(bench.poses().get(index)?);
+    black_box(pose).is_ok().then(|| more(bench, index))
 }
 
 /// The attitudes of the samples before, for tracking.
@@ -66,8 +66,8 @@ pub fn arm_before<T: Number>(bench: &mut Bench<T>) -> Option<()> {
 pub fn tracking<T: Number>(bench: &mut Bench<T>, index: usize) -> Option<bool> {
     let Geometry { points, pivot, .. } = bench.geometry.as_ref()?;
     let arm = Arm { points, pivot };
-    black_box(arm.fit_from(*bench.before.get(index)?, bench.poses().get(index)?, CableSet::ALL)?);
-    Some(more(bench, index))
+    let fit = &arm.fit_from(*bench.before.get(index)?, bench.poses().get(index)?, CableSet::ALL);
+    black_box(fit).is_some().then(|| more(bench, index))
 }
 
 /// One pose of the second set laid against the centre.
