@@ -18,7 +18,7 @@ pub(super) fn spheres_meet<T: Real>([a, b, c]: [&Vector3<T>; 3], [ra, rb, rc]: &
     // Differences of squares as products: single precision would lose the digits that matter.
     let x = ((*ra - *rb) * (*ra + *rb) + second * second) / (second + second);
     let y = ((*ra - *rc) * (*ra + *rc) + third.x * (third.x - x - x) + third.y * third.y) / (third.y + third.y);
-    let height = root(((*ra - x) * (*ra + x) - y * y).max(T::zero())) * side;
+    let height = root((*ra - x) * (*ra + x) - y * y) * side;
     image(&axes, &Vector3::new(x, y, height))
 }
 
