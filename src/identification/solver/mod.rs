@@ -137,6 +137,7 @@ impl<T: Real, const N: usize, Z: Zeros<T>> Solver<T, N, Z> {
             Noise::EstimatedUpTo(_) => rig.length_noise_mm(),
         };
         Self {
+            // The linear fit overwrites it. With a constant here the compiler would build all of it on the stack first.
             pivot: Pivot::from_parameters(rig.nominal(), &placer.points),
             placer,
             placements: Vec::new(),
