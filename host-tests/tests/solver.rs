@@ -56,8 +56,9 @@ fn expected_noise_mm(squares_mm2: f64, count: usize) -> Option<f64> {
     told.then(|| if chi_square > quantile { (squares_mm2 / freedom as f64).sqrt() } else { NOISE_MM })
 }
 
-/// Asserts that centre, radii, error bar and what is left of the residuals are the dense problem's.
-fn assert_maximum_likelihood(identified: &Identified<f64>, dense: &Dense, count: usize, what: &str) {
+/// Asserts that centre, radii, error bar and what is left of the residuals are the dense problem's; the covariance to
+/// the share `close` of the variances.
+fn assert_maximum_likelihood(identified: &Identified<f64>, dense: &Dense, count: usize, close: f64, what: &str) {
     let off = apart(&found(identified), &parameters(&dense.estimate));
     assert!(off < 1e-6, "{what}: {off} mm from the maximum-likelihood estimate");
     let noise_mm = expected_noise_mm(dense.squares_mm2, count).unwrap_or(identified.noise_mm);
@@ -67,8 +68,7 @@ fn assert_maximum_likelihood(identified: &Identified<f64>, dense: &Dense, count:
         for j in 0..=i {
             let (mine, expected) = (identified.covariance_mm2[at(i, j)], bound[(i, j)]);
             let scale = (bound[(i, i)] * bound[(j, j)]).sqrt();
-            // The rotation of a pose beside the fold settles last.
-            assert!((mine - expected).abs() < 1e-4 * scale, "{what}: covariance {i}, {j}: {mine} not {expected}");
+            assert!((mine - expected).abs() < close * scale, "{what}: covariance {i}, {j}: {mine} not {expected}");
         }
     }
     let deviation = (dense.squares_mm2 / (3 * count) as f64).sqrt();
@@ -84,7 +84,7 @@ fn noisy_sets_give_the_maximum_likelihood_estimate_and_the_cramer_rao_bound() {
             add_noise(&mut poses, &mut rng(seed + 10), NOISE_MM);
             let identified = identify::<f64>(&worn, &poses).expect(name);
             let dense = reference(&worn, &poses, &rotations);
-            assert_maximum_likelihood(&identified, &dense, count, &format!("{name}, {count} poses"));
+            assert_maximum_likelihood(&identified, &dense, count, 1e-5, &format!("{name}, {count} poses"));
             assert!(identified.rejected.is_empty());
             assert_eq!(usize::from(identified.poses), count);
         }
@@ -101,7 +101,7 @@ fn random_machines_give_the_maximum_likelihood_estimate() {
         add_noise(&mut poses, &mut rng, NOISE_MM);
         let identified = identify::<f64>(&worn, &poses).expect("a sound set");
         let dense = reference(&worn, &poses, &rotations);
-        assert_maximum_likelihood(&identified, &dense, 12, &format!("machine {trial}"));
+        assert_maximum_likelihood(&identified, &dense, 12, 1e-5, &format!("machine {trial}"));
     }
 }
 
@@ -126,7 +126,8 @@ fn poses_beyond_the_fold_are_used_and_well() {
         add_noise(&mut poses, &mut rng, NOISE_MM);
         let identified = identify::<f64>(&worn, &poses).expect(name);
         assert!(identified.rejected.is_empty(), "{name}: left out {:?}", identified.rejected);
-        assert_maximum_likelihood(&identified, &reference(&worn, &poses, &rotations), 24, name);
+        // The rotation of a pose beside the fold settles last.
+        assert_maximum_likelihood(&identified, &reference(&worn, &poses, &rotations), 24, 1e-4, name);
         let single = identify::<f32>(&worn, &poses).expect(name);
         assert!(single.rejected.is_empty(), "{name}: single precision left out {:?}", single.rejected);
     }

@@ -117,6 +117,7 @@ impl<T: Real> BlockEquations<T> {
     pub fn new() -> Self {
         Self {
             matrix: Blocks::zero(),
+            // Number by number: with `zeros` the solver takes 250 bytes of flash more.
             gradient: [Vector3::new(T::zero(), T::zero(), T::zero()); 2],
             squares: T::zero(),
         }

@@ -56,6 +56,7 @@ impl<T: Real> RotationSum<T> {
 
     /// The sway of the poses added. All zero, the axes as well, when there are none.
     pub fn sway(&self) -> Sway<T> {
+        // The 1 in all that follows; 0 without poses, so that nothing sways then.
         let whole = T::of_integer(i32::from(self.poses > 0));
         // R̄ is never formed: of it only the products are wanted, which are those of the sum times this.
         let share = T::one() / (self.poses() * self.poses()).max(T::one());

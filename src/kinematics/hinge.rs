@@ -83,19 +83,6 @@ impl<T: Real> BaseEdges<T> {
         vector::image(&self.axes, in_plane)
     }
 
-    /// (ξ, ρ²) of the three end-points of a pose.
-    ///
-    /// # Errors
-    /// The first end-point whose two cables and base edge do not make a triangle.
-    #[inline(always)]
-    pub fn coordinates(&self, lengths: &CableLengths<T>) -> Result<[HingeCoordinates<T>; POINTS], LengthError> {
-        let hinges = self.unchecked(lengths);
-        match hinges.iter().position(|hinge| !hinge.closes()) {
-            Some(broken) => Err(LengthError::broken_triangle(broken)),
-            None => Ok(hinges),
-        }
-    }
-
     /// The first end-point whose two cables and base edge do not make a triangle.
     #[cold]
     #[inline(never)]

@@ -61,14 +61,6 @@ impl<T: Real> Pivot<T> {
         in_platform_mm.z = -in_platform_mm.z.abs();
         Self { in_base_mm: parameters.centre_mm, in_platform_mm }
     }
-
-    /// Centre and radii: p_i = |s_i - C|.
-    pub fn parameters(&self, points: &RigPoints<T>) -> Parameters<T> {
-        Parameters {
-            centre_mm: self.in_base_mm,
-            radii_mm: points.platform_mm.map(|s| (s - self.in_platform_mm).norm_squared().root()),
-        }
-    }
 }
 
 /// The length equation of a cable at one estimate of a pose.
