@@ -1,0 +1,90 @@
+//! The rotations of the poses: whether they determine the centre, pose by pose.
+
+use super::Stage;
+use super::fit::Fit;
+use super::refine::Refine;
+use crate::identification::excitation::{Excitation, MeanRotation};
+use crate::identification::gates::{AxisMotion, require_excitation};
+use crate::identification::machine::Machine;
+use crate::identification::pose::{Pose, PoseState};
+use crate::identification::refusal::Refusal;
+use crate::identification::weights::Weights;
+use crate::scalar::Real;
+
+/// Poses of a slice.
+const POSES_A_SLICE: usize = 16;
+
+/// What the answer is wanted for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Purpose {
+    /// The fit has converged: the last gates.
+    Accept,
+    /// The normal equations have no solution, and the rotations decide why.
+    NameWhatIsSingular,
+    /// The set is refused; what is wrong may still be the poses rather than the joint.
+    MeasureMigration {
+        /// Poses that the others contradict.
+        rejected: usize,
+    },
+}
+
+/// Two rounds over the poses: their mean rotation, then who moves the axis that all of them move least.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Excite<T> {
+    purpose: Purpose,
+    next: usize,
+    mean: MeanRotation<T>,
+    motion: Option<(Excitation<T>, AxisMotion<T>)>,
+}
+
+impl<T: Real> Excite<T> {
+    /// Begins.
+    pub fn new(purpose: Purpose) -> Self {
+        Self { purpose, next: 0, mean: MeanRotation::default(), motion: None }
+    }
+
+    /// The next few poses.
+    pub fn advance(&mut self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &mut [Pose<T>]) -> Option<Stage<T>> {
+        let least = if self.purpose == Purpose::Accept { PoseState::Used } else { PoseState::Placed };
+        let slice = poses.iter().enumerate().skip(self.next).take(POSES_A_SLICE);
+        for (index, pose) in slice.filter(|(_, pose)| pose.state >= least) {
+            match &mut self.motion {
+                None => self.mean.add(&pose.rotation()),
+                Some((excitation, motion)) => motion.add(index, &pose.rotation(), excitation),
+            }
+        }
+        self.next += POSES_A_SLICE;
+        if self.next < poses.len() {
+            return None;
+        }
+        match &self.motion {
+            None => {
+                self.motion = Some((self.mean.excitation(), AxisMotion::default()));
+                self.next = 0;
+                None
+            }
+            Some((excitation, motion)) => Some(self.judge(fit, machine, poses, excitation, motion)),
+        }
+    }
+
+    fn judge(
+        &self,
+        fit: &mut Fit<T>,
+        machine: &Machine<T>,
+        poses: &[Pose<T>],
+        excitation: &Excitation<T>,
+        motion: &AxisMotion<T>,
+    ) -> Stage<T> {
+        fit.result.excitation_rad = excitation.least_rad;
+        if let Err(refusal) = require_excitation(excitation, motion, &fit.settings) {
+            return Stage::Done(Err(refusal));
+        }
+        match self.purpose {
+            Purpose::NameWhatIsSingular => Stage::Done(Err(Refusal::Singular)),
+            Purpose::MeasureMigration { rejected } => {
+                Stage::Refine(Refine::new(fit, machine, Weights::OwnCentres { rejected }, true))
+            }
+            Purpose::Accept => fit.accept(machine, poses, motion.dominant_pose()),
+        }
+    }
+}
