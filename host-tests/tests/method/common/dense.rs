@@ -31,8 +31,6 @@ pub struct Dense {
     pub covariance: Matrix6<f64>,
     /// Sum of the squared residuals, mm².
     pub squares_mm2: f64,
-    /// The solved unknowns.
-    pub unknowns: Unknowns,
 }
 
 impl Unknowns {
@@ -137,6 +135,5 @@ fn finished(worn: &Worn, at: Unknowns, residuals: &DVector<f64>, jacobian: &DMat
         estimate: at.estimate(worn),
         covariance: parameters * of_pivot * parameters.transpose(),
         squares_mm2: residuals.norm_squared(),
-        unknowns: at,
     }
 }

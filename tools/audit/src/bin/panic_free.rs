@@ -5,11 +5,11 @@ use std::error::Error;
 use std::process::ExitCode;
 
 use clap::Parser;
+use firmware_image::elf::Elf;
+use firmware_image::stack_bound::CallGraph;
 use host_tests::command_line;
-use host_tests::elf::Elf;
 use host_tests::firmware::{self, FirmwareError, Image};
 use host_tests::packages::Consent;
-use host_tests::stack_bound::CallGraph;
 
 /// Link the whole library, built as the firmware is, into an image whose panic handler refers to something that does not
 /// exist: it links only if no way to a panic is left. If it does not, name the functions that could panic and exit 1.

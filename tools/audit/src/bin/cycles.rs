@@ -6,12 +6,12 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use audit::cycles::profile::{self, Place};
+use audit::cycles::record::Record;
+use audit::cycles::trace::{self, Trace};
+use audit::cycles::{agreement, figures, flash, run, table};
 use clap::Parser;
 use host_tests::command_line;
-use host_tests::cycles::profile::{self, Place};
-use host_tests::cycles::record::Record;
-use host_tests::cycles::trace::{self, Trace};
-use host_tests::cycles::{agreement, figures, flash, run, table};
 use host_tests::emulator;
 use host_tests::firmware::{self, Toolchain};
 use host_tests::packages::Consent;

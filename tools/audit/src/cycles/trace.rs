@@ -9,7 +9,7 @@ use std::path::Path as FilePath;
 
 use super::emulation::{self, RunError};
 use super::timing;
-use crate::elf::Elf;
+use firmware_image::elf::Elf;
 
 /// Log what is translated and what is executed, every block.
 const LOG: [&str; 2] = ["-d", "in_asm,exec,nochain"];

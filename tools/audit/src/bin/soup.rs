@@ -22,7 +22,7 @@ struct Arguments {
 const USES: [(&str, &[&str]); 3] = [
     ("emulated", &["--package", "glenoid", "--target", TARGET, "--features", "emulated"]),
     ("nucleo-g474re", &["--package", "glenoid", "--target", TARGET, "--features", "nucleo-g474re"]),
-    ("host", &["--package", "host-tests"]),
+    ("host", &["--package", "host-tests", "--package", "audit"]),
 ];
 
 /// Of a crate: its licence, and whether it is code in the product, a part of the compiler's work, or not there.

@@ -4,11 +4,11 @@ use std::error::Error;
 use std::process::ExitCode;
 
 use clap::Parser;
+use firmware_image::elf::Elf;
+use firmware_image::stack_bound::{MOST_ROUNDS, Root, StackUse};
 use host_tests::command_line;
-use host_tests::elf::Elf;
 use host_tests::firmware::{self, Image};
 use host_tests::packages::Consent;
-use host_tests::stack_bound::{MOST_ROUNDS, Root, StackUse};
 
 /// Build the firmware images and print the deepest way of the stack from each root, read off the instructions. Exits 1
 /// when less than a third of the room would be left.

@@ -8,7 +8,7 @@ use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
 use std::time::Duration;
 
-use crate::emulator;
+use host_tests::emulator;
 
 /// A run takes a second, a traced one five; a machine under load gets much more.
 const LIMIT: Duration = Duration::from_secs(300);

@@ -5,8 +5,8 @@
 //! in memory, and the step is the pseudo-inverse with an explicit 6x6 inverse. A mistake in the library's closed
 //! form would have to be made here a second time, in other words, to go unnoticed.
 //!
-//! The module needs `core` and nalgebra's fixed-size types only: the stack lives in slices that the caller supplies,
-//! so that the same files can be compiled into a firmware image and measured against the library.
+//! It needs `core` and nalgebra's fixed-size types only: the stack lives in slices that the caller supplies, so that a
+//! firmware image can hold it and it can be measured against the library.
 //!
 //! # Frames
 //! Base points are given in {B}. Everything else is relative to the joint centre O, which is the origin of {O}:
@@ -17,6 +17,7 @@
 //! # Indices
 //! Poses count from 0, end-points and edges from 0 in code and from 1 in the paper. End-point `i` hangs on base points
 //! `i` and `i + 1` (modulo 3) by the cables `2i` and `2i + 1`; edge `k` joins the end-points `k` and `k + 1` (modulo 3).
+#![no_std]
 
 mod iteration;
 mod model;

@@ -6,13 +6,13 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::Parser;
+use firmware_image::drive_board_image::{Facts, MOST_FLASH_BYTES, MOST_STATIC_BYTES};
+use firmware_image::elf::{Elf, Section};
+use firmware_image::hot_code::{self, HotCode, Memory};
 use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, Rig};
 use host_tests::command_line;
-use host_tests::drive_board_image::{Facts, MOST_FLASH_BYTES, MOST_STATIC_BYTES};
-use host_tests::elf::{Elf, Section};
 use host_tests::emulator::{self, Emulator, Options};
 use host_tests::firmware::{self, Image};
-use host_tests::hot_code::{self, HotCode, Memory};
 use host_tests::packages::Consent;
 use host_tests::rehearse::{Display, EmulatedBoard, Session};
 use host_tests::wearer::{Wearer, WearerSettings};

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use crate::elf::{Elf, ElfError};
-use crate::firmware::{self, FirmwareError, Image, Toolchain};
+use firmware_image::elf::{Elf, ElfError};
+use host_tests::firmware::{self, FirmwareError, Image, Toolchain};
 
 /// Selects what the image holds (`held.rs` in the image's sources).
 const ONLY: &str = "GLENOID_SPEED_ONLY";

@@ -11,7 +11,7 @@ use crate::elf::{Elf, Segment, Symbol};
 use crate::stack_bound::{CallGraph, StackError};
 
 /// The linker script that lists the code.
-const SCRIPT: &str = include_str!("../../hot.x");
+const SCRIPT: &str = include_str!("../../../hot.x");
 
 /// The section that it lies in.
 pub const SECTION: &str = ".hot";

@@ -1,4 +1,4 @@
-//! `cargo bench`: one identification, and many at once on all cores, beside the `levenberg-marquardt` crate on the same
+//! `cargo bench --package benches`: one identification, and many at once on all cores, beside the `levenberg-marquardt` crate on the same
 //! problem (100 noise-free poses, start 25 mm off; `host-tests/data/speed-problem.*`).
 //!
 //! The crate is given the library's own closed-form model, so that only the solvers differ, and the library's stop:
@@ -22,8 +22,8 @@ use rayon::prelude::*;
 
 use levenberg_marquardt_form::Form;
 
-const LENGTHS: &[u8] = include_bytes!("../../data/speed-problem.csv");
-const RIG: &[u8] = include_bytes!("../../data/speed-problem.toml");
+const LENGTHS: &[u8] = include_bytes!("../../../../host-tests/data/speed-problem.csv");
+const RIG: &[u8] = include_bytes!("../../../../host-tests/data/speed-problem.toml");
 /// Poses of the problem, and so many has the solver room for.
 const POSES: usize = 100;
 /// Centre and radii that all must find, mm, and how near.
