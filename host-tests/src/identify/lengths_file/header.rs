@@ -65,7 +65,7 @@ impl Separator {
 pub(super) struct Header {
     pub(super) separator: Separator,
     pub(super) columns: Columns,
-    /// Number of columns, those without a name at the end left out.
+    /// Number of columns.
     pub(super) width: usize,
     /// Names of the columns that hold no cable, with their place from 1.
     pub(super) others: Vec<String>,
@@ -102,9 +102,10 @@ impl Header {
         let error = |column: usize, message: String| Err(InputError::at(file, line, column + 1, message));
         let mut cells = Vec::new();
         separator.cells(text, &mut cells);
-        let width = cells.iter().rposition(|cell| !cell.is_empty()).map_or(0, |last| last + 1);
+        let width = cells.len();
+        let named = cells.iter().rposition(|cell| !cell.is_empty()).map_or(0, |last| last + 1);
         let (mut columns, mut others) = ([None; CABLES], Vec::new());
-        for (column, cell) in cells.iter().enumerate().take(width) {
+        for (column, cell) in cells.iter().enumerate().take(named) {
             let Some((cable, unit)) = cable_named(cell) else {
                 others.push(if cell.is_empty() { format!("column {}", column + 1) } else { quoted(cell) });
                 continue;
@@ -120,7 +121,7 @@ impl Header {
         for (cable, column) in columns.into_iter().enumerate() {
             match column {
                 Some(column) => of_cable[cable] = column,
-                None => return error(width, format!("the column {} is missing", NAMES[cable])),
+                None => return error(named, format!("the column {} is missing", NAMES[cable])),
             }
         }
         Ok(Self { separator, columns: Columns { from_line: line, of_cable }, width, others })
