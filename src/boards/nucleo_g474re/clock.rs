@@ -52,14 +52,14 @@ fn config() -> Config {
     config
 }
 
-/// From 16 MHz to 170 MHz in the order of RM0440, 6.1.5 ("Range 1 boost mode"): half the AHB clock, more core voltage,
+/// From 16 MHz to 170 MHz in the order of RM0440 ("Dynamic voltage scaling management"): half the AHB clock, more core voltage,
 /// wait states, the switch, a pause, the whole AHB clock.
 ///
 /// The driver's start has reset the power controller, so the voltage is raised after it.
 fn switch_to_pll() {
     pac::RCC.cfgr().modify(|w| w.set_hpre(AHBPrescaler::DIV2));
     pac::PWR.cr5().modify(|w| w.0 &= !R1MODE);
-    // for 136 to 170 MHz in range 1 boost mode (RM0440, 3.3.3)
+    // for 136 to 170 MHz in range 1 boost mode (RM0440, "Read access latency")
     pac::FLASH.acr().modify(|w| w.set_latency(Latency::WS4));
     while pac::FLASH.acr().read().latency() != Latency::WS4 {}
     pac::RCC.cfgr().modify(|w| w.set_sw(Sysclk::PLL1_R));
