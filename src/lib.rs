@@ -31,4 +31,4 @@ pub mod scalar;
 pub mod slcan;
 
 
-pub mod watch;
+pub mod monitor;

@@ -7,7 +7,7 @@ use crate::can::result::{Axis, Parameter, Quality, VerificationReport, WeakDirec
 use crate::can::status::{Counters, Versions};
 use crate::identification::Identified;
 use crate::procedure::{Candidate, PoseSet, Procedure, Reason, StateName};
-use crate::restart::LastWords;
+use crate::restart::CrashRecord;
 use crate::rig::CABLES;
 
 /// An unacknowledged report is sent again after this time, ms.
@@ -29,7 +29,7 @@ pub(super) struct About<'a> {
     pub versions: &'a Versions,
     pub counters: &'a Counters,
     pub bus: &'a BusHealth,
-    pub last_words: Option<&'a LastWords>,
+    pub crash_record: Option<&'a CrashRecord>,
 }
 
 /// Positions of the parts in a report.
@@ -38,7 +38,7 @@ const COUNTERS: u8 = 1;
 const BUS: u8 = 2;
 const LAST_STOP: u8 = 3;
 const STOP_TEXT: u8 = 4;
-const LIVE: u8 = STOP_TEXT + StopText::MOST_PARTS;
+const LIVE: u8 = STOP_TEXT + StopText::MAX_PARTS;
 const LIVE_ZEROS: u8 = LIVE + 6;
 const CANDIDATE: u8 = LIVE_ZEROS + 6;
 const CANDIDATE_ZEROS: u8 = CANDIDATE + 6;
@@ -47,7 +47,7 @@ const VERIFICATION: u8 = QUALITY + 1;
 const WEAK_DIRECTION: u8 = VERIFICATION + 1;
 const AXIS: u8 = WEAK_DIRECTION + 1;
 const LEFT_OUT: u8 = AXIS + 1;
-const OUTCOME: u8 = LEFT_OUT + crate::identification::outcome::MOST_REJECTED as u8;
+const OUTCOME: u8 = LEFT_OUT + crate::identification::outcome::MAX_REJECTED as u8;
 
 /// The report under way, and what waits to be acknowledged.
 #[derive(Debug, Clone, Copy)]
@@ -122,8 +122,8 @@ impl Reporter {
     fn next_length(&mut self, procedure: &Procedure) -> Option<Message> {
         let (set, index, cable) = self.pose?;
         self.pose = (usize::from(cable) + 1 < CABLES).then_some((set, index, cable + 1));
-        let lengths = procedure.poses(set).get(usize::from(index))?;
-        let length_mm = *lengths.as_mm().get(usize::from(cable))?;
+        let pose = procedure.poses(set).get(usize::from(index))?;
+        let length_mm = *pose.lengths().as_mm().get(usize::from(cable))?;
         let run_id = procedure.run_id();
         Some(Message::RawLength(RawLength { run_id, index, cable: cable + 1, set, length_mm }))
     }
@@ -135,8 +135,10 @@ fn part(position: u8, parts: Parts, procedure: &Procedure, about: &About) -> Opt
         VERSIONS if parts.device => Some(Message::Versions(*about.versions)),
         COUNTERS if parts.device => Some(Message::Counters(*about.counters)),
         BUS if parts.device => Some(Message::BusHealth(*about.bus)),
-        LAST_STOP if parts.device => Some(Message::LastStop(LastStop::of(about.last_words?))),
-        STOP_TEXT..LIVE if parts.device => StopText::of(about.last_words?, position - STOP_TEXT).map(Message::StopText),
+        LAST_STOP if parts.device => Some(Message::LastStop(LastStop::of(about.crash_record?))),
+        STOP_TEXT..LIVE if parts.device => {
+            StopText::of(about.crash_record?, position - STOP_TEXT).map(Message::StopText)
+        }
         LIVE..LIVE_ZEROS if parts.live => {
             let Candidate { run_id, identified, .. } = procedure.live()?;
             let (is_radius, parameter) = parameter(*run_id, identified, position - LIVE)?;
@@ -181,7 +183,7 @@ fn part_of_run(position: u8, procedure: &Procedure) -> Option<Message> {
     match position {
         QUALITY => Some(Message::Quality(Quality {
             run_id,
-            deviation_mm: identified.deviation_mm,
+            deviation_mm: identified.rms_residual_mm,
             noise_mm: identified.noise_mm,
             iterations: identified.iterations,
             left_out: identified.rejected.len() as u8,
@@ -214,8 +216,8 @@ fn parameter(run_id: u16, identified: &Identified<f32>, index: u8) -> Option<(bo
 
 /// The zero error of the `index`-th cable, from 0; None when the zeros were known: then there is nothing to say.
 fn zero(run_id: u16, identified: &Identified<f32>, index: u8) -> Option<ZeroError> {
-    let value_mm = *identified.zeros_mm.get(usize::from(index))?;
-    let sigma_mm = *identified.zero_sigmas_mm.get(usize::from(index))?;
+    let value_mm = *identified.offsets_mm.get(usize::from(index))?;
+    let sigma_mm = *identified.offset_sigmas_mm.get(usize::from(index))?;
     (sigma_mm > 0.0).then_some(ZeroError { run_id, cable: index + 1, value_mm, sigma_mm })
 }
 

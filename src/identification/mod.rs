@@ -26,6 +26,7 @@ pub mod refusal;
 pub mod settings;
 pub mod statistics;
 pub mod uncertainty;
+pub mod verification;
 pub mod weights;
 
 pub use estimator::Estimator;

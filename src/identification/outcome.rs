@@ -1,7 +1,6 @@
 //! What an identification ends with: a centre that can be trusted, or a reason why there is none.
 
 use super::uncertainty;
-use crate::kinematics::JointCentre;
 use crate::linear_algebra::non_negative_root;
 use crate::rig::{CABLES, Parameters};
 use crate::scalar::Real;
@@ -54,8 +53,6 @@ impl Rejected {
 pub struct Identified<T> {
     /// Joint centre and radii, mm.
     pub parameters: Parameters<T>,
-    /// The joint centre in both bodies, mm.
-    pub centre: JointCentre<T>,
     /// Covariance of x, y, z, p1, p2, p3, mm²: lower triangle, row by row.
     pub covariance_mm2: [T; RESULT_PACKED],
     /// Standard deviation (1σ) of the noise of a cable length, mm. The covariance is computed with it; wider where an
@@ -86,11 +83,10 @@ pub struct Identified<T> {
 
 impl<T: Real> Identified<T> {
     /// A result to be filled in, where it stays: the estimator's largest value is never moved.
-    pub(crate) fn empty(nominal: Parameters<T>, centre: JointCentre<T>) -> Self {
+    pub(crate) fn empty(nominal: Parameters<T>) -> Self {
         let zero = T::zero();
         Self {
             parameters: nominal,
-            centre,
             covariance_mm2: [zero; RESULT_PACKED],
             noise_mm: zero,
             rms_residual_mm: zero,

@@ -181,6 +181,33 @@ fn add_parameters<T: Real>(
     }
 }
 
+/// How S δ̂ of a pose changes with the unknowns: three rows, one column an unknown.
+pub fn sensitivity<T: Real>(
+    block: &impl ParameterBlock<T>,
+    at: &PoseAt<'_, T>,
+    pose: &Scattered<T>,
+) -> [[T; MAX_UNKNOWNS]; 3] {
+    let mut rows = [[T::zero(); MAX_UNKNOWNS]; 3];
+    let mut set = |unknown: usize, column: &Vector3<T>| {
+        for (row, value) in rows.iter_mut().zip(column) {
+            if let Some(entry) = row.get_mut(unknown) {
+                *entry = *value;
+            }
+        }
+    };
+    let count = block.count();
+    for x in 0..count {
+        set(x, &seen(&block.column(x, at), at, pose).0.centre);
+    }
+    let information = &pose.information.information;
+    let turned = information * at.rotation;
+    for i in 0..3 {
+        set(count + i, &information.column(i).into_owned());
+        set(count + 3 + i, &-turned.column(i));
+    }
+    rows
+}
+
 /// What a parameter is seen through, and its gradient.
 fn seen<T: Real>(column: &Column<T>, at: &PoseAt<'_, T>, pose: &Scattered<T>) -> (Seen<T>, T) {
     let none = Vector3::zeros();

@@ -240,6 +240,17 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
         }
     }
 
+    /// L⁻¹ `right`, once factored: of a row k of a Jacobian it is what k's variance kᵀ (JᵀJ)⁻¹ k is the squared length of.
+    pub fn whiten(&self, right: &mut [T; N]) {
+        for i in 0..self.unknowns {
+            let Some((row, inverse)) = self.factor_row(i) else { return };
+            let known = row.iter().zip(right.iter()).fold(T::zero(), |sum, (a, b)| sum + *a * *b);
+            if let Some(x) = right.get_mut(i) {
+                *x = (*x - known) * inverse;
+            }
+        }
+    }
+
     /// Column `column` of the covariance (the inverse of JᵀJ) of the unknowns from `from` on, the ones before eliminated.
     pub fn covariance_column(&self, column: usize, from: usize) -> [T; N] {
         let mut unit = [T::zero(); N];

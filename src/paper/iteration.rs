@@ -8,7 +8,7 @@ use crate::identification::outcome::{
 };
 use crate::identification::uncertainty::packed;
 use super::pass_sum::PassSum;
-use crate::kinematics::{BaseEdges, CableLengths, Geometry, JointCentre};
+use crate::kinematics::{BaseEdges, CableLengths};
 use crate::rig::{CABLES, Parameters, Rig};
 use crate::scalar::Real;
 use heapless::Vec;
@@ -42,7 +42,6 @@ impl<T: Real> Default for PaperSettings<T> {
 pub struct PaperIteration<T> {
     settings: PaperSettings<T>,
     base: BaseEdges<T>,
-    geometry: Geometry<T>,
     parameters: Parameters<T>,
     model: Model<T>,
     sum: PassSum<T>,
@@ -61,7 +60,6 @@ impl<T: Real> PaperIteration<T> {
             settings,
             model: Model::new(&base, rig.edges_mm(), &start),
             base,
-            geometry: Geometry::new(rig),
             parameters: start,
             sum: PassSum::new(),
             closing: None,
@@ -228,7 +226,6 @@ impl<T: Real> PaperIteration<T> {
         let Ok(covariance_mm2) = self.covariance(variance_mm2) else { return Progress::Refused(Refusal::Singular) };
         Progress::Identified(Identified {
             parameters: self.parameters,
-            centre: JointCentre::from_parameters(&self.parameters, &self.geometry),
             covariance_mm2,
             noise_mm: variance_mm2.root(),
             rms_residual_mm: rms_residual(squares_mm2, poses),

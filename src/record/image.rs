@@ -15,7 +15,7 @@
 //! | 52 | 84 | their covariance, mm², lower triangle row by row |
 //! | 136 | 24 + 24 | encoder zeros and their 1σ, mm |
 //! | 184 | 4 · 5 | noise, δE, sway (rad), δE of the second set, its limit, mm |
-//! | 204 | 25 · 2 | poses left out: pose, cables to blame |
+//! | 204 | 25 · 2 | poses left out: pose, faulty cables |
 //! | 254 | 62 | zero; for later versions |
 //! | 316 | 4 | CRC-32 of a constant and all bytes before |
 //!
@@ -119,7 +119,7 @@ pub fn decode(image: &Image) -> Record {
     let [noise_mm, deviation_mm, sway_rad, verification_deviation_mm, verification_limit_mm] = reader.take_numbers();
     let rejected = core::array::from_fn(|_| {
         let [pose, cables] = reader.take();
-        Rejected { pose: u16::from(pose), cables }
+        Rejected { pose: u32::from(pose), cables }
     });
     Record {
         run_id,

@@ -19,21 +19,25 @@ pub(super) struct Check<T> {
     sigma: T,
     pass: Option<Pass<T>>,
     is_summed: bool,
+    /// The equations are those of a pass without a pose.
+    has_left_out: bool,
 }
 
 impl<T: Real> Check<T> {
     /// Begins; `sigma`: of the centre in its worst direction, for a noise of 1 mm.
     pub fn new(candidates: Candidates, sigma: T) -> Self {
-        Self { candidates, sigma, pass: None, is_summed: false }
+        Self { candidates, sigma, pass: None, is_summed: false, has_left_out: false }
     }
 
     /// The next slice of the pass without the present candidate. The centre must still be determined, though worse.
     pub fn advance(&mut self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &mut [Pose<T>]) -> Option<Stage<T>> {
         let pose = self.candidates.next;
-        if pose >= self.candidates.last {
+        let is_last = pose >= self.candidates.last;
+        if is_last && !self.has_left_out {
             return Some(Stage::Isolate(Isolate::default()));
         }
-        let is_used = poses.get(pose).is_some_and(Pose::is_used);
+        // After the last candidate a pass with all poses: what follows goes by the equations of all.
+        let is_used = is_last || poses.get(pose).is_some_and(Pose::is_used);
         let Some(pass) = &mut self.pass else {
             if is_used {
                 (self.pass, self.is_summed) = (Some(fit.begin_pass(machine)), false);
@@ -43,10 +47,18 @@ impl<T: Real> Check<T> {
             return None;
         };
         if !self.is_summed {
-            let weights = Weights::Without { pose };
+            let weights = Weights::Without { pose: if is_last { usize::MAX } else { pose } };
             self.is_summed = !fit.add_next_pose(pass, machine, poses, &weights, T::of(f64::INFINITY));
             return None;
         }
+        if is_last {
+            return match fit.factor() {
+                Ok(false) => None,
+                // It had a factor before.
+                _ => Some(Stage::Isolate(Isolate::default())),
+            };
+        }
+        self.has_left_out = true;
         let without = match fit.factor() {
             Ok(false) => return None,
             Ok(true) => {

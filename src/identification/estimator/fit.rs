@@ -70,7 +70,7 @@ impl<T: Real> Fit<T> {
             equations: Equations::new(0),
             centre_information: Matrix6::zeros(),
             residuals: Residuals::none(noise_mm, machine.noise_mm()),
-            result: Identified::empty(*nominal, centre),
+            result: Identified::empty(*nominal),
         }
     }
 

@@ -38,6 +38,7 @@ mod place;
 mod refine;
 mod result;
 mod stage;
+mod verify;
 
 use self::check::Check;
 use self::excite::Excite;
@@ -53,6 +54,7 @@ use super::machine::{Machine, MachineEstimate};
 use super::outcome::{Identified, Progress, Refusal};
 use super::pose::Pose;
 use super::settings::EstimatorSettings;
+use crate::kinematics::JointCentre;
 use crate::rig::Parameters;
 use crate::scalar::Real;
 
@@ -135,6 +137,11 @@ impl<T: Real> Estimator<T> {
     /// The stage that it stands in.
     pub fn stage(&self) -> StageName {
         self.stage.name()
+    }
+
+    /// The joint centre in both bodies.
+    pub fn centre(&self) -> &JointCentre<T> {
+        &self.fit.centre
     }
 
     /// The joint's model.

@@ -52,7 +52,6 @@ impl<T: Real> Fit<T> {
     fn write_result(&mut self, machine: &Machine<T>, poses: &[Pose<T>], covariance: &Matrix6<T>, noise_mm: T) {
         let geometry = self.estimate.geometry();
         let result = &mut self.result;
-        result.centre = self.centre;
         (result.parameters, result.covariance_mm2) = parameters_of(&self.centre, covariance, geometry);
         result.noise_mm = noise_mm;
         result.iterations = result.rms_residuals_mm.len() as u8;
