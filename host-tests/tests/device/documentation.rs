@@ -87,7 +87,7 @@ fn another_board_finds_what_it_is_told_to_look_at() {
         ("fn ", "link_image", &all),
         ("fn ", "link_hot_code", &all),
         ("pub const ", "BOARDS", &all),
-        ("pub const ", "MOST_FRAMES", &all),
+        ("pub const ", "MAX_FRAMES", &all),
         ("pub struct ", "RecordStore", &all),
         ("pub fn ", "for_rig", &all),
     ] {

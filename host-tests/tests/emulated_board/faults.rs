@@ -148,7 +148,7 @@ pub fn a_restart_is_told_on_the_bus(image: &Path) -> Result<(), Failed> {
     debugger.set(Register::ProgramCounter, 0xE000_0000)?;
     debugger.resume()?;
     scene.board.wait_for_log_times("board: ready", 2, PATIENCE)?;
-    let log = scene.board.wait_for_log("its last words were: CFSR 0x1,", PATIENCE)?;
+    let log = scene.board.wait_for_log("its crash record says: CFSR 0x1,", PATIENCE)?;
     assert!(log.contains("started by a fault of the processor"), "{log}");
     let mut scene = scene.with_a_new_client()?;
     let restarted =

@@ -62,8 +62,8 @@ pub struct Facts {
     pub record: Range,
     /// Memory that start-up leaves alone.
     pub left_alone: Range,
-    /// Address of the last words.
-    pub last_words: u64,
+    /// Address of the crash record.
+    pub crash_record: u64,
 }
 
 /// What is wrong with an image.
@@ -85,8 +85,8 @@ pub enum Fault {
     Overlap(String),
     /// The record lies elsewhere than the chip's last two pages.
     Record,
-    /// The last words would be cleared by start-up.
-    LastWords(u64),
+    /// The crash record would be cleared by start-up.
+    CrashRecord(u64),
     /// The image takes more flash than it may.
     Flash(u64),
     /// The static variables take more RAM than they may.
@@ -104,7 +104,7 @@ impl fmt::Display for Fault {
             Self::Misplaced(address) => write!(f, "the segment at {address:#x} is not where the program's memory is"),
             Self::Overlap(name) => write!(f, "the section {name} overlaps the one before it"),
             Self::Record => write!(f, "the record is not in the last two pages of the flash"),
-            Self::LastWords(address) => write!(f, "start-up would clear the last words at {address:#x}"),
+            Self::CrashRecord(address) => write!(f, "start-up would clear the crash record at {address:#x}"),
             Self::Flash(bytes) => write!(f, "{bytes} bytes of flash, {MOST_FLASH_BYTES} at most"),
             Self::StaticRam(bytes) => write!(f, "{bytes} bytes of static RAM, {MOST_STATIC_BYTES} at most"),
         }
@@ -134,7 +134,7 @@ impl Facts {
             stack: range("_stack_end", "_stack_start")?,
             record: range("_record_start", "_record_end")?,
             left_alone: range("__suninit", "__euninit")?,
-            last_words: image.symbol_ending_with("kept::PLACE")?,
+            crash_record: image.symbol_ending_with("kept::PLACE")?,
         })
     }
 
@@ -160,8 +160,8 @@ impl Facts {
         if self.record != RECORD {
             faults.push(Fault::Record);
         }
-        if !self.left_alone.holds(self.last_words, 4) {
-            faults.push(Fault::LastWords(self.last_words));
+        if !self.left_alone.holds(self.crash_record, 4) {
+            faults.push(Fault::CrashRecord(self.crash_record));
         }
         if self.flash_bytes() > MOST_FLASH_BYTES {
             faults.push(Fault::Flash(self.flash_bytes()));

@@ -97,10 +97,48 @@ proptest! {
     #![proptest_config(without_processes())]
 
     #[test]
-    fn any_bytes_are_read_or_told(bytes in vec(any::<u8>(), 0..300), before in 0..3usize) {
-        let log: [&[u8]; 3] = [b"", b"l1,l2,l3,l4,l5,l6\n", b"l1,l2,l3,l4,l5,l6\n1,2,3,4,5,6\n"];
+    fn any_bytes_are_read_or_told(bytes in vec(any::<u8>(), 0..300), before in 0..6usize) {
+        let log: [&[u8]; 6] = [
+            b"",
+            b"l1,l2,l3,l4,l5,l6\n",
+            b"l1,l2,l3,l4,l5,l6\n1,2,3,4,5,6\n",
+            b"\xff\xfel\x001\x00",
+            b"l1;l2;l3;l4;l5;l6\n1,5;2;3;4;5;6\n",
+            b"(1.0) can0 30F#0100000100000010\n(1.1) can0 ",
+        ];
         let _ = LengthsFile::parse("log.csv", &[log[before], &bytes].concat());
         let _ = RigFile::parse("rig.toml", &bytes);
+    }
+
+    #[test]
+    fn a_table_in_any_dress_holds_the_same_rows(
+        rows in vec(prop::array::uniform6(1f64..1e4), 1..20),
+        order in Just((0..8usize).collect::<Vec<_>>()).prop_shuffle(),
+        sign in prop::sample::select(vec![',', ';', '\t', '|']),
+        decimal_comma in any::<bool>(),
+        line_end in prop::sample::select(vec!["\n", "\r\n", "\r"]),
+        utf_16 in any::<bool>(),
+    ) {
+        let names = ["l1", "l2", "l3", "l4", "l5", "l6", "time", ""];
+        let line = |cell: &dyn Fn(usize) -> String| {
+            order.iter().map(|column| cell(*column)).collect::<Vec<_>>().join(&sign.to_string()) + line_end
+        };
+        let number = |number: f64| match decimal_comma {
+            true if sign == ',' => format!("\"{}\"", number.to_string().replace('.', ",")),
+            true => number.to_string().replace('.', ","),
+            false => number.to_string(),
+        };
+        let mut text = line(&|column| names[column].to_owned());
+        for row in &rows {
+            text += &line(&|column| row.get(column).map_or("x".to_owned(), |length| number(*length)));
+        }
+        let bytes = match utf_16 {
+            true => std::iter::once(0xfeff).chain(text.encode_utf16()).flat_map(u16::to_be_bytes).collect(),
+            false => text.into_bytes(),
+        };
+        let log = LengthsFile::parse("log.csv", &bytes).map_err(|error| TestCaseError::fail(error.to_string()))?;
+        let read: Vec<_> = log.rows().iter().map(|row| row.lengths_mm).collect();
+        prop_assert_eq!(read, rows);
     }
 
     #[test]

@@ -19,24 +19,36 @@ fn each_complaint_names_its_place() {
     let desk = Desk::new("bad_logs");
     let wanted = "the header l1,l2,l3,l4,l5,l6 is wanted";
     let rows = |bad: &str| format!("{HEADER}{ROW}{bad}\n{ROW}");
+    let not_a_log = |seen: &str| {
+        format!("line 1, column 1: no header l1,l2,l3,l4,l5,l6, but {seen:?}; is this a log of cable lengths?")
+    };
     let cases: Vec<(String, String)> = vec![
         ("".into(), format!("line 1, column 1: the file is empty; {wanted}")),
         ("\n \r\n".into(), format!("line 1, column 1: the file is empty; {wanted}")),
         (HEADER.into(), "line 2, column 1: no pose follows the header".into()),
         (ROW.into(), format!("line 1, column 1: the first line holds numbers; {wanted} before them")),
         ("l1,l2,l4,l5,l6\n1,2,3,4,5\n".into(), "line 1, column 6: the column l3 is missing".into()),
+        ("time,force\n1,2\n".into(), not_a_log("time,force")),
         (
-            "t,l1,l2,l3,l4,l5,l6\n".into(),
-            "line 1, column 1: unknown column \"t\"; the header is l1,l2,l3,l4,l5,l6".into(),
+            "l1 [mm],l2 [m],l3,l4,l5,l6\n".into(),
+            "line 1, column 2: l2: the column is in metres; millimetres are wanted".into(),
+        ),
+        (
+            rows("").replace(HEADER, "l1,l2,l3,l4,l5,l6\nmm,mm,mm,cm,mm,mm\n"),
+            "line 2, column 4: l4: the column is in centimetres; millimetres are wanted".into(),
         ),
         ("l1,l2,l3,l3,l4,l5,l6\n".into(), "line 1, column 4: the column l3 appears twice".into()),
         (
-            "l1;l2;l3;l4;l5;l6\n".into(),
-            "line 1, column 1: the columns are separated by semicolons; commas are wanted".into(),
+            "l1;l2;l3;l4;l5;l6\n1,5;2,5;3.5;4,5;5,5;6,5".into(),
+            "line 2, column 3: l3: \"3.5\" has a decimal point, the numbers before it have a comma".into(),
         ),
         (
-            "l1\tl2\tl3\tl4\tl5\tl6\n".into(),
-            "line 1, column 1: the columns are separated by tabs; commas are wanted".into(),
+            "l1;l2;l3;l4;l5;l6\n1,5;2,5;1.003,5;4,5;5,5;6,5".into(),
+            "line 2, column 3: l3: \"1.003,5\" is not a number".into(),
+        ),
+        (
+            "sep=;\nl1,l2,l3,l4,l5,l6\n".into(),
+            "line 2, column 1: no column is called l1 to l6, if semicolons separate them as the line sep= says".into(),
         ),
         (rows("1,2,3,4,5"), "line 3, column 6: l6: missing; the line has 5 values".into()),
         (rows("1,2,3,4,5,6,7"), "line 3, column 7: 7 values where the header has 6".into()),
@@ -67,11 +79,18 @@ fn each_complaint_names_its_place() {
 #[test]
 fn what_is_not_text_is_told() {
     let desk = Desk::new("not_text");
-    let utf_16: Vec<u8> = [0xff, 0xfe].into_iter().chain(HEADER.bytes().flat_map(|byte| [byte, 0])).collect();
-    assert_eq!(complaint(&desk, utf_16), "line 1, column 1: the file is UTF-16; save it as CSV in UTF-8");
     let latin_1 = [HEADER.as_bytes(), b"1,2,3,4,\xb15,6\n"].concat();
-    assert_eq!(complaint(&desk, latin_1), "line 2, column 5: the byte 0xb1 is not UTF-8 text");
-    assert!(complaint(&desk, [0u8; 64]).starts_with("line 1, column 1: unknown column \"\\0\\0"));
+    assert_eq!(complaint(&desk, latin_1), "line 2, column 5: l5: \"±5\" is not a number");
+    assert!(complaint(&desk, [0u8; 64]).starts_with("line 1, column 1: no header l1,l2,l3,l4,l5,l6, but \"\\0\\0"));
+    let utf_16: Vec<u8> = [0xff, 0xfe].into_iter().chain(HEADER.bytes().flat_map(|byte| [byte, 0])).collect();
+    assert_eq!(
+        complaint(&desk, [&utf_16[..], b"1"].concat()),
+        "line 2, column 1: UTF-16 with an odd number of bytes: the file was cut"
+    );
+    assert_eq!(
+        complaint(&desk, [&utf_16[..], &[0, 0xd8, b'1', 0]].concat()),
+        "line 2, column 1: half a character of UTF-16"
+    );
 }
 
 #[test]
@@ -148,7 +167,7 @@ fn a_wrong_command_line_is_not_a_refusal() {
     let desk = Desk::new("command_line");
     desk.put("log.csv", csv(&shoulder(1, 5, 0.0)));
     for (arguments, told) in [
-        ("", "LENGTHS.csv"),
+        ("", "LOG"),
         ("log.csv --method quick", "paper, full"),
         ("log.csv --start 1,2,3", "six numbers"),
         ("log.csv --start 1,2,3,4,5,x", "\"x\" is not a number"),

@@ -4,6 +4,8 @@ mod accepted;
 mod any_bytes;
 mod bad_logs;
 mod bad_rigs;
+mod bus_logs;
 mod command;
+mod log_shapes;
 mod recorded;
 mod refused;

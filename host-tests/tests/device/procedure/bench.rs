@@ -2,7 +2,7 @@
 
 use glenoid::can::status::{Answer, Heartbeat};
 use glenoid::can::{BaseId, Frame, Message, Opcode, Request};
-use glenoid::device::{Action, Config, Device, Event, LampPattern, LogEntry, MOST_FRAMES};
+use glenoid::device::{Action, BlinkPattern, Config, Device, Event, LogEntry, MAX_FRAMES};
 use glenoid::procedure::{Limits, Procedure, Reason, Settings, StateName};
 use glenoid::record::{LoadError, Record};
 use glenoid::restart::Restart;
@@ -22,7 +22,7 @@ pub struct Bench {
     /// No samples come.
     pub silent: bool,
     pub messages: Vec<Message>,
-    pub lamps: Vec<LampPattern>,
+    pub led_patterns: Vec<BlinkPattern>,
     pub logs: Vec<LogEntry>,
     /// Records that the device wanted stored.
     pub records: Vec<Record>,
@@ -62,7 +62,7 @@ impl Bench {
             frozen: None,
             silent: false,
             messages: Vec::new(),
-            lamps: Vec::new(),
+            led_patterns: Vec::new(),
             logs: Vec::new(),
             records: Vec::new(),
             nonce: 0,
@@ -74,19 +74,19 @@ impl Bench {
     }
 
     pub fn event(&mut self, event: Event) {
-        let Self { device, now_ms, messages, lamps, logs, records, .. } = self;
+        let Self { device, now_ms, messages, led_patterns, logs, records, .. } = self;
         let mut frames = 0;
         device.handle(*now_ms, event, &mut |action| match action {
             Action::Send(frame) => {
                 frames += 1;
                 messages.push(Message::unpack(&frame, BaseId::DEFAULT).unwrap());
             }
-            Action::Lamp(pattern) => lamps.push(pattern),
+            Action::StatusLed(pattern) => led_patterns.push(pattern),
             Action::Store(record) => records.push(record),
             Action::Stop(cause) => panic!("the device asks for a restart: {cause:?}"),
             Action::Log(entry) => logs.push(entry),
         });
-        assert!(frames <= MOST_FRAMES, "{frames} frames after {event:?}");
+        assert!(frames <= MAX_FRAMES, "{frames} frames after {event:?}");
     }
 
     /// Time passes with the arm where it is: a tick a millisecond, a sample every [`SAMPLE_MS`].
@@ -157,7 +157,7 @@ impl Bench {
             wearer: self.wearer.clone(),
             at: self.at,
             messages: self.messages.clone(),
-            lamps: self.lamps.clone(),
+            led_patterns: self.led_patterns.clone(),
             logs: self.logs.clone(),
             records: self.records.clone(),
             ..*self

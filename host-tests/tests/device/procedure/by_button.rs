@@ -1,8 +1,8 @@
-//! A whole calibration with nothing but a button and a lamp.
+//! A whole calibration with nothing but a button and a status LED.
 
 use super::bench::Bench;
 use glenoid::can::Message;
-use glenoid::device::LampPattern;
+use glenoid::device::BlinkPattern;
 use glenoid::procedure::{Reason, StateName};
 
 const SHORT_MS: u32 = 200;
@@ -10,9 +10,9 @@ const LONG_MS: u32 = 2_000;
 const VERY_LONG_MS: u32 = 4_500;
 
 #[test]
-fn a_run_by_button_and_lamp() {
+fn a_run_by_button_and_led() {
     let mut bench = Bench::new(31);
-    assert_eq!(bench.lamps.last(), Some(&LampPattern::Ready));
+    assert_eq!(bench.led_patterns.last(), Some(&BlinkPattern::Ready));
     bench.press(LONG_MS);
     assert_eq!(bench.state(), StateName::Collecting);
     let mut holds = 0;
@@ -22,15 +22,15 @@ fn a_run_by_button_and_lamp() {
         assert!(holds < 80);
     }
     bench.pass(1_500);
-    assert_eq!(bench.lamps.last(), Some(&LampPattern::Review));
+    assert_eq!(bench.led_patterns.last(), Some(&BlinkPattern::Review));
     bench.press(LONG_MS);
     bench.pass(1_500);
-    assert_eq!((bench.state(), bench.lamps.last()), (StateName::Idle, Some(&LampPattern::InUse)));
+    assert_eq!((bench.state(), bench.led_patterns.last()), (StateName::Idle, Some(&BlinkPattern::InUse)));
     assert!(bench.procedure().live().is_some());
-    let seen = |pattern| bench.lamps.contains(&pattern);
-    use LampPattern::*;
+    let seen = |pattern| bench.led_patterns.contains(&pattern);
+    use BlinkPattern::*;
     for pattern in [Collecting, Captured, Working, Verifying, LongPress] {
-        assert!(seen(pattern), "{pattern:?} in {:?}", bench.lamps);
+        assert!(seen(pattern), "{pattern:?} in {:?}", bench.led_patterns);
     }
 }
 
@@ -81,7 +81,7 @@ fn a_run_cannot_be_started_while_the_arm_moves() {
     // until the next heartbeat
     bench.pass(100);
     assert_eq!(bench.state(), StateName::Idle);
-    assert!(bench.lamps.contains(&LampPattern::Refused));
+    assert!(bench.led_patterns.contains(&BlinkPattern::Refused));
     assert!(bench.messages.iter().any(|m| matches!(m, Message::Heartbeat(h) if h.reason == Reason::ArmMoving)));
 }
 

@@ -10,7 +10,7 @@
 //! makes sense reaches every state within some hundred events.
 
 use glenoid::can::{BaseId, Frame, Opcode, Request};
-use glenoid::device::{Action, Config, Device, Event, MOST_FRAMES};
+use glenoid::device::{Action, Config, Device, Event, MAX_FRAMES};
 use glenoid::procedure::transition::next;
 use glenoid::procedure::{Limits, Settings, StateName, Trigger};
 use glenoid::rig::Rig;
@@ -26,7 +26,7 @@ const STEPS: usize = 40;
 fn settings() -> Settings {
     Settings {
         hold_ms: 20,
-        fewest_samples: 2,
+        min_samples: 2,
         // poses are far apart in time here, not in space
         sample_jitter_ms: 2_000,
         enough_poses: 4,
@@ -34,7 +34,7 @@ fn settings() -> Settings {
         target_sigma_mm: 0.5,
         verification_poses: 1,
         verification_deviation_mm: 5.0,
-        most_attempts: 2,
+        max_attempts: 2,
         collecting_timeout_ms: 20_000,
         verifying_timeout_ms: 20_000,
         review_timeout_ms: 20_000,
@@ -65,7 +65,7 @@ impl World {
         let live = self.device.procedure().live().map(|live| (live.run_id, live.identified.parameters));
         let mut frames = 0;
         self.device.handle(self.now_ms, event, &mut |action| frames += usize::from(matches!(action, Action::Send(_))));
-        assert!(frames <= MOST_FRAMES, "{frames} frames after {event:?}");
+        assert!(frames <= MAX_FRAMES, "{frames} frames after {event:?}");
 
         let after = self.device.procedure().state();
         let reachable = |from: StateName| Trigger::ALL.into_iter().filter_map(move |trigger| next(from, trigger));

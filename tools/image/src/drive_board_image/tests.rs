@@ -40,7 +40,7 @@ fn sound() -> Facts {
         stack: Range { from: 0x2000_3500, end: 0x2001_8000 },
         record: Range { from: 0x0807_F000, end: 0x0808_0000 },
         left_alone: Range { from: 0x2000_3100, end: 0x2000_3500 },
-        last_words: 0x2000_3110,
+        crash_record: 0x2000_3110,
     }
 }
 
@@ -93,7 +93,7 @@ fn misplaced_memory_is_found() {
     assert_eq!(found(|f| f.sections[5].address = 0x2000_30FF), [Fault::Overlap(".uninit".to_owned())]);
     assert_eq!(found(|f| f.stack.from = 0x2000_34FC), [Fault::Overlap("stack".to_owned())]);
     assert_eq!(found(|f| f.record.from = 0x0807_E000), [Fault::Record]);
-    assert_eq!(found(|f| f.last_words = 0x2000_3000), [Fault::LastWords(0x2000_3000)]);
+    assert_eq!(found(|f| f.crash_record = 0x2000_3000), [Fault::CrashRecord(0x2000_3000)]);
 }
 
 #[test]

@@ -13,12 +13,12 @@ const AREA_LEN: usize = 3 + TEXT_WORDS + 1;
 /// Begins the area.
 const MAGIC: u32 = 0x676C_6E21;
 
-/// The RAM that the last words lie in. A board keeps it out of the memory that start-up code clears.
+/// The RAM that the crash record lies in. A board keeps it out of the memory that start-up code clears.
 pub type Area = [u32; AREA_LEN];
 
 /// Why the firmware stopped, and where.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct LastWords {
+pub struct CrashRecord {
     /// Why.
     pub cause: ResetCause,
     /// Address of the instruction, 0 when not known.
@@ -29,7 +29,7 @@ pub struct LastWords {
     text_len: u8,
 }
 
-impl LastWords {
+impl CrashRecord {
     /// Words with a text, cut at [`TEXT_LEN`] bytes; what is not ASCII becomes `?`.
     pub fn new(cause: ResetCause, address: u32, line: u16, text: fmt::Arguments) -> Self {
         let mut words = Self { cause, address, line, text: [0; TEXT_LEN], text_len: 0 };
@@ -91,7 +91,7 @@ fn checksum(area: &Area) -> u32 {
 }
 
 /// Appends to the text, as ASCII.
-impl Write for LastWords {
+impl Write for CrashRecord {
     fn write_str(&mut self, text: &str) -> fmt::Result {
         for character in text.chars() {
             let place = self.text.get_mut(usize::from(self.text_len)).ok_or(fmt::Error)?;
@@ -108,21 +108,21 @@ mod tests {
     extern crate std;
     use std::string::ToString;
 
-    fn words() -> LastWords {
-        LastWords::new(ResetCause::Panic, 0x0800_0ABC, 54_321, format_args!("src/a.rs: {} > {}", 3, "2"))
+    fn words() -> CrashRecord {
+        CrashRecord::new(ResetCause::Panic, 0x0800_0ABC, 54_321, format_args!("src/a.rs: {} > {}", 3, "2"))
     }
 
     #[test]
     fn what_was_sealed_is_opened() {
-        assert_eq!(LastWords::open(&words().seal()), Some(words()));
+        assert_eq!(CrashRecord::open(&words().seal()), Some(words()));
         assert_eq!(words().text(), "src/a.rs: 3 > 2");
     }
 
     #[test]
     fn a_long_text_is_cut_and_a_foreign_letter_replaced() {
-        let words = LastWords::new(ResetCause::Panic, 0, 0, format_args!("é{}", "x".repeat(200)));
+        let words = CrashRecord::new(ResetCause::Panic, 0, 0, format_args!("é{}", "x".repeat(200)));
         assert_eq!(words.text(), "?".to_string() + &"x".repeat(TEXT_LEN - 1));
-        assert_eq!(LastWords::open(&words.seal()), Some(words));
+        assert_eq!(CrashRecord::open(&words.seal()), Some(words));
     }
 
     #[test]
@@ -131,14 +131,14 @@ mod tests {
         for bit in 0..AREA_LEN * 32 {
             let mut wrong = area;
             wrong[bit / 32] ^= 1 << (bit % 32);
-            assert_eq!(LastWords::open(&wrong), None, "bit {bit}");
+            assert_eq!(CrashRecord::open(&wrong), None, "bit {bit}");
         }
     }
 
     #[test]
     fn ram_after_power_up_says_nothing() {
         for word in [0, u32::MAX, 0x5555_5555, MAGIC] {
-            assert_eq!(LastWords::open(&[word; AREA_LEN]), None);
+            assert_eq!(CrashRecord::open(&[word; AREA_LEN]), None);
         }
     }
 }

@@ -1,4 +1,4 @@
-//! The watch over the centre in use, as the device runs it: when it looks, what it tells, until when.
+//! The slip monitor over the centre in use: when it looks at a sample, what it reports, until when.
 //!
 //! It looks while a centre is in use and no calibration is under way, at believable encoders only, and at most once in
 //! [`PERIOD_MS`]: that bounds its cost whatever the sampling rate, and at 20 degrees a second the arm turns by a tenth
@@ -18,13 +18,13 @@ const PERIOD_MS: u32 = 5;
 
 /// The watch over the centre in use, if there is one.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Guard {
+pub(super) struct SlipMonitor {
     watch: Option<Watch<f32>>,
     looked_at_ms: Option<u32>,
     warning: Option<WatchReport>,
 }
 
-impl Guard {
+impl SlipMonitor {
     /// A watch over a centre. The lengths that it sees are corrected by the zeros that were found with the centre.
     pub fn over(rig: &Rig<f32>, live: Option<&Candidate>) -> Self {
         let watch = live.map(|live| {
@@ -52,33 +52,33 @@ impl Guard {
 
 impl Device {
     /// Lets the watch look at a sample of the encoders.
-    pub(super) fn guard_sample(&mut self, now_ms: u32, counts: &[i32; CABLES], out: &mut impl FnMut(Action)) {
-        let Some(watch) = self.guard.watch.as_mut() else { return };
+    pub(super) fn monitor_sample(&mut self, now_ms: u32, counts: &[i32; CABLES], out: &mut impl FnMut(Action)) {
+        let Some(watch) = self.slip_monitor.watch.as_mut() else { return };
         let in_use = matches!(self.procedure.state(), StateName::Idle | StateName::Failed);
         if !in_use || self.procedure.fault(now_ms).is_some() {
             watch.interrupted();
             return;
         }
-        if self.guard.looked_at_ms.is_some_and(|at_ms| now_ms.wrapping_sub(at_ms) < PERIOD_MS) {
+        if self.slip_monitor.looked_at_ms.is_some_and(|at_ms| now_ms.wrapping_sub(at_ms) < PERIOD_MS) {
             return;
         }
-        self.guard.looked_at_ms = Some(now_ms);
+        self.slip_monitor.looked_at_ms = Some(now_ms);
         let Ok(lengths) = CableLengths::from_counts(self.procedure.rig().drum(), counts) else { return };
         let Some(warning) = watch.sample(&lengths) else { return };
         let Some(live) = self.procedure.live() else { return };
         let report = WatchReport::of(live.run_id, &warning.cause);
-        self.guard.warning = Some(report);
+        self.slip_monitor.warning = Some(report);
         out(Action::Log(LogEntry::Slipped(report)));
     }
 
     /// What the watch warns of, as a fault that lasts: reason and cable.
     pub(super) fn slipped(&self) -> Option<(Reason, u8)> {
-        self.guard.warning().map(|warning| (warning.cause, warning.cable))
+        self.slip_monitor.warning().map(|warning| (warning.cause, warning.cable))
     }
 
-    /// Tells how far and which way, beside the fault.
-    pub(super) fn tell_slip(&mut self, out: &mut impl FnMut(Action)) {
-        if let Some(report) = self.guard.warning().copied() {
+    /// Sends how far and which way, beside the fault.
+    pub(super) fn report_slip(&mut self, out: &mut impl FnMut(Action)) {
+        if let Some(report) = self.slip_monitor.warning().copied() {
             self.send(&Message::Watch(report), out);
         }
     }

@@ -1,9 +1,9 @@
-//! The lamp: one rhythm a state. Told apart by rhythm, not by colour, so that everybody can read it.
+//! The status LED: one blink pattern a state. Patterns differ in rhythm, not in colour, so that everybody can read them.
 
-/// What the lamp shows.
+/// What the status LED shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum LampPattern {
+pub enum BlinkPattern {
     /// Idle without a centre: one flash in four seconds.
     Ready,
     /// Idle with a centre in use: two flashes in four seconds.
@@ -32,7 +32,7 @@ pub enum LampPattern {
     VeryLongPress,
 }
 
-impl LampPattern {
+impl BlinkPattern {
     /// All patterns.
     pub const ALL: [Self; 13] = [
         Self::Ready,
@@ -50,11 +50,11 @@ impl LampPattern {
         Self::VeryLongPress,
     ];
 
-    /// Length of one beat of the rhythm, ms.
+    /// Length of one beat of the pattern, ms.
     pub const BEAT_MS: u32 = 125;
 
-    /// The rhythm: bit k is the lamp in beat k of 32, four seconds in all; then it repeats.
-    pub const fn rhythm(self) -> u32 {
+    /// The pattern: bit k is the LED in beat k of 32, four seconds in all; then it repeats.
+    pub const fn beats(self) -> u32 {
         match self {
             Self::Ready => 0b1,
             Self::InUse => 0b101,
@@ -72,31 +72,31 @@ impl LampPattern {
         }
     }
 
-    /// Is the lamp on at this moment? `now_ms` is the board's clock.
+    /// Is the LED on at this moment? `now_ms` is the board's clock.
     pub const fn is_lit(self, now_ms: u32) -> bool {
-        self.rhythm() >> (now_ms / Self::BEAT_MS % 32) & 1 == 1
+        self.beats() >> (now_ms / Self::BEAT_MS % 32) & 1 == 1
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::LampPattern;
+    use super::BlinkPattern;
 
-    /// A person sees when the lamp changes, not where a period begins.
+    /// A person sees when the LED changes, not where a period begins.
     #[test]
     fn no_two_patterns_look_alike_from_any_beat_on() {
-        for (index, one) in LampPattern::ALL.iter().enumerate() {
-            for other in &LampPattern::ALL[index + 1..] {
+        for (index, one) in BlinkPattern::ALL.iter().enumerate() {
+            for other in &BlinkPattern::ALL[index + 1..] {
                 for shift in 0..32 {
-                    assert_ne!(one.rhythm().rotate_left(shift), other.rhythm(), "{one:?} {other:?}");
+                    assert_ne!(one.beats().rotate_left(shift), other.beats(), "{one:?} {other:?}");
                 }
             }
         }
     }
 
     #[test]
-    fn the_rhythm_follows_the_clock() {
-        let lit = |ms: u32| LampPattern::InUse.is_lit(ms);
+    fn the_pattern_follows_the_clock() {
+        let lit = |ms: u32| BlinkPattern::InUse.is_lit(ms);
         assert!(lit(0) && lit(124) && !lit(125) && lit(250) && !lit(375) && !lit(3_999) && lit(4_000));
     }
 }

@@ -1,7 +1,7 @@
 //! The centre in use across power-down: from the record at power-up, to the record when a new one is accepted; and a
 //! seal on it in between, since a centre that changes in memory is a wrong one.
 
-use super::guard::Guard;
+use super::slip_monitor::SlipMonitor;
 use super::{Action, Device, LogEntry, status};
 use crate::identification::outcome::MOST_REJECTED;
 use crate::identification::{Identified, Rejected, Termination};
@@ -14,7 +14,7 @@ use heapless::Vec;
 ///
 /// A store that failed leaves the centre in use, but only until power-down; a record that was refused leaves none.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Keeping {
+pub(super) struct Persistence {
     pub wrong: Option<Reason>,
     /// Checksum of the centre in use, as a record; None while there is none.
     seal: Option<u32>,
@@ -27,19 +27,19 @@ impl Device {
             Ok(record) if record.rig != self.fingerprint => Reason::RecordOfOtherRig,
             Ok(record) => {
                 self.procedure.resume(candidate(&record));
-                self.keeping.seal = self.live_checksum();
-                self.guard = Guard::over(self.procedure.rig(), self.procedure.live());
+                self.persistence.seal = self.live_checksum();
+                self.slip_monitor = SlipMonitor::over(self.procedure.rig(), self.procedure.live());
                 Reason::Fine
             }
             Err(error) => reason_of_load(error),
         };
-        self.keeping.wrong = Some(reason).filter(|reason| *reason != Reason::Fine);
+        self.persistence.wrong = Some(reason).filter(|reason| *reason != Reason::Fine);
         out(Action::Log(LogEntry::Loaded { run_id: self.procedure.run_id(), reason }));
     }
 
     /// Hands the new centre in use to the board, to be stored.
     pub(super) fn keep(&mut self, out: &mut impl FnMut(Action)) {
-        self.keeping.seal = self.live_checksum();
+        self.persistence.seal = self.live_checksum();
         if let Some(live) = self.procedure.live() {
             out(Action::Store(record(live, self.fingerprint)));
         }
@@ -48,7 +48,7 @@ impl Device {
     /// Looks whether the centre in use is still the one that was taken into use. If not, memory cannot be trusted: the
     /// board starts anew, from the record.
     pub(super) fn check_live(&self, out: &mut impl FnMut(Action)) {
-        if self.keeping.seal != self.live_checksum() {
+        if self.persistence.seal != self.live_checksum() {
             out(Action::Stop(ResetCause::MemoryError));
         }
     }
@@ -61,7 +61,7 @@ impl Device {
     /// The board has tried to store.
     pub(super) fn stored(&mut self, result: Result<(), StoreError>, out: &mut impl FnMut(Action)) {
         let reason = result.map_or_else(reason_of_store, |()| Reason::Fine);
-        self.keeping.wrong = result.err().map(reason_of_store);
+        self.persistence.wrong = result.err().map(reason_of_store);
         out(Action::Log(LogEntry::Stored { run_id: self.procedure.run_id(), reason }));
     }
 }
@@ -178,7 +178,7 @@ mod tests {
         }
     }
 
-    /// One bit of any number of the centre in use, and the board is told to start anew.
+    /// One bit of any number of the centre in use, and the board has to start anew.
     #[test]
     fn a_centre_that_changes_in_memory_is_noticed() {
         let rig = crate::rig::Rig::shoulder(150.0).unwrap();

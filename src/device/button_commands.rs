@@ -1,6 +1,5 @@
-//! What a press of the button asks for in each state, and commands from wherever they come.
+//! What a press of the button asks for in each state.
 
-use super::guard::Guard;
 use super::{Action, Device, LogEntry, Press};
 use crate::procedure::{Command, Reason, StateName};
 
@@ -8,7 +7,7 @@ use crate::procedure::{Command, Reason, StateName};
 ///
 /// | | short | long | very long |
 /// |---|---|---|---|
-/// | idle | (acknowledge a warning of the watch) | start | |
+/// | idle | (acknowledge a warning of the slip monitor) | start | |
 /// | collecting | capture | identify | abort |
 /// | identifying | | | abort |
 /// | verifying | capture | verify | abort |
@@ -31,8 +30,8 @@ pub(super) const fn command_of(press: Press, state: StateName) -> Option<Command
 impl Device {
     pub(super) fn press(&mut self, now_ms: u32, press: Press, out: &mut impl FnMut(Action)) {
         let asked = match (press, self.procedure.state()) {
-            // A short press says that the watch's warning has been seen.
-            (Press::Short, StateName::Idle) if self.guard.warning().is_some() => Some(Command::Acknowledge),
+            // A short press says that the slip monitor's warning has been seen.
+            (Press::Short, StateName::Idle) if self.slip_monitor.warning().is_some() => Some(Command::Acknowledge),
             (press, state) => command_of(press, state),
         };
         let reason = match asked {
@@ -43,23 +42,6 @@ impl Device {
             self.pace.refuse(now_ms, reason);
         }
         out(Action::Log(LogEntry::Press { press, reason }));
-    }
-
-    /// Hands a command to the procedure, and reports what it brings about beyond its answer.
-    pub(super) fn command(&mut self, now_ms: u32, command: Command, out: &mut impl FnMut(Action)) -> (Reason, u16) {
-        let reply = self.procedure.command(now_ms, command);
-        if let Some(notice) = &reply.pose {
-            self.note_pose(now_ms, notice, out);
-        }
-        if command == Command::Acknowledge && reply.reason == Reason::Fine {
-            self.reporter.stop_repeating();
-            self.guard.acknowledge();
-        }
-        if command == Command::Accept && reply.reason == Reason::Fine {
-            self.keep(out);
-            self.guard = Guard::over(self.procedure.rig(), self.procedure.live());
-        }
-        (reply.reason, reply.detail)
     }
 }
 

@@ -4,15 +4,15 @@ use super::bench::Bench;
 use glenoid::can::health::{BusHealth, StopText};
 use glenoid::can::status::Fault;
 use glenoid::can::{Message, Opcode};
-use glenoid::device::{Event, LampPattern, LogEntry, fingerprint};
+use glenoid::device::{BlinkPattern, Event, LogEntry, fingerprint};
 use glenoid::procedure::{Reason, StateName};
 use glenoid::record::{LoadError, RecordStore, StoreError};
-use glenoid::restart::{LastWords, ResetCause, Restart};
+use glenoid::restart::{CrashRecord, ResetCause, Restart};
 use glenoid::rig::Rig;
 use host_tests::flash::{MockFlash, TornWord};
 
 fn power_on() -> Restart {
-    Restart { cause: ResetCause::PowerOn, last_words: None }
+    Restart { cause: ResetCause::PowerOn, crash_record: None }
 }
 
 /// A bench after an accepted run.
@@ -81,7 +81,7 @@ fn a_restart_finds_the_centre() {
     let loaded = flash.load(bench.records[0].rig);
     bench.restart(power_on(), loaded);
     assert!(bench.heartbeat().flags.live);
-    assert_eq!(bench.lamps.last(), Some(&LampPattern::InUse));
+    assert_eq!(bench.led_patterns.last(), Some(&BlinkPattern::InUse));
     let live =
         bench.take_messages().iter().filter(|m| matches!(m, Message::LiveCentre(_) | Message::LiveRadius(_))).count();
     assert_eq!(live, 6, "the centre is told without being asked for");
@@ -171,7 +171,7 @@ fn a_store_that_fails_is_told_until_one_works() {
 #[test]
 fn the_last_words_are_told_after_a_restart() {
     for text in ["", "1234567", "src/device/mod.rs: attempt to be interesting", &"long ".repeat(40)] {
-        let words = LastWords::new(ResetCause::Panic, 0x0800_4242, 321, format_args!("{text}"));
+        let words = CrashRecord::new(ResetCause::Panic, 0x0800_4242, 321, format_args!("{text}"));
         let mut bench = Bench::new(1);
         bench.restart(Restart::new(ResetCause::Requested, &words.seal()), Err(LoadError::Nothing));
         let messages = bench.take_messages();
@@ -201,7 +201,7 @@ fn the_last_words_are_told_after_a_restart() {
 fn an_ordinary_start_is_no_fault() {
     for cause in [ResetCause::Unknown, ResetCause::PowerOn, ResetCause::Pin, ResetCause::Requested] {
         let mut bench = Bench::new(1);
-        bench.restart(Restart { cause, last_words: None }, Err(LoadError::Nothing));
+        bench.restart(Restart { cause, crash_record: None }, Err(LoadError::Nothing));
         bench.pass(2_000);
         let messages = bench.take_messages();
         assert_eq!(faults(&messages), []);

@@ -4,7 +4,7 @@ use super::bench::{Bench, SAMPLE_MS};
 use glenoid::can::status::Fault;
 use glenoid::can::watch::WatchReport;
 use glenoid::can::{Message, Opcode};
-use glenoid::device::{LampPattern, LogEntry};
+use glenoid::device::{BlinkPattern, LogEntry};
 use glenoid::kinematics::inverse;
 use glenoid::procedure::{Reason, Settings, StateName};
 use glenoid::restart::Restart;
@@ -105,7 +105,7 @@ fn a_strap_that_slips_is_told_within_two_seconds_and_the_centre_stays() {
         let [fault, ..] = faults(&messages)[..] else { panic!("no fault") };
         assert_eq!((fault.code, fault.active, fault.count), (Reason::StrapSlipped, true, 1));
         assert_eq!(bench.heartbeat().reason, Reason::StrapSlipped);
-        assert_eq!(bench.lamps.last(), Some(&LampPattern::Slipped));
+        assert_eq!(bench.led_patterns.last(), Some(&BlinkPattern::Slipped));
         assert!(bench.logs.iter().any(|entry| matches!(entry, LogEntry::Slipped(r) if r.cause == report.cause)));
         assert_eq!(bench.procedure().live().cloned(), live, "never a silent change of the centre");
     }
@@ -135,13 +135,13 @@ fn a_warning_is_repeated_until_it_is_acknowledged_and_comes_back_while_the_cause
     let messages = bench.take_messages();
     assert_eq!(reports(&messages), []);
     assert_eq!(faults(&messages).iter().map(|fault| fault.active).collect::<Vec<_>>(), [false]);
-    assert_eq!(bench.lamps.last(), Some(&LampPattern::InUse));
+    assert_eq!(bench.led_patterns.last(), Some(&BlinkPattern::InUse));
     swing(&mut bench, 3_000, slipped);
     assert!(!reports(&bench.take_messages()).is_empty(), "it has still slipped");
     // a short press is as good as the command
     bench.press(100);
     bench.pass(1_500);
-    assert_eq!(bench.lamps.last(), Some(&LampPattern::InUse));
+    assert_eq!(bench.led_patterns.last(), Some(&BlinkPattern::InUse));
 }
 
 #[test]
@@ -186,5 +186,5 @@ fn a_new_centre_ends_the_warning() {
     bench.decide(Opcode::Accept);
     bench.pass(200);
     assert_eq!(bench.heartbeat().reason, Reason::Accepted);
-    assert_eq!(bench.lamps.last(), Some(&LampPattern::InUse));
+    assert_eq!(bench.led_patterns.last(), Some(&BlinkPattern::InUse));
 }
