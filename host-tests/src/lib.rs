@@ -11,6 +11,7 @@ pub mod flash;
 pub mod hot_code;
 pub mod identify;
 pub mod literal;
+pub mod live;
 mod monitor;
 pub mod packages;
 pub mod plot;
@@ -19,5 +20,6 @@ pub mod rehearse;
 pub mod slcan_client;
 pub mod stack_bound;
 pub mod study;
-pub mod vocabulary;
 pub mod wearer;
+
+pub use vocabulary;
