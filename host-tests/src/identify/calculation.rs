@@ -5,10 +5,10 @@ use super::lengths_file::LengthsFile;
 use super::report::{Precision, Report, Setting, Start};
 use super::rig_file;
 use super::verification::Verification;
-use glenoid::identification::{
-    Identified, Noise, PaperIteration, PaperSettings, Progress, Refusal, Solver, SolverSettings,
-};
+use crate::estimation::estimate;
+use glenoid::identification::{EstimatorSettings, Identified, Machine, Noise, Progress, Refusal};
 use glenoid::kinematics::CableLengths;
+use glenoid::paper::{PaperIteration, PaperSettings};
 use glenoid::rig::{Parameters, Rig};
 use glenoid::scalar::Real;
 
@@ -70,7 +70,7 @@ impl Problem<'_> {
         poses: &[CableLengths<T>],
         found: &Identified<T>,
     ) -> Option<f64> {
-        let homed: Vec<_> = poses.iter().map(|pose| pose.less(&found.zeros_mm)).collect::<Result<_, _>>().ok()?;
+        let homed: Vec<_> = poses.iter().map(|pose| pose.less(&found.offsets_mm)).collect::<Result<_, _>>().ok()?;
         let identified = self.run_full(rig, &homed, 0.0).0.ok()?;
         Some(identified.worst_centre_sigma_mm().0.to_f64())
     }
@@ -85,19 +85,10 @@ impl Problem<'_> {
             Some(noise_mm) => Noise::Known(T::of(noise_mm)),
             None => Noise::EstimatedUpTo(T::of(self.setting.noise_limit_mm)),
         };
-        let settings = SolverSettings { noise, zero_prior_mm: T::of(zero_prior_mm), ..SolverSettings::for_rig(rig) };
-        let mut solver: Solver<T> = Solver::new(rig, settings);
-        // Slice by slice rather than in one run, to know how far a refused one came.
-        loop {
-            match solver.advance(poses) {
-                Progress::Working => {}
-                Progress::Identified(identified) => {
-                    let identified = identified.clone();
-                    return (Ok(identified), solver.iterations());
-                }
-                Progress::Refused(refusal) => return (Err(refusal), solver.iterations()),
-            }
-        }
+        let settings = EstimatorSettings { noise, ..EstimatorSettings::for_rig(rig) };
+        let machine = Machine::with_offset_prior(rig, T::of(zero_prior_mm));
+        let estimation = estimate(&machine, rig, settings, poses);
+        (estimation.outcome, estimation.estimator.iterations())
     }
 }
 

@@ -10,7 +10,7 @@ pub enum RefusalDetail {
     /// See [`Refusal::TooFewPoses`].
     TooFewPoses {
         /// Poses given.
-        poses: u16,
+        poses: u32,
     },
     /// See [`Refusal::BadLength`].
     BadLength {
@@ -61,23 +61,23 @@ pub enum RefusalDetail {
     /// See [`Refusal::TooManyOutliers`].
     TooManyOutliers {
         /// Poses that would have to be left out.
-        rejected: u16,
+        rejected: u32,
         /// Poses given.
-        poses: u16,
+        poses: u32,
     },
-    /// See [`Refusal::NotABall`].
-    NotABall {
+    /// See [`Refusal::CentreNotFixed`].
+    CentreNotFixed {
         /// Root-mean-square wander of the centre along one axis, mm.
-        wander_mm: f64,
+        migration_mm: f64,
     },
-    /// See [`Refusal::ZeroNotDetermined`].
+    /// See [`Refusal::OffsetNotDetermined`].
     ZeroNotDetermined {
         /// Cable whose zero is known worst, 1 to 6.
         cable: u8,
         /// 1σ of its zero, mm.
         sigma_mm: f64,
     },
-    /// See [`Refusal::HangsOnOnePose`].
+    /// See [`Refusal::NotRedundant`].
     HangsOnOnePose {
         /// Row of the log.
         pose: usize,
@@ -86,7 +86,7 @@ pub enum RefusalDetail {
 
 impl RefusalDetail {
     /// The figures of a refusal; `row` turns a pose into its row of the log.
-    pub fn of(refusal: &Refusal, row: impl Fn(u16) -> usize) -> Self {
+    pub fn of(refusal: &Refusal, row: impl Fn(u32) -> usize) -> Self {
         let degrees = |angle_rad: f32| f64::from(angle_rad).to_degrees();
         match *refusal {
             Refusal::TooFewPoses { poses } => Self::TooFewPoses { poses },
@@ -99,19 +99,19 @@ impl RefusalDetail {
             Refusal::Singular => Self::Singular,
             Refusal::IterationCap => Self::IterationCap,
             Refusal::PlatformDoesNotClose { pose } => Self::PlatformDoesNotClose { pose: row(pose) },
-            Refusal::OneAxis { axis, sway_rad } => {
-                Self::OneAxis { axis: axis.map(f64::from), sway_deg: degrees(sway_rad) }
+            Refusal::OneAxis { axis, excitation_rad } => {
+                Self::OneAxis { axis: axis.map(f64::from), sway_deg: degrees(excitation_rad) }
             }
             Refusal::TooAlike { spread_rad } => Self::TooAlike { spread_deg: degrees(spread_rad) },
             Refusal::Weak { direction, sigma_mm } => {
                 Self::Weak { direction: direction.map(f64::from), sigma_mm: sigma_mm.into() }
             }
             Refusal::TooManyOutliers { rejected, poses } => Self::TooManyOutliers { rejected, poses },
-            Refusal::ZeroNotDetermined { cable, sigma_mm } => {
+            Refusal::OffsetNotDetermined { cable, sigma_mm } => {
                 Self::ZeroNotDetermined { cable, sigma_mm: sigma_mm.into() }
             }
-            Refusal::HangsOnOnePose { pose } => Self::HangsOnOnePose { pose: row(pose) },
-            Refusal::NotABall { wander_mm } => Self::NotABall { wander_mm: wander_mm.into() },
+            Refusal::NotRedundant { pose } => Self::HangsOnOnePose { pose: row(pose) },
+            Refusal::CentreNotFixed { migration_mm } => Self::CentreNotFixed { migration_mm: migration_mm.into() },
         }
     }
 }

@@ -9,7 +9,7 @@ use super::summary::{counted, direction};
 pub fn seen(refusal: &RefusalDetail, log: &LengthsFile) -> String {
     let pose = |pose: usize| super::summary::pose(pose, log);
     match *refusal {
-        RefusalDetail::TooFewPoses { poses } => format!("{} in {}", counted(poses.into(), "pose"), log.file()),
+        RefusalDetail::TooFewPoses { poses } => format!("{} in {}", counted(poses as usize, "pose"), log.file()),
         RefusalDetail::BadLength { pose: at, cable, problem } => format!("{}, cable {cable}: {problem}", pose(at)),
         RefusalDetail::NotClosing { pose: at, end_point, iteration } => {
             let steps = counted(iteration.into(), "iteration");
@@ -25,7 +25,7 @@ pub fn seen(refusal: &RefusalDetail, log: &LengthsFile) -> String {
             format!("1 sigma of {sigma_mm:.2} mm along {}; at most 1 mm is accepted", direction(&along))
         }
         RefusalDetail::TooManyOutliers { rejected, poses } => format!("{rejected} of {poses}"),
-        RefusalDetail::NotABall { wander_mm } => format!("by {wander_mm:.1} mm along each axis, root mean square"),
+        RefusalDetail::CentreNotFixed { migration_mm } => format!("by {migration_mm:.1} mm along each axis, root mean square"),
         RefusalDetail::HangsOnOnePose { pose: at } => pose(at),
         RefusalDetail::ZeroNotDetermined { cable, sigma_mm } => {
             format!("the zero of cable {cable} is known to {sigma_mm:.1} mm (1 sigma)")
@@ -91,7 +91,7 @@ pub fn remedy(report: &Report, refusal: &RefusalDetail) -> String {
                      again. {noise}"
             )
         }
-        RefusalDetail::NotABall { .. } => {
+        RefusalDetail::CentreNotFixed { .. } => {
             format!(
                 "Tighten the straps, and keep the elevation where the shoulder blade stays still (below about 60 \
                      degrees), then record again. {noise}"

@@ -139,24 +139,24 @@ impl Report {
         let of_pose: Vec<usize> = setting.rows_used.iter().collect();
         let mut rejected = Vec::new();
         for entry in &found.rejected {
-            let pose = of_pose[usize::from(entry.pose)];
+            let pose = of_pose[entry.pose as usize];
             rejected.extend(entry.cable_numbers().map(|cable| RejectedCable { pose, cable: Some(cable) }));
             if entry.cables == 0 {
                 rejected.push(RejectedCable { pose, cable: None });
             }
         }
         let (sigma, direction) = found.worst_centre_sigma_mm();
-        let sway_deg = found.sway_rad.to_f64().to_degrees();
+        let sway_deg = found.excitation_rad.to_f64().to_degrees();
         Self {
             status: Status::Accepted,
             centre_mm: Some(found.parameters.centre_mm.map(T::to_f64).into()),
             radii_mm: Some(found.parameters.radii_mm.map(T::to_f64)),
             sigma_mm: Some(found.sigma_mm().map(T::to_f64)),
-            deviation_mm: Some(found.deviation_mm.to_f64()),
-            deviations_mm: found.deviations_mm.iter().map(|deviation| deviation.to_f64()).collect(),
+            deviation_mm: Some(found.rms_residual_mm.to_f64()),
+            deviations_mm: found.rms_residuals_mm.iter().map(|deviation| deviation.to_f64()).collect(),
             rejected,
-            zeros_mm: setting.zeros.then(|| found.zeros_mm.map(T::to_f64)),
-            zero_sigmas_mm: setting.zeros.then(|| found.zero_sigmas_mm.map(T::to_f64)),
+            zeros_mm: setting.zeros.then(|| found.offsets_mm.map(T::to_f64)),
+            zero_sigmas_mm: setting.zeros.then(|| found.offset_sigmas_mm.map(T::to_f64)),
             weak_direction: Some(found.weak_direction().0.map(T::to_f64)),
             worst_centre: Some(WorstCentre { sigma_mm: sigma.to_f64(), direction: direction.map(T::to_f64) }),
             noise_mm: Some(found.noise_mm.to_f64()),
@@ -169,7 +169,7 @@ impl Report {
 
     /// A refusal after so many iterations.
     pub fn refused(refusal: &Refusal, iterations: u8, setting: Setting) -> Self {
-        let row = |pose: u16| setting.rows_used.iter().nth(usize::from(pose)).unwrap_or_default();
+        let row = |pose: u32| setting.rows_used.iter().nth(pose as usize).unwrap_or_default();
         Self {
             reason: Some(refusal.text()),
             refusal: Some(RefusalDetail::of(refusal, row)),

@@ -2,7 +2,8 @@
 
 use super::input_error::InputError;
 use super::lengths_file::LengthsFile;
-use glenoid::identification::{Identified, verify};
+use glenoid::identification::Identified;
+use glenoid::paper::verify;
 use glenoid::kinematics::CableLengths;
 use glenoid::rig::Rig;
 use glenoid::scalar::Real;
@@ -39,7 +40,7 @@ impl Verification {
         let (mut squares_mm2, mut checked) = (0.0, 0);
         for (pose, row) in log.rows().iter().enumerate() {
             let measured = log.cables::<T>(row)?;
-            let lengths_mm = std::array::from_fn(|cable| measured.as_mm()[cable] - identified.zeros_mm[cable]);
+            let lengths_mm = std::array::from_fn(|cable| measured.as_mm()[cable] - identified.offsets_mm[cable]);
             // Pose by pose: one bad reading must not hide what the others say.
             let deviation_mm = CableLengths::new(lengths_mm)
                 .ok()
