@@ -3,7 +3,7 @@
 
 use super::measure::Number;
 
-/// `none`, `literal`, and for each precision `paper-f32`, `free-f32`, `zeros-f32`, `full-f32`; not set: everything.
+/// `none`, `literal`, and for each precision `paper-f32`, `free-f32`, `machine-f32`, `full-f32`; not set: everything.
 const ONLY: Option<&str> = option_env!("GLENOID_SPEED_ONLY");
 
 /// A group of paths that is held together.
@@ -13,10 +13,10 @@ pub enum Part {
     Literal,
     /// The paper's iteration.
     Paper,
-    /// Identification without a start, the zeros known.
+    /// Identification without a start, the machine exactly known.
     Free,
-    /// Identification without a start, with the zeros.
-    Zeros,
+    /// Identification without a start, with what is unknown of the machine.
+    Machine,
     /// What is done with one sample, before an identification or after it.
     Samples,
     /// What looks at a centre in use.
@@ -38,8 +38,8 @@ pub const fn holds<T: Number>(part: Part) -> bool {
         Part::Literal => same(only, "literal"),
         Part::Paper => same(only, T::PAPER) || same(only, T::FULL),
         Part::Free => same(only, T::FREE) || same(only, T::FULL),
-        Part::Zeros => same(only, T::ZEROS) || same(only, T::FULL),
-        Part::Samples => same(only, T::FREE) || same(only, T::ZEROS) || same(only, T::FULL),
+        Part::Machine => same(only, T::MACHINE) || same(only, T::FULL),
+        Part::Samples => same(only, T::FREE) || same(only, T::MACHINE) || same(only, T::FULL),
         Part::InUse => same(only, T::FULL),
         Part::Device => false,
     }
