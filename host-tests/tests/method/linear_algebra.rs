@@ -189,8 +189,9 @@ fn the_pivot_ratio_tells_how_much_worse_the_weakest_combination_is_seen() {
         equations.add_row(&[1.0, 1.0], 0.0);
         equations.add_row(&[small, -small], 0.0);
         equations.factor().expect("above the smallest pivot");
-        let ratio = equations.pivot_ratio() * 4.0 * small * small;
-        assert!((ratio - 1.0).abs() < 0.02, "{} for {small}", equations.pivot_ratio());
+        // The diagonal 1 + ε² against the pivot 1 + ε² - (1 - ε²)² / (1 + ε²) = 4 ε² / (1 + ε²).
+        let expected: f64 = (1.0 + small * small) * (1.0 + small * small) / (4.0 * small * small);
+        assert!((equations.pivot_ratio() / expected - 1.0).abs() < 1e-9, "{} for {small}", equations.pivot_ratio());
     }
     let mut alone = Nine::new(1);
     alone.add_row(&[7.0], 0.0);
