@@ -1,10 +1,12 @@
-//! Whatever finite lengths come in: the solver ends, in a bounded number of slices, without a panic, and accepts nothing
+//! Whatever finite lengths come in: the estimator ends, in a bounded number of slices, without a panic, and accepts nothing
 //! that the lengths do not support.
 
-use crate::common::library::{as_parameters, rig};
+use crate::common::library::{self, as_parameters, rig};
 use crate::common::sets::{machines, noisy};
-use glenoid::identification::outcome::{MOST_ITERATIONS, MOST_REJECTED};
-use glenoid::identification::{Identified, Noise, Progress, Refusal, Solver, SolverSettings, Survey};
+use glenoid::identification::outcome::{MAX_ITERATIONS, MAX_REJECTED};
+use glenoid::identification::{
+    Estimator, EstimatorSettings, Identified, JointChoice, Machine, Noise, Pose, PredictedAccuracy, Progress, Refusal,
+};
 use glenoid::kinematics::CableLengths;
 use glenoid::rig::Rig;
 use glenoid::scalar::Real;
@@ -13,21 +15,25 @@ use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
 /// Runs in slices; panics when they do not end.
-fn run<T: Real, const N: usize>(
+fn run<T: Real>(
     rig: &Rig<T>,
-    settings: SolverSettings<T>,
+    machine: &Machine<T>,
+    settings: EstimatorSettings<T>,
     poses: &[Lengths<f64>],
 ) -> Result<Identified<T>, Refusal> {
     // What a length cannot be is stopped at the door: in single precision 1e-46 is zero, 1e39 infinite.
-    let poses: Vec<_> = poses.iter().filter_map(|lengths| CableLengths::new(lengths.map(T::of)).ok()).collect();
-    let mut survey = Survey::new(rig);
-    for pose in &poses {
-        let _ = survey.add(pose);
-        let _ = survey.foretold();
+    let lengths = poses.iter().filter_map(|lengths| CableLengths::new(lengths.map(T::of)).ok());
+    let mut poses: Vec<_> = lengths.map(Pose::new).collect();
+    let mut accuracy = PredictedAccuracy::new(machine, rig.nominal());
+    for lengths in poses.iter().map(Pose::lengths) {
+        if let Ok(pose) = Pose::placed(machine.platform(), *lengths) {
+            accuracy.add(machine, &pose);
+        }
+        let _ = accuracy.predicted(machine);
     }
-    let mut solver = Solver::<T, N>::new(rig, settings);
-    for _ in 0..(MOST_ITERATIONS + 4) * (N + 1) + 22 * MOST_REJECTED {
-        match solver.advance(&poses) {
+    let mut estimator = Estimator::new(machine, rig.nominal(), settings);
+    for _ in 0..(MAX_ITERATIONS + 20) * (poses.len() + 48) + 105 * MAX_REJECTED {
+        match estimator.advance(machine, &mut poses) {
             Progress::Working => {}
             Progress::Identified(identified) => return Ok(identified.clone()),
             Progress::Refused(refusal) => return Err(refusal),
@@ -36,16 +42,16 @@ fn run<T: Real, const N: usize>(
     panic!("no end with {poses:?}");
 }
 
-fn settings<T: Real>(rig: &Rig<T>, estimate: bool) -> SolverSettings<T> {
+fn settings<T: Real>(rig: &Rig<T>, estimate: bool) -> EstimatorSettings<T> {
     let noise = if estimate { Noise::EstimatedUpTo(T::of(0.5)) } else { Noise::Known(rig.length_noise_mm()) };
-    SolverSettings { noise, ..SolverSettings::for_rig(rig) }
+    EstimatorSettings { noise, ..library::settings(rig) }
 }
 
 /// Finite numbers of an accepted result.
 fn assert_whole<T: Real>(identified: &Identified<T>) {
     assert!(identified.parameters.to_array().iter().all(|x| x.is_a_number()), "{identified:?}");
     assert!(identified.sigma_mm().iter().all(|x| x.is_a_number() && *x >= T::zero()), "{identified:?}");
-    assert!(identified.rejected.len() * 5 <= usize::from(identified.poses), "{identified:?}");
+    assert!(identified.rejected.len() * 5 <= identified.poses as usize, "{identified:?}");
 }
 
 /// A length of any size from 1e-30 to 1e30 mm, mostly of a machine's size.
@@ -70,8 +76,8 @@ proptest! {
     ) {
         let (_, worn) = machines()[which];
         let (double, single) = (rig::<f64>(&worn), rig::<f32>(&worn));
-        prop_assert!(run::<f64, 16>(&double, settings(&double, estimate), &poses).is_err());
-        prop_assert!(run::<f32, 16>(&single, settings(&single, estimate), &poses).is_err());
+        prop_assert!(run(&double, &Machine::new(&double), settings(&double, estimate), &poses).is_err());
+        prop_assert!(run(&single, &Machine::new(&single), settings(&single, estimate), &poses).is_err());
     }
 
     #[test]
@@ -79,8 +85,8 @@ proptest! {
         let (_, worn) = machines()[which];
         let poses = vec![[length; 6]; count];
         let (double, single) = (rig::<f64>(&worn), rig::<f32>(&worn));
-        prop_assert!(run::<f64, 32>(&double, settings(&double, false), &poses).is_err());
-        prop_assert!(run::<f32, 32>(&single, settings(&single, false), &poses).is_err());
+        prop_assert!(run(&double, &Machine::new(&double), settings(&double, false), &poses).is_err());
+        prop_assert!(run(&single, &Machine::new(&single), settings(&single, false), &poses).is_err());
     }
 
     #[test]
@@ -96,14 +102,14 @@ proptest! {
         }
         let truth = as_parameters::<f64>(&worn.truth()).centre_mm;
         let (double, single) = (rig::<f64>(&worn), rig::<f32>(&worn));
-        let identified = run::<f64, 32>(&double, settings(&double, false), &poses);
+        let identified = run(&double, &Machine::new(&double), settings(&double, false), &poses);
         prop_assert!(identified.is_ok(), "{:?}", identified);
         let identified = identified.expect("just asserted");
         assert_whole(&identified);
         let (sigma, _) = identified.worst_centre_sigma_mm();
         prop_assert!((identified.parameters.centre_mm - truth).norm() < 6.0 * sigma);
         // A pose of 1e30 mm may be stopped at the door in single precision; the others remain.
-        let identified = run::<f32, 32>(&single, settings(&single, false), &poses);
+        let identified = run(&single, &Machine::new(&single), settings(&single, false), &poses);
         prop_assert!(identified.is_ok(), "{:?}", identified);
         let identified = identified.expect("just asserted");
         assert_whole(&identified);
@@ -122,18 +128,18 @@ proptest! {
         let (_, worn) = machines()[(seed % 2) as usize];
         let rig = rig::<f64>(&worn);
         let poses = noisy(&worn, seed, 12);
-        let [noise, zero_prior_mm, tolerance_mm, sigma_limit_mm, sway] = values;
+        let [noise, offset_prior_mm, tolerance_mm, sigma_limit_mm, excitation] = values;
         let noise = if estimate { Noise::EstimatedUpTo(noise) } else { Noise::Known(noise) };
-        let odd = SolverSettings {
+        let odd = EstimatorSettings {
             noise,
-            zero_prior_mm,
+            joint: JointChoice::Ball,
             tolerance_mm,
             sigma_limit_mm,
-            sway_limit_rad: sway,
-            spread_limit_rad: sway,
-            refuse_hanging: estimate,
+            excitation_limit_rad: excitation,
+            spread_limit_rad: excitation,
+            require_redundancy: estimate,
         };
-        if let Ok(identified) = run::<f64, 16>(&rig, odd, &poses) {
+        if let Ok(identified) = run(&rig, &Machine::with_offset_prior(&rig, offset_prior_mm), odd, &poses) {
             assert_whole(&identified);
             let truth = as_parameters::<f64>(&worn.truth()).centre_mm;
             let off = (identified.parameters.centre_mm - truth).norm();

@@ -1,12 +1,12 @@
 //! The arm's rotation from the lengths, the centre known: with all six cables, with any five, in either precision,
-//! beyond the octahedron's fold as well. Expected rotations are those that the lengths were made from.
+//! beyond the singularity of the forward kinematics as well. Expected rotations are those that the lengths were made from.
 
 use crate::common::dense::{derivative, lengths_mm};
 use crate::common::library::{as_cables, rig};
 use crate::common::sets::{NOISE_MM, machines, normal, sweep};
 use crate::common::{Worn, parameters, rng};
-use glenoid::kinematics::arm::{Arm, CableSet, Fit, nearest_attitude, turned};
-use glenoid::kinematics::{Octahedron, Pivot, RigPoints};
+use glenoid::kinematics::rotation::{nearest_attitude, turned};
+use glenoid::kinematics::{AttitudeFit, AttitudeSolver, CableSet, ForwardKinematics, Geometry, JointCentre};
 use glenoid::rig::Parameters;
 use glenoid::scalar::Real;
 use host_tests::literal::Lengths;
@@ -24,29 +24,29 @@ fn home_axes(worn: &Worn) -> Rotation3<f64> {
 
 /// A machine with its centre known, in one precision.
 struct Known<T: Real> {
-    points: RigPoints<T>,
-    pivot: Pivot<T>,
+    geometry: Geometry<T>,
+    centre: JointCentre<T>,
 }
 
 impl<T: Real> Known<T> {
     fn of(worn: &Worn) -> Self {
         let rig = rig::<T>(worn);
-        let points = RigPoints::new(&rig);
+        let geometry = Geometry::new(&rig);
         let truth = Parameters::from_array(parameters(&worn.truth()).map(T::of));
-        Self { pivot: Pivot::from_parameters(&truth, &points), points }
+        Self { centre: JointCentre::from_parameters(&truth, &geometry), geometry }
     }
 
-    fn arm(&self) -> Arm<'_, T> {
-        Arm { points: &self.points, pivot: &self.pivot }
+    fn solver(&self) -> AttitudeSolver<'_, T> {
+        AttitudeSolver { geometry: &self.geometry, centre: &self.centre }
     }
 
-    fn fit(&self, lengths: &Lengths<f64>, cables: CableSet) -> Option<Fit<T>> {
-        self.arm().fit(&as_cables(lengths), cables)
+    fn fit(&self, lengths: &Lengths<f64>, cables: CableSet) -> Option<AttitudeFit<T>> {
+        self.solver().solve(&as_cables(lengths), cables)
     }
 }
 
 /// Angle between the fitted and the true rotation from home, rad.
-fn off<T: Real>(worn: &Worn, fit: &Fit<T>, turn: &Rotation3<f64>) -> f64 {
+fn off<T: Real>(worn: &Worn, fit: &AttitudeFit<T>, turn: &Rotation3<f64>) -> f64 {
     let rotation = fit.attitude.to_rotation_matrix().matrix().map(|entry| entry.to_f64());
     let difference = rotation * (turn * home_axes(worn)).matrix().transpose();
     // Of a small rotation the skew part is the rotation vector, to the last digit.
@@ -71,7 +71,7 @@ fn any_rotation_is_found_without_a_start() {
 }
 
 #[test]
-fn random_machines_and_poses_beyond_the_fold() {
+fn random_machines_and_poses_beyond_the_singularity() {
     let mut rng = rng(2302);
     let (mut lost, mut beyond) = (0, 0);
     for _ in 0..4000 {
@@ -82,12 +82,12 @@ fn random_machines_and_poses_beyond_the_fold() {
         let fit = found.expect("a pose of this machine");
         assert!(fit.squares_mm2 < 1e-16, "{} mm²", fit.squares_mm2);
         lost += usize::from(off(&worn, &fit, &turn) > 1e-7);
-        let octahedron = Octahedron::new(&rig::<f64>(&worn)).solve(&as_cables(&lengths));
+        let placed = ForwardKinematics::new(&rig::<f64>(&worn)).solve(&as_cables(&lengths));
         let misplaced = |origin: Vector3<f64>| (origin - worn.centre_mm - turn * worn.home_mm[0]).norm() > 0.1;
-        beyond += usize::from(octahedron.map_or(true, |pose| misplaced(pose.origin_mm)));
+        beyond += usize::from(placed.map_or(true, |pose| misplaced(pose.origin_mm)));
     }
     assert_eq!(lost, 0, "six lengths and the centre leave one rotation");
-    assert!(beyond > 10, "only {beyond} poses that the octahedron cannot place");
+    assert!(beyond > 10, "only {beyond} poses that the forward kinematics cannot place");
 }
 
 #[test]
@@ -180,12 +180,12 @@ fn single_precision_finds_sound_and_spoilt_poses_as_double_does() {
 fn tracking_follows_from_sample_to_sample() {
     let (name, worn) = machines()[0];
     let known = Known::<f32>::of(&worn);
-    // 90 degrees a second at 100 Hz, through the fold and back.
+    // 90 degrees a second at 100 Hz, through the singularity and back.
     let at = |sample: usize| Rotation3::from_euler_angles(0.3, (sample as f64 * 0.9).to_radians() - 0.9, 0.2);
     let mut attitude = known.fit(&worn.lengths_mm(&at(0)), CableSet::ALL).expect(name).attitude;
     for sample in 1..120 {
         let lengths = as_cables(&worn.lengths_mm(&at(sample)));
-        let fit = known.arm().fit_from(attitude, &lengths, CableSet::ALL).expect(name);
+        let fit = known.solver().track(attitude, &lengths, CableSet::ALL).expect(name);
         let error = off(&worn, &fit, &at(sample));
         assert!(error < 1e-4, "sample {sample}: off by {error} rad");
         attitude = fit.attitude;

@@ -1,20 +1,15 @@
 //! Bad readings: found, left out and named, pose and cable; too many of them: refused.
 
-use crate::common::library::{as_poses, rig};
+use crate::common::library::{as_poses, estimate, identify, rig, settings};
 use crate::common::sets::{NOISE_MM, machines, noisy, sign, sound};
 use crate::common::{Worn, parameters, rng};
-use glenoid::identification::{Identified, Noise, Refusal, Solver, SolverSettings};
+use glenoid::identification::{EstimatorSettings, Identified, Machine, Noise, Refusal};
 use glenoid::rig::Parameters;
 use glenoid::scalar::Real;
 use host_tests::literal::Lengths;
 use rand::Rng;
 use rand::seq::index::sample;
 use rand_chacha::ChaCha8Rng;
-
-fn identify<T: Real>(worn: &Worn, poses: &[Lengths<f64>]) -> Result<Identified<T>, Refusal> {
-    let rig = rig::<T>(worn);
-    Solver::<T, 128>::new(&rig, SolverSettings::for_rig(&rig)).run(&as_poses(poses))
-}
 
 /// Distance of the centre from the truth, mm.
 fn error<T: Real>(worn: &Worn, identified: &Identified<T>) -> f64 {
@@ -24,7 +19,7 @@ fn error<T: Real>(worn: &Worn, identified: &Identified<T>) -> f64 {
 
 /// Poses left out, each with the bits of its cables.
 fn left_out<T: Real>(identified: &Identified<T>) -> Vec<(usize, u8)> {
-    identified.rejected.iter().map(|rejected| (usize::from(rejected.pose), rejected.cables)).collect()
+    identified.rejected.iter().map(|rejected| (rejected.pose as usize, rejected.cables)).collect()
 }
 
 /// How often one bad pose in thirty was named, with which cables.
@@ -213,11 +208,11 @@ fn more_than_a_fifth_is_refused() {
             match refusal {
                 Refusal::TooManyOutliers { rejected, poses } => {
                     named += 1;
-                    assert_eq!(usize::from(poses), count);
-                    let about = bad.abs_diff(usize::from(rejected)) <= bad / 3 + 1;
+                    assert_eq!(poses as usize, count);
+                    let about = bad.abs_diff(rejected as usize) <= bad / 3 + 1;
                     assert!(about, "{name}: {rejected} of {poses}, in truth {bad}");
                 }
-                Refusal::NotABall { .. } => {}
+                Refusal::CentreNotFixed { .. } => {}
                 other => panic!("{name}: {bad} of {count}: {other:?}"),
             }
         }
@@ -242,7 +237,7 @@ fn few_poses_are_left_out_only_while_enough_remain() {
         poses[1][3] += 15.0;
         poses[6][0] -= 15.0;
         let refusal = identify::<f64>(&worn, &poses).expect_err("two of nine are more than a fifth");
-        assert!(matches!(refusal, Refusal::TooManyOutliers { .. } | Refusal::NotABall { .. }), "{name}: {refusal:?}");
+        assert!(matches!(refusal, Refusal::TooManyOutliers { .. } | Refusal::CentreNotFixed { .. }), "{name}: {refusal:?}");
     }
 }
 
@@ -251,12 +246,12 @@ fn outliers_stand_out_of_a_noise_that_is_only_estimated() {
     let mut rng = rng(2616);
     for (name, worn) in machines() {
         let rig = rig::<f64>(&worn);
-        let settings = SolverSettings { noise: Noise::EstimatedUpTo(0.5), ..SolverSettings::for_rig(&rig) };
+        let settings = EstimatorSettings { noise: Noise::EstimatedUpTo(0.5), ..settings(&rig) };
         let (mut named, mut good) = (0, 0);
         for set in 0..100 {
             let mut poses = noisy(&worn, 2617 + set, 30);
             let spoilt = spoil_a_fifth(&mut rng, &mut poses);
-            let identified = Solver::<f64, 128>::new(&rig, settings).run(&as_poses(&poses)).expect(name);
+            let identified = estimate(&rig, &Machine::new(&rig), settings, &as_poses(&poses)).expect(name);
             let out = left_out(&identified);
             assert!((0.5..1.5).contains(&(identified.noise_mm / NOISE_MM)), "{name}: {} mm", identified.noise_mm);
             named += spoilt.iter().filter(|(pose, _)| out.iter().any(|(left_out, _)| left_out == pose)).count();

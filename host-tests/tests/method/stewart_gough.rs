@@ -1,13 +1,13 @@
 //! Forward kinematics without the centre: six lengths and three edges give the platform's pose, or a refusal.
 //!
 //! The expected end-points come from the inverse direction, rotations and subtractions alone. What happens beyond the
-//! fold is written down here as well: the lengths have other, equally exact assemblies on the home side, and one of those
-//! is returned, or none.
+//! singularity is written down here as well: the lengths have other, equally exact assembly modes on the home side, and
+//! one of those is returned, or none.
 
 use crate::common::library::{as_cables, rig};
 use crate::common::sets::{machines, sweep};
 use crate::common::{Worn, arm, rng, tilted};
-use glenoid::kinematics::{CableLengths, LengthError, LengthFault, Octahedron, OctahedronError, PlatformPose};
+use glenoid::kinematics::{CableLengths, LengthError, LengthFault, ForwardKinematics, PlatformError, PlatformPose};
 use glenoid::rig::Rig;
 use glenoid::scalar::Real;
 use host_tests::literal::Lengths;
@@ -30,8 +30,8 @@ fn axes(worn: &Worn, end_points: &[Vector3<f64>; 3]) -> Matrix3<f64> {
     Matrix3::from_columns(&[x, z.cross(&x), z])
 }
 
-fn solve<T: Real>(worn: &Worn, lengths: &Lengths<f64>) -> Result<PlatformPose<T>, OctahedronError> {
-    Octahedron::new(&rig::<T>(worn)).solve(&as_cables(lengths))
+fn solve<T: Real>(worn: &Worn, lengths: &Lengths<f64>) -> Result<PlatformPose<T>, PlatformError> {
+    ForwardKinematics::new(&rig::<T>(worn)).solve(&as_cables(lengths))
 }
 
 /// Largest error of an end-point, mm, and of an entry of the rotation.
@@ -53,7 +53,7 @@ fn crooked(rng: &mut ChaCha8Rng) -> Worn {
     worn
 }
 
-/// The sign of the determinant of the six cables' lines about P1: it changes where the assembly can fold over.
+/// The sign of the determinant of the six cables' lines about P1: it changes at a singularity, where two assembly modes meet.
 fn side(worn: &Worn, end_points: &[Vector3<f64>; 3]) -> f64 {
     let [b1, b2, b3] = worn.base_mm;
     let [p1, p2, p3] = *end_points;
@@ -74,7 +74,7 @@ fn poses_of_random_machines_are_recovered() {
         let worn = crooked(&mut rng);
         let tilt = rng.random_range(0.0..30.0);
         let turn = tilted(&mut rng, tilt, 30.0);
-        let pose = solve::<f64>(&worn, &worn.lengths_mm(&turn)).expect("a pose short of the fold");
+        let pose = solve::<f64>(&worn, &worn.lengths_mm(&turn)).expect("a pose short of the singularity");
         let (off, turned) = errors(&worn, &turn, &pose);
         assert!(off < 1e-6, "end-points off by {off} mm: {worn:?} {turn}");
         assert!(turned < 1e-8, "rotation off by {turned}: {worn:?} {turn}");
@@ -98,14 +98,14 @@ fn both_machines_and_their_mirror_images_are_recovered() {
 
 #[test]
 fn single_precision_recovers_to_a_few_roundings() {
-    // A length of 300 mm is rounded to 1.5e-5 mm. The nearer to the fold, the more of it is seen.
+    // A length of 300 mm is rounded to 1.5e-5 mm. The nearer to the singularity, the more of it is seen.
     let mut rng = rng(2003);
     let mut largest: f64 = 0.0;
     let mut squares = 0.0;
     for _ in 0..4000 {
         let worn = Worn::random(&mut rng, 20.0);
         let turn = arm(&mut rng, 30.0);
-        let pose = solve::<f32>(&worn, &worn.lengths_mm(&turn)).expect("a pose short of the fold");
+        let pose = solve::<f32>(&worn, &worn.lengths_mm(&turn)).expect("a pose short of the singularity");
         let (off, _) = errors(&worn, &turn, &pose);
         largest = largest.max(off);
         squares += off * off;
@@ -136,11 +136,11 @@ fn lengths_between_which_the_platform_does_not_fit_are_refused() {
         for scale in [0.5, 2.0] {
             let edges = shoulder.edges_mm().map(|edge| edge * scale);
             let other = Rig::new(*shoulder.base_mm(), edges, *shoulder.drum(), 0.06, *shoulder.nominal());
-            let octahedron = Octahedron::new(&other.expect("a rig"));
+            let kinematics = ForwardKinematics::new(&other.expect("a rig"));
             for turn in sweep(&mut rng, 100, 20.0, 20.0) {
                 let lengths = worn.lengths_mm(&turn);
-                match octahedron.solve(&as_cables(&lengths)) {
-                    Err(OctahedronError::DoesNotClose) => {}
+                match kinematics.solve(&as_cables(&lengths)) {
+                    Err(PlatformError::DoesNotClose) => {}
                     // A platform of half the size may fit in elsewhere. Then it must fit exactly.
                     Ok(pose) => {
                         let points =
@@ -178,14 +178,14 @@ fn a_broken_triangle_is_named_by_its_first_cable() {
                     continue;
                 }
                 let expected = LengthError { cable: (cable & !1) as u8 + 1, fault: LengthFault::BreaksTriangle };
-                assert_eq!(solve::<f64>(&worn, &lengths), Err(OctahedronError::Length(expected)), "{name} {lengths:?}");
+                assert_eq!(solve::<f64>(&worn, &lengths), Err(PlatformError::Length(expected)), "{name} {lengths:?}");
             }
         }
     }
 }
 
 #[test]
-fn beyond_the_fold_an_exact_twin_or_nothing_is_returned() {
+fn beyond_the_singularity_another_exact_assembly_mode_or_nothing_is_returned() {
     let mut rng = rng(2006);
     let (mut beyond, mut twins, mut short, mut nearest_mm) = (0, 0, 0, f64::INFINITY);
     for _ in 0..40_000 {
@@ -199,22 +199,22 @@ fn beyond_the_fold_an_exact_twin_or_nothing_is_returned() {
         beyond += usize::from(is_beyond);
         let Ok(pose) = solve::<f64>(&worn, &lengths) else { continue };
         let points = rig::<f64>(&worn).platform_mm().map(|s| pose.origin_mm + pose.rotation * s);
-        // Whatever is returned fits the lengths, on the home side of the fold.
+        // Whatever is returned fits the lengths, on the home side of the singularity.
         assert_fits(&worn, &points, &lengths, 1e-4);
-        assert_eq!(side(&worn, &points), home, "not the home-side assembly: {worn:?} {turn}");
+        assert_eq!(side(&worn, &points), home, "not the home-side assembly mode: {worn:?} {turn}");
         let off = (0..3).map(|i| (points[i] - truth[i]).norm()).fold(0.0, f64::max);
         if off > 0.1 {
             twins += 1;
-            // The home side has more than one assembly: the way from home may cross the fold twice.
+            // The home side has more than one assembly mode: the way from home may cross the singularity twice.
             short += usize::from(!is_beyond);
-            // The signature: with the pivot of the other poses the twin misses the centre.
+            // The signature: with the centre of the other poses the other mode misses it.
             let in_platform = axes(&worn, &worn.home_mm).transpose() * -worn.home_mm[0];
             nearest_mm = nearest_mm.min((pose.origin_mm + pose.rotation * in_platform - worn.centre_mm).norm());
         }
     }
-    assert!(beyond > 1500 && twins > 1000, "only {beyond} beyond the fold, {twins} twins");
-    assert!(short < 30, "{short} poses short of the fold got another assembly");
-    assert!(nearest_mm > 0.1, "a twin only {nearest_mm} mm from the common centre");
+    assert!(beyond > 1500 && twins > 1000, "only {beyond} beyond the singularity, {twins} in another mode");
+    assert!(short < 30, "{short} poses short of the singularity got another assembly mode");
+    assert!(nearest_mm > 0.1, "another mode only {nearest_mm} mm from the common centre");
 }
 
 #[test]

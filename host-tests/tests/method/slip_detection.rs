@@ -1,18 +1,18 @@
-//! The watch over a centre in use. Lengths come from the tests' own machine; the watch is given the true centre, so
-//! that every warning is of the slip alone.
+//! Slip detection about a centre in use. Lengths come from the tests' own machine; the detector is given the true centre,
+//! so that every warning is of the slip alone.
 
 use crate::common::library::{as_cables, as_parameters, rig};
 use crate::common::sets::{add_noise, normal, shoulder};
 use crate::common::{Worn, rng};
+use glenoid::monitor::{Cause, DetectorState, SlipDetector, Warning};
 use glenoid::rig::CABLES;
-use glenoid::watch::{Cause, Warning, Watch, Watching};
 use nalgebra::{Rotation3, Vector3};
 use rand_chacha::ChaCha8Rng;
 
 const NOISE_MM: f64 = 0.06;
 
-fn watch(worn: &Worn) -> Watch<f32> {
-    Watch::new(&rig::<f32>(worn), &as_parameters(&worn.truth()), &[0.0; CABLES], NOISE_MM as f32)
+fn detector(worn: &Worn) -> SlipDetector<f32> {
+    SlipDetector::new(&rig::<f32>(worn), &as_parameters(&worn.truth()), &[0.0; CABLES], NOISE_MM as f32)
 }
 
 /// An arm that swings about two axes: 15 degrees a second, sampled a hundred times a second.
@@ -24,7 +24,7 @@ fn swing(sample: u32) -> Rotation3<f64> {
 
 /// Samples of a machine and of what became of it; the first warning, and at which sample.
 fn play(
-    watch: &mut Watch<f32>,
+    detector: &mut SlipDetector<f32>,
     random: &mut ChaCha8Rng,
     samples: core::ops::Range<u32>,
     measured: impl Fn(&Rotation3<f64>) -> [f64; CABLES],
@@ -32,7 +32,7 @@ fn play(
     for sample in samples {
         let mut poses = [measured(&swing(sample))];
         add_noise(&mut poses, random, NOISE_MM);
-        if let Some(warning) = watch.sample(&as_cables(&poses[0])) {
+        if let Some(warning) = detector.sample(&as_cables(&poses[0])) {
             return Some((sample, warning));
         }
     }
@@ -42,13 +42,13 @@ fn play(
 /// Sound until sample 200, then `slipped`; the warning must come within two seconds.
 fn after_slip(random: &mut ChaCha8Rng, slipped: impl Fn(&Rotation3<f64>) -> [f64; CABLES]) -> Warning<f32> {
     let worn = shoulder();
-    let mut watch = watch(&worn);
-    assert_eq!(play(&mut watch, random, 0..200, |arm| worn.lengths_mm(arm)), None);
-    assert_eq!(watch.state(), Watching::Quiet);
-    let (sample, warning) = play(&mut watch, random, 200..400, slipped).expect("a warning within two seconds");
+    let mut detector = detector(&worn);
+    assert_eq!(play(&mut detector, random, 0..200, |arm| worn.lengths_mm(arm)), None);
+    assert_eq!(detector.state(), DetectorState::Quiet);
+    let (sample, warning) = play(&mut detector, random, 200..400, slipped).expect("a warning within two seconds");
     assert!(sample > 200);
-    assert_eq!(watch.state(), Watching::Warned);
-    assert!(warning.misfit[0] > 10.0 && warning.misfit[1] < warning.misfit[0]);
+    assert_eq!(detector.state(), DetectorState::Warned);
+    assert!(warning.chi_square[0] > 10.0 && warning.chi_square[1] < warning.chi_square[0]);
     warning
 }
 
@@ -124,41 +124,41 @@ fn a_centre_that_moves_with_elevation_is_no_ball() {
 #[test]
 fn an_hour_of_sound_motion_raises_no_alarm() {
     let worn = shoulder();
-    assert_eq!(play(&mut watch(&worn), &mut rng(1), 0..360_000, |arm| worn.lengths_mm(arm)), None);
+    assert_eq!(play(&mut detector(&worn), &mut rng(1), 0..360_000, |arm| worn.lengths_mm(arm)), None);
 }
 
 /// A slip while the arm rests is told when it moves, not from the noise of one pose.
 #[test]
 fn a_still_arm_raises_no_alarm() {
     let slipped = Worn { centre_mm: shoulder().centre_mm + Vector3::new(0.0, 3.0, 0.0), ..shoulder() };
-    let (mut watch, mut random) = (watch(&shoulder()), rng(2));
+    let (mut detector, mut random) = (detector(&shoulder()), rng(2));
     for _ in 0..3_000 {
         let mut poses = [slipped.lengths_mm(&swing(0))];
         add_noise(&mut poses, &mut random, 0.03);
-        assert_eq!(watch.sample(&as_cables(&poses[0])), None);
+        assert_eq!(detector.sample(&as_cables(&poses[0])), None);
     }
-    assert!(play(&mut watch, &mut random, 0..200, |arm| slipped.lengths_mm(arm)).is_some());
+    assert!(play(&mut detector, &mut random, 0..200, |arm| slipped.lengths_mm(arm)).is_some());
 }
 
 #[test]
-fn a_warning_is_given_once_until_the_watch_is_rearmed() {
+fn a_warning_is_given_once_until_the_detector_is_rearmed() {
     let slipped = Worn { centre_mm: shoulder().centre_mm + Vector3::new(2.0, 0.0, 0.0), ..shoulder() };
-    let (mut watch, mut random) = (watch(&shoulder()), rng(3));
-    assert!(play(&mut watch, &mut random, 0..300, |arm| slipped.lengths_mm(arm)).is_some());
-    assert_eq!(play(&mut watch, &mut random, 300..1_000, |arm| slipped.lengths_mm(arm)), None);
-    watch.rearm();
-    assert!(play(&mut watch, &mut random, 1_000..1_300, |arm| slipped.lengths_mm(arm)).is_some());
+    let (mut detector, mut random) = (detector(&shoulder()), rng(3));
+    assert!(play(&mut detector, &mut random, 0..300, |arm| slipped.lengths_mm(arm)).is_some());
+    assert_eq!(play(&mut detector, &mut random, 300..1_000, |arm| slipped.lengths_mm(arm)), None);
+    detector.rearm();
+    assert!(play(&mut detector, &mut random, 1_000..1_300, |arm| slipped.lengths_mm(arm)).is_some());
 }
 
-/// Zeros that were found with the centre are taken off before anything is judged.
+/// Offsets that were found with the centre are taken off before anything is judged.
 #[test]
-fn known_zeros_are_no_slip() {
+fn known_offsets_are_no_slip() {
     let worn = shoulder();
-    let zeros = [4.0, -7.0, 2.0, 9.0, -1.0, -5.0f32];
-    let mut watch = Watch::new(&rig::<f32>(&worn), &as_parameters(&worn.truth()), &zeros, NOISE_MM as f32);
+    let offsets = [4.0, -7.0, 2.0, 9.0, -1.0, -5.0f32];
+    let mut detector = SlipDetector::new(&rig::<f32>(&worn), &as_parameters(&worn.truth()), &offsets, NOISE_MM as f32);
     let shifted = |arm: &Rotation3<f64>| {
         let lengths = worn.lengths_mm(arm);
-        std::array::from_fn(|k| lengths[k] + f64::from(zeros[k]))
+        std::array::from_fn(|k| lengths[k] + f64::from(offsets[k]))
     };
-    assert_eq!(play(&mut watch, &mut rng(6), 0..3_000, shifted), None);
+    assert_eq!(play(&mut detector, &mut rng(6), 0..3_000, shifted), None);
 }

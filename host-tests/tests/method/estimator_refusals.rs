@@ -1,21 +1,16 @@
-//! What cannot be known is refused, with its cause: poses about one axis (which), poses that are alike, an error bar
-//! past its limit (which direction), a joint that is no ball (how far it wanders), sets that hang on one pose.
+//! What cannot be known is refused, with its cause: poses about one axis (which), poses that are alike, a standard
+//! deviation past its limit (which direction), a joint that is no ball (how far its centre migrates), sets without
+//! redundancy.
 
-use crate::common::library::{as_poses, rig};
+use crate::common::library::{as_poses, estimate, identify, rig, settings};
 use crate::common::sets::{NOISE_MM, add_noise, lengths_at, machines, noisy, normal, sound, sweep};
 use crate::common::{Worn, rng};
-use glenoid::identification::{Identified, Refusal, Solver, SolverSettings};
+use glenoid::identification::{EstimatorSettings, Machine, Refusal};
 use glenoid::kinematics::LengthFault;
-use glenoid::scalar::Real;
 use host_tests::literal::Lengths;
 use nalgebra::{Rotation3, Unit, Vector3};
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
-
-fn identify<T: Real>(worn: &Worn, poses: &[Lengths<f64>]) -> Result<Identified<T>, Refusal> {
-    let rig = rig::<T>(worn);
-    Solver::<T, 128>::new(&rig, SolverSettings::for_rig(&rig)).run(&as_poses(poses))
-}
 
 fn any_axis(rng: &mut ChaCha8Rng) -> Unit<Vector3<f64>> {
     Unit::new_normalize(Vector3::from_fn(|_, _| normal(rng)))
@@ -24,10 +19,10 @@ fn any_axis(rng: &mut ChaCha8Rng) -> Unit<Vector3<f64>> {
 /// Asserts that the poses are refused as turning about `axis`, to a degree, in both precisions.
 fn assert_one_axis(worn: &Worn, poses: &[Lengths<f64>], axis: &Unit<Vector3<f64>>, what: &str) {
     for refusal in [identify::<f64>(worn, poses).expect_err(what), identify::<f32>(worn, poses).expect_err(what)] {
-        let Refusal::OneAxis { axis: named, sway_rad } = refusal else { panic!("{what}: {refusal:?}") };
+        let Refusal::OneAxis { axis: named, excitation_rad } = refusal else { panic!("{what}: {refusal:?}") };
         let off = Vector3::from(named).map(f64::from).cross(axis).norm().asin().to_degrees();
         assert!(off < 1.0, "{what}: {off} degrees off {axis:?}: {refusal:?}");
-        assert!(sway_rad < 0.02, "{what}: {refusal:?}");
+        assert!(excitation_rad < 0.02, "{what}: {refusal:?}");
     }
 }
 
@@ -114,16 +109,17 @@ fn poses_within_two_degrees_are_refused() {
 }
 
 #[test]
-fn a_wide_error_bar_is_refused_with_its_size_and_direction() {
+fn a_wide_standard_deviation_is_refused_with_its_size_and_direction() {
     for (name, worn) in machines() {
         let rig = rig::<f64>(&worn);
         let poses = as_poses::<f64>(&noisy(&worn, 2705, 15));
-        let settings = SolverSettings::for_rig(&rig);
-        let (sigma, direction) =
-            Solver::<f64, 16>::new(&rig, settings).run(&poses).expect(name).worst_centre_sigma_mm();
-        let within = |sigma_limit_mm: f64| Solver::<f64, 16>::new(&rig, SolverSettings { sigma_limit_mm, ..settings });
-        assert!(within(sigma * 1.001).run(&poses).is_ok(), "{name}");
-        match within(sigma * 0.999).run(&poses) {
+        let within = |sigma_limit_mm: f64| {
+            let settings = EstimatorSettings { sigma_limit_mm, ..settings(&rig) };
+            estimate(&rig, &Machine::new(&rig), settings, &poses)
+        };
+        let (sigma, direction) = within(1.0).expect(name).worst_centre_sigma_mm();
+        assert!(within(sigma * 1.001).is_ok(), "{name}");
+        match within(sigma * 0.999) {
             Err(Refusal::Weak { direction: named, sigma_mm }) => {
                 assert!((f64::from(sigma_mm) / sigma - 1.0).abs() < 1e-6, "{name}: {sigma_mm} or {sigma}");
                 assert_eq!(named, direction.map(|x| x as f32), "{name}");
@@ -147,14 +143,14 @@ fn lengths_without_noise_do_not_hide_a_weak_geometry() {
     }
 }
 
-/// A centre that wanders by `wander_mm` along each axis, from pose to pose.
-fn wandering(worn: &Worn, rng: &mut ChaCha8Rng, count: usize, wander_mm: f64) -> Vec<Lengths<f64>> {
+/// A centre that migrates by `migration_mm` along each axis, from pose to pose.
+fn migrating(worn: &Worn, rng: &mut ChaCha8Rng, count: usize, migration_mm: f64) -> Vec<Lengths<f64>> {
     let turns = sweep(rng, count, 45.0, 30.0);
     let mut poses: Vec<_> = turns
         .iter()
         .map(|turn| {
             let mut moved = *worn;
-            moved.centre_mm += Vector3::from_fn(|_, _| wander_mm * normal(rng));
+            moved.centre_mm += Vector3::from_fn(|_, _| migration_mm * normal(rng));
             moved.lengths_mm(turn)
         })
         .collect();
@@ -163,65 +159,65 @@ fn wandering(worn: &Worn, rng: &mut ChaCha8Rng, count: usize, wander_mm: f64) ->
 }
 
 #[test]
-fn a_wandering_centre_is_refused_with_its_size() {
+fn a_migrating_centre_is_refused_with_its_size() {
     let mut rng = rng(2707);
     for (name, worn) in machines() {
         // In proportion: five millimetres in a wrist are no small motion.
         let size = worn.base_mm[0].norm() / 150.0;
-        for wander_mm in [1.0 * size, 2.0 * size, 5.0 * size] {
+        for true_mm in [1.0 * size, 2.0 * size, 5.0 * size] {
             let (mut told, mut squares) = (0, 0.0);
             for _ in 0..100 {
-                let poses = wandering(&worn, &mut rng, 30, wander_mm);
+                let poses = migrating(&worn, &mut rng, 30, true_mm);
                 match identify::<f64>(&worn, &poses).expect_err(name) {
-                    Refusal::NotABall { wander_mm } => {
+                    Refusal::CentreNotFixed { migration_mm } => {
                         told += 1;
-                        squares += f64::from(wander_mm).powi(2);
+                        squares += f64::from(migration_mm).powi(2);
                     }
                     Refusal::TooManyOutliers { .. } => {}
-                    other => panic!("{name}, {wander_mm} mm: {other:?}"),
+                    other => panic!("{name}, {true_mm} mm: {other:?}"),
                 }
-                assert!(identify::<f32>(&worn, &poses).is_err(), "{name}, {wander_mm} mm");
+                assert!(identify::<f32>(&worn, &poses).is_err(), "{name}, {true_mm} mm");
             }
-            assert!(told >= 95, "{name}, {wander_mm} mm: told as wander {told} times of 100");
-            let size = (squares / f64::from(told)).sqrt() / wander_mm;
-            assert!((0.8..1.25).contains(&size), "{name}: {size} times the true {wander_mm} mm");
+            assert!(told >= 95, "{name}, {true_mm} mm: named {told} times of 100");
+            let size = (squares / f64::from(told)).sqrt() / true_mm;
+            assert!((0.8..1.25).contains(&size), "{name}: {size} times the true {true_mm} mm");
         }
     }
 }
 
 #[test]
-fn wander_that_noise_explains_is_no_wander() {
+fn migration_that_noise_explains_is_none() {
     let mut rng = rng(2708);
     for (name, worn) in machines() {
         for _ in 0..100 {
-            let poses = wandering(&worn, &mut rng, 30, 0.2 * NOISE_MM);
+            let poses = migrating(&worn, &mut rng, 30, 0.2 * NOISE_MM);
             assert!(identify::<f64>(&worn, &poses).is_ok(), "{name}");
         }
     }
 }
 
 #[test]
-fn three_poses_hang_on_each() {
+fn three_poses_are_not_redundant() {
     for (name, worn) in machines() {
         for seed in 2710..2760 {
             let refusal = identify::<f64>(&worn, &sound(&worn, seed, 3)).expect_err(name);
             let of_three = matches!(
                 refusal,
-                Refusal::HangsOnOnePose { pose: 0..3 } | Refusal::OneAxis { .. } | Refusal::Weak { .. }
+                Refusal::NotRedundant { pose: 0..3 } | Refusal::OneAxis { .. } | Refusal::Weak { .. }
             );
             assert!(of_three, "{name}: {refusal:?}");
         }
         // Who trusts every reading may have the centre all the same.
         let rig = rig::<f64>(&worn);
-        let trusting = SolverSettings { refuse_hanging: false, ..SolverSettings::for_rig(&rig) };
+        let trusting = EstimatorSettings { require_redundancy: false, ..settings(&rig) };
         let poses = as_poses(&sound(&worn, 2710, 3));
-        let identified = Solver::<f64, 3>::new(&rig, trusting).run(&poses).expect(name);
+        let identified = estimate(&rig, &Machine::new(&rig), trusting, &poses).expect(name);
         assert!((identified.parameters.centre_mm - worn.centre_mm).norm() < 1e-6, "{name}");
     }
 }
 
 #[test]
-fn the_pose_on_which_a_set_hangs_is_named() {
+fn the_pose_that_alone_determines_the_centre_is_named() {
     let mut rng = rng(2709);
     for (name, worn) in machines() {
         // All about one axis, but for one pose that alone tells where on the axis the centre is.
@@ -232,7 +228,7 @@ fn the_pose_on_which_a_set_hangs_is_named() {
         add_noise(&mut poses, &mut rng, NOISE_MM);
         // Whichever way it is told, it is not accepted: the other eight turn about y.
         match identify::<f64>(&worn, &poses).expect_err(name) {
-            Refusal::HangsOnOnePose { pose } => assert_eq!(pose, 5, "{name}"),
+            Refusal::NotRedundant { pose } => assert_eq!(pose, 5, "{name}"),
             Refusal::OneAxis { axis: [x, y, z], .. } => assert!(y.abs() > 0.9, "{name}: {x} {y} {z}"),
             other => panic!("{name}: {other:?}"),
         }
@@ -244,7 +240,7 @@ fn sets_that_are_no_sets() {
     for (name, worn) in machines() {
         for count in 0..3 {
             let refusal = identify::<f64>(&worn, &noisy(&worn, 2760, count)).expect_err(name);
-            assert_eq!(refusal, Refusal::TooFewPoses { poses: count as u16 }, "{name}");
+            assert_eq!(refusal, Refusal::TooFewPoses { poses: count as u32 }, "{name}");
         }
         // Every triangle broken by cable 5 or 6; then every pose of a platform that does not fit.
         let mut broken = noisy(&worn, 2761, 10);
@@ -271,13 +267,13 @@ fn codes_and_texts_are_unique() {
         Refusal::Singular,
         Refusal::IterationCap,
         Refusal::PlatformDoesNotClose { pose: 0 },
-        Refusal::OneAxis { axis: [0.0; 3], sway_rad: 0.0 },
+        Refusal::OneAxis { axis: [0.0; 3], excitation_rad: 0.0 },
         Refusal::TooAlike { spread_rad: 0.0 },
         Refusal::Weak { direction: [0.0; 3], sigma_mm: 0.0 },
         Refusal::TooManyOutliers { rejected: 0, poses: 0 },
-        Refusal::NotABall { wander_mm: 0.0 },
-        Refusal::ZeroNotDetermined { cable: 1, sigma_mm: 0.0 },
-        Refusal::HangsOnOnePose { pose: 0 },
+        Refusal::CentreNotFixed { migration_mm: 0.0 },
+        Refusal::OffsetNotDetermined { cable: 1, sigma_mm: 0.0 },
+        Refusal::NotRedundant { pose: 0 },
     ];
     for (index, refusal) in all.iter().enumerate() {
         assert_eq!(usize::from(refusal.code()), index + 1, "{refusal:?} was renumbered");

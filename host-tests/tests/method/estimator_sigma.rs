@@ -1,11 +1,11 @@
-//! Is the error bar true? Monte Carlo with limits that follow from the number of trials: a sum of squares of n normal
+//! Is the standard deviation true? Monte Carlo with limits that follow from the number of trials: a sum of squares of n normal
 //! numbers has a standard deviation of sqrt(2 n), and a sound test passes 4.5 of them but once in 150 000 times.
 
-use crate::common::library::{as_poses, rig};
+use crate::common::library::{as_poses, estimate, rig, settings};
 use crate::common::sets::{NOISE_MM, add_noise, lengths_at, machines, sweep};
 use crate::common::{Worn, parameters, rng};
-use glenoid::identification::normal_equations::at;
-use glenoid::identification::{Identified, Noise, Refusal, Solver, SolverSettings};
+use glenoid::identification::{EstimatorSettings, Identified, Machine, Noise, Refusal};
+use glenoid::linear_algebra::packed_index;
 use glenoid::scalar::Real;
 use nalgebra::{Matrix6, Vector6};
 
@@ -24,7 +24,7 @@ fn trial<T: Real>(
     let rig = rig::<T>(worn);
     let mut poses = lengths_at(worn, &sweep(&mut rng(seed), count, 45.0, 30.0));
     add_noise(&mut poses, &mut rng(seed ^ 0x5EED), noise_mm);
-    Solver::<T, 32>::new(&rig, SolverSettings { noise, ..SolverSettings::for_rig(&rig) }).run(&as_poses(&poses))
+    estimate(&rig, &Machine::new(&rig), EstimatorSettings { noise, ..settings(&rig) }, &as_poses(&poses))
 }
 
 /// Error of the six parameters, mm.
@@ -39,7 +39,7 @@ struct Calibration {
     single: Vector6<f64>,
     /// The same of all six together, with their correlations.
     together: f64,
-    /// Sets whose error bar was widened, for residuals larger than in nineteen sound sets of twenty.
+    /// Sets whose standard deviation was widened, for residuals larger than in nineteen sound sets of twenty.
     widened: usize,
 }
 
@@ -49,10 +49,10 @@ impl Calibration {
         for seed in trials {
             let found = trial::<T>(worn, seed, count, NOISE_MM, Noise::Known(T::of(NOISE_MM))).expect("a sound set");
             let packed = found.covariance_mm2;
-            let covariance = Matrix6::from_fn(|i, j| packed[if i >= j { at(i, j) } else { at(j, i) }].to_f64());
+            let covariance = Matrix6::from_fn(|i, j| packed[packed_index(i.max(j), i.min(j))].to_f64());
             // Sound residuals may be large, but then the error is no larger: the widening is taken off for the count.
             let widening = found.noise_mm.to_f64() / NOISE_MM;
-            assert!(widening > 1.0 - 1e-6, "the error bar was narrowed: {found:?}");
+            assert!(widening > 1.0 - 1e-6, "the standard deviation was narrowed: {found:?}");
             sum.widened += usize::from(widening > 1.001);
             let error = error(worn, &found) * widening;
             sum.single += error.component_mul(&error).component_div(&covariance.diagonal());
@@ -101,11 +101,11 @@ fn estimated_noise_counts_three_lengths_a_pose_less_six() {
             let freedom = 3 * count - 6;
             let (mut sum, mut chi_square, mut left_out, mut refused) = (0.0, 0.0, 0, 0);
             for seed in 30_000..30_000 + TRIALS as u64 {
-                // The bar may be widened, now and then past its limit; its shape is that of the same set with its noise
-                // told, which one set in 10 000 contradicts.
+                // The standard deviation may be widened, now and then past its limit; its shape is that of the same set
+                // with its noise known, which one set in 10 000 contradicts.
                 let answers = [Noise::EstimatedUpTo(1.0), Noise::Known(noise_mm)]
                     .map(|noise| trial::<f64>(&worn, seed, count, noise_mm, noise));
-                let [Ok(found), Ok(told)] = answers else {
+                let [Ok(found), Ok(known)] = answers else {
                     refused += 1;
                     continue;
                 };
@@ -114,12 +114,12 @@ fn estimated_noise_counts_three_lengths_a_pose_less_six() {
                     continue;
                 }
                 // δE counts the same squares over all three lengths a pose.
-                let squares = found.deviation_mm * found.deviation_mm * (3 * count) as f64;
+                let squares = found.rms_residual_mm * found.rms_residual_mm * (3 * count) as f64;
                 sum += squares / freedom as f64;
                 // The rig's stated noise is worth six more degrees of freedom.
                 let pooled = (squares + 6.0 * NOISE_MM * NOISE_MM) / (freedom + 6) as f64;
                 assert!((found.noise_mm / pooled.sqrt() - 1.0).abs() < 1e-9, "{name}: {} mm", found.noise_mm);
-                let unit = told.covariance_mm2[at(0, 0)] / (told.noise_mm * told.noise_mm);
+                let unit = known.covariance_mm2[packed_index(0, 0)] / (known.noise_mm * known.noise_mm);
                 chi_square += error(&worn, &found)[0].powi(2) / (unit * noise_mm * noise_mm);
             }
             // Few poses do not tell a noise that is unknown from one that a bad pose makes.

@@ -2,11 +2,12 @@
 //! refusals, over random machines, poses and starts.
 
 use crate::common::differences::{central_differences, flattest_mm, relative_difference};
-use crate::common::library::{as_cables, as_parameters, as_poses, rig};
+use crate::common::library::{as_cables, as_parameters, as_lengths, rig};
 use crate::common::{Worn, arm, distance, one_axis, oracle, parameters, poses, rng};
-use glenoid::identification::model::{Contradiction, Model, NotClosing};
-use glenoid::identification::{Identified, PaperIteration, PaperSettings, Refusal, Termination, verify};
+use glenoid::identification::{Identified, Refusal, Termination};
 use glenoid::kinematics::BaseEdges;
+use glenoid::paper::model::{Contradiction, Model, NotClosing};
+use glenoid::paper::{PaperIteration, PaperSettings, verify};
 use glenoid::scalar::Real;
 use host_tests::literal::{Ending, Estimate, Failure, Lengths, pose_model, root_mean_square};
 use rand::Rng;
@@ -22,7 +23,7 @@ fn library_model<T: Real>(
     let base = BaseEdges::new(&rig);
     let parameters = as_parameters(at);
     let model = Model::new(&base, rig.edges_mm(), &parameters);
-    let pose = model.lay(&base, &as_cables(lengths))?;
+    let pose = model.evaluate(&base, &as_cables(lengths))?;
     Ok((pose.residuals_mm, model.rows(&base, &parameters.radii_mm, &pose)))
 }
 
@@ -35,7 +36,7 @@ fn library_run<T: Real>(
     iteration_cap: u8,
 ) -> Result<Identified<T>, Refusal> {
     let settings = PaperSettings { tolerance_mm: T::of(tolerance_mm), iteration_cap };
-    PaperIteration::new(&rig(worn), as_parameters(start), settings).run(&as_poses(poses))
+    PaperIteration::new(&rig(worn), as_parameters(start), settings).run(&as_lengths(poses))
 }
 
 /// Every length off by up to `noise_mm`, uniformly.
@@ -113,9 +114,9 @@ fn the_whole_iteration_is_the_same() {
                     }
                 }
                 assert_eq!(usize::from(found.iterations), literal.iterations);
-                assert_eq!(found.deviations_mm.len(), deviations.len());
-                assert_eq!(Some(&found.deviation_mm), found.deviations_mm.last());
-                for (mine, printed) in found.deviations_mm.iter().zip(&deviations) {
+                assert_eq!(found.rms_residuals_mm.len(), deviations.len());
+                assert_eq!(Some(&found.rms_residual_mm), found.rms_residuals_mm.last());
+                for (mine, printed) in found.rms_residuals_mm.iter().zip(&deviations) {
                     assert!((mine - printed).abs() < 1e-8 * (1.0 + printed), "δE {mine} instead of {printed}");
                 }
                 for (mine, printed) in found.parameters.to_array().iter().zip(parameters(&literal.estimate)) {
@@ -126,7 +127,7 @@ fn the_whole_iteration_is_the_same() {
                 Err(Refusal::NotClosing { pose, end_point: from_one, iteration }),
                 Ending::Failed(Failure::DoesNotClose { pose: expected_pose, end_point }),
             ) => {
-                assert_eq!(usize::from(*pose), expected_pose);
+                assert_eq!(*pose as usize, expected_pose);
                 assert_eq!(usize::from(*from_one), end_point + 1);
                 assert_eq!(usize::from(*iteration), literal.iterations);
                 open += 1;
@@ -167,7 +168,7 @@ fn the_cap_is_reached_at_the_same_step() {
             // One more step than the cap allows, and exactly as many, give the same answer as no cap at all.
             for enough in [free.iterations, free.iterations + 1] {
                 let found = library_run::<f64>(&worn, &lengths, &start, 1e-3, enough as u8).expect("enough steps");
-                assert_eq!(found.deviations_mm.len(), deviations.len());
+                assert_eq!(found.rms_residuals_mm.len(), deviations.len());
             }
         }
     }
@@ -231,7 +232,7 @@ fn the_deviation_of_a_second_set_is_the_same() {
         let at = worn.start(&mut rng, 5.0);
         let models: Result<Vec<_>, _> =
             lengths.iter().enumerate().map(|(pose, l)| pose_model(&worn.machine(), &at, l, pose)).collect();
-        match (verify(&rig(&worn), &as_parameters(&at), &as_poses::<f64>(&lengths)), models) {
+        match (verify(&rig(&worn), &as_parameters(&at), &as_lengths::<f64>(&lengths)), models) {
             (Ok(mine), Ok(models)) => {
                 let residues: Vec<f64> = models.iter().flat_map(|model| model.y_mm).collect();
                 assert!((mine - root_mean_square(&residues)).abs() < 1e-9);
@@ -240,7 +241,7 @@ fn the_deviation_of_a_second_set_is_the_same() {
                 Err(Refusal::NotClosing { pose, end_point: from_one, .. }),
                 Err(Failure::DoesNotClose { pose: expected_pose, end_point }),
             ) => {
-                assert_eq!((usize::from(pose), usize::from(from_one)), (expected_pose, end_point + 1));
+                assert_eq!((pose as usize, usize::from(from_one)), (expected_pose, end_point + 1));
             }
             (library, literal) => panic!("{library:?} but {literal:?}"),
         }
@@ -266,7 +267,7 @@ fn single_precision_stays_close() {
                     assert!((exact - f64::from(rounded)).abs() < 1e-3, "{rounded} mm instead of {exact} mm");
                 }
                 // On the way a flat tetrahedron magnifies the rounding.
-                for (exact, rounded) in double.deviations_mm.iter().zip(&single.deviations_mm) {
+                for (exact, rounded) in double.rms_residuals_mm.iter().zip(&single.rms_residuals_mm) {
                     assert!((exact - f64::from(*rounded)).abs() < 0.02 * (1.0 + exact), "δE {rounded} for {exact}");
                 }
             }
