@@ -46,14 +46,24 @@ impl<T: Real> Excite<T> {
     /// The next few poses.
     pub fn advance(&mut self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &mut [Pose<T>]) -> Option<Stage<T>> {
         let least = if self.purpose == Purpose::Accept { PoseState::Used } else { PoseState::Placed };
-        let slice = poses.iter().enumerate().skip(self.next).take(POSES_A_SLICE);
-        for (index, pose) in slice.filter(|(_, pose)| pose.state >= least) {
+        // The steps before have gone astray along what is singular, and the rotations with them.
+        let is_astray = self.purpose == Purpose::NameWhatIsSingular && self.motion.is_none();
+        let poses_a_slice = if is_astray { 1 } else { POSES_A_SLICE };
+        let slice = poses.iter_mut().enumerate().skip(self.next).take(poses_a_slice);
+        for (index, pose) in slice {
+            if is_astray {
+                pose.reset();
+                pose.place(machine.platform());
+            }
+            if pose.state < least {
+                continue;
+            }
             match &mut self.motion {
                 None => self.mean.add(&pose.rotation()),
                 Some((excitation, motion)) => motion.add(index, &pose.rotation(), excitation),
             }
         }
-        self.next += POSES_A_SLICE;
+        self.next += poses_a_slice;
         if self.next < poses.len() {
             return None;
         }
