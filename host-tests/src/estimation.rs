@@ -1,5 +1,6 @@
 //! The library's estimator run to its end on a list of lengths.
 
+use glenoid::identification::joint::HeldCentre;
 use glenoid::identification::{Estimator, EstimatorSettings, Identified, Machine, Pose, Progress, Refusal};
 use glenoid::kinematics::CableLengths;
 use glenoid::rig::Rig;
@@ -22,8 +23,22 @@ pub fn estimate<T: Real>(
     settings: EstimatorSettings<T>,
     lengths: &[CableLengths<T>],
 ) -> Estimation<T> {
+    estimate_with_held(machine, rig, settings, None, lengths)
+}
+
+/// The same after a held phase.
+pub fn estimate_with_held<T: Real>(
+    machine: &Machine<T>,
+    rig: &Rig<T>,
+    settings: EstimatorSettings<T>,
+    held: Option<HeldCentre<T>>,
+    lengths: &[CableLengths<T>],
+) -> Estimation<T> {
     let mut poses: Vec<Pose<T>> = lengths.iter().copied().map(Pose::new).collect();
     let mut estimator = Estimator::new(machine, rig.nominal(), settings);
+    if let Some(held) = held {
+        estimator.set_held(held);
+    }
     let outcome = loop {
         match estimator.advance(machine, &mut poses) {
             Progress::Working => {}

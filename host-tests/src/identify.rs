@@ -102,7 +102,7 @@ pub fn start_complaint(start_mm: &[f64; 6]) -> Option<String> {
 fn machine(path: Option<&Path>) -> Result<RigFile, InputError> {
     match path {
         Some(path) => RigFile::read(path),
-        None => Ok(RigFile { rig: rig_file::default_rig()?, start_mm: None }),
+        None => Ok(RigFile { rig: rig_file::default_rig()?, covariance: None, start_mm: None }),
     }
 }
 

@@ -1,5 +1,6 @@
 //! Why no centre was identified.
 
+use super::joint::MissingMotion;
 use crate::kinematics::LengthFault;
 
 /// Why no centre was identified. Codes are sent over CAN: they are never renumbered.
@@ -76,6 +77,44 @@ pub enum Refusal {
         /// 1σ of its offset, mm.
         sigma_mm: f32,
     },
+    /// Too few poses for a joint centre that moves with the arm: it has 24 unknowns.
+    TooFewForMovingCentre {
+        /// Poses given.
+        poses: u32,
+    },
+    /// The arm moves too little for a joint centre that moves with it.
+    MissingMotion {
+        /// What is missing.
+        missing: MissingMotion,
+        /// Standard deviation of what there is of it, rad.
+        spread_rad: f32,
+        /// For [`MissingMotion::SecondPlane`] the direction in {B} in which the arm does not tilt, a unit vector.
+        direction: [f32; 3],
+    },
+    /// Something slipped between two poses: the poses from one on belong to another joint centre.
+    SlippedMidway {
+        /// The first pose after the slip, from 0.
+        pose: u32,
+        /// How far the centre moved, mm.
+        size_mm: f32,
+        /// The platform (cuff) slipped on the arm; otherwise the base (strap) on the body.
+        is_cuff: bool,
+    },
+    /// Neither a ball nor a centre that moves with the arm explains the poses.
+    NotExplained {
+        /// Root-mean-square residual of the poses' own centres in its worst direction, mm.
+        residual_mm: f32,
+    },
+    /// The poses of the held phase have no common centre: the shoulder blade was not held.
+    NotHeld {
+        /// Scatter of the held poses' centres along an axis, mm.
+        scatter_mm: f32,
+    },
+    /// The held poses belong to another wearing: their joint centre in the platform contradicts that of the free poses.
+    HeldOfAnotherWearing {
+        /// Distance between the two, mm.
+        distance_mm: f32,
+    },
     /// The centre depends on one pose alone: were that pose wrong, the others could not contradict it (no redundancy).
     /// Always so with three.
     NotRedundant {
@@ -101,6 +140,12 @@ impl Refusal {
             Self::CentreNotFixed { .. } => 11,
             Self::OffsetNotDetermined { .. } => 12,
             Self::NotRedundant { .. } => 13,
+            Self::TooFewForMovingCentre { .. } => 14,
+            Self::MissingMotion { .. } => 15,
+            Self::SlippedMidway { .. } => 16,
+            Self::NotExplained { .. } => 17,
+            Self::NotHeld { .. } => 18,
+            Self::HeldOfAnotherWearing { .. } => 19,
         }
     }
 
@@ -119,6 +164,13 @@ impl Refusal {
             Self::TooManyOutliers { .. } => "more than a fifth of the poses contradict the others",
             Self::CentreNotFixed { .. } => "the joint centre is not fixed: not a ball joint",
             Self::NotRedundant { .. } => "weak: the centre depends on one pose that no other can contradict",
+            Self::TooFewForMovingCentre { .. } => "the joint centre moves, and the poses are too few to say how",
+            Self::MissingMotion { missing, .. } => missing.text(),
+            Self::SlippedMidway { is_cuff: true, .. } => "the cuff slipped on the arm between two poses",
+            Self::SlippedMidway { is_cuff: false, .. } => "the base slipped on the body between two poses",
+            Self::NotExplained { .. } => "neither a ball nor a centre that moves with the arm explains the poses",
+            Self::NotHeld { .. } => "the shoulder blade was not held in the held poses",
+            Self::HeldOfAnotherWearing { .. } => "the held poses belong to another wearing",
             Self::OffsetNotDetermined { .. } => {
                 "weak: the centre depends on an encoder offset that the poses do not determine"
             }

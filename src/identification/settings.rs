@@ -25,6 +25,8 @@ pub enum JointChoice {
     Ball,
     /// A moving centre only.
     Moving,
+    /// A ball whose centre scatters: for the held phase.
+    Held,
 }
 
 /// Limits of acceptance.

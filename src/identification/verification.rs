@@ -4,6 +4,7 @@
 use super::statistics::{FALSE_ALARM, chi_square_quantile};
 use crate::linear_algebra::non_negative_root;
 use crate::scalar::Real;
+use nalgebra::{Matrix3, Vector3};
 
 /// What a pose that was not used to identify leaves, its rotation at its best.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,6 +13,19 @@ pub struct VerifiedPose<T> {
     pub squares_mm2: T,
     /// χ² of the same against the noise and the covariance of the estimate: three degrees of freedom.
     pub chi_square: T,
+}
+
+/// Where the joint centre is in one pose, in {B}.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CentrePrediction<T> {
+    /// By the joint's model from the pose's rotation, mm.
+    pub predicted_mm: Vector3<T>,
+    /// Its covariance, mm².
+    pub predicted_covariance_mm2: Matrix3<T>,
+    /// As the pose's own six lengths read it, R C + t, mm.
+    pub live_mm: Vector3<T>,
+    /// Its covariance, mm².
+    pub live_covariance_mm2: Matrix3<T>,
 }
 
 /// The root-mean-square residual at which `poses` poses with this χ² in all would be refused, mm: one false alarm in

@@ -18,8 +18,8 @@ pub enum Weights<T> {
     Equal,
     /// Geman-McClure with this scale, in units of χ²: (scale / (scale + χ²))².
     GemanMcClure(T),
-    /// In or out.
-    Inliers,
+    /// In up to this χ², or out.
+    Inliers(T),
     /// The same with `only` left out: does the result stand without it?
     Without {
         /// The pose left out, from 0.
@@ -42,7 +42,7 @@ impl<T: Real> Weights<T> {
                 let root = *scale / (*scale + chi_square);
                 root * root
             }
-            Self::Inliers => in_or_out(chi_square <= T::of(INLIER_LIMIT)),
+            Self::Inliers(limit) => in_or_out(chi_square <= *limit),
             Self::Without { pose } => in_or_out(was_used && *pose != index),
         }
     }

@@ -1,6 +1,7 @@
 //! The estimator as the procedure sees it: one slice of work at a time, and a refusal in the terms of the reports.
 
 use super::reason::Reason;
+use crate::identification::joint::MissingMotion;
 use crate::identification::{Estimator, EstimatorSettings, Identified, Machine, Pose, Progress, Refusal};
 use crate::rig::Rig;
 
@@ -88,6 +89,23 @@ impl From<Refusal> for Detail {
             Refusal::OffsetNotDetermined { cable, sigma_mm } => {
                 Self { cable, size_mm: Some(sigma_mm), ..Self::of(Reason::ZeroNotDetermined) }
             }
+            Refusal::TooFewForMovingCentre { .. } => Self::of(Reason::FewPosesForMovingCentre),
+            Refusal::MissingMotion { missing: MissingMotion::Tilt, .. } => Self::of(Reason::TiltMissing),
+            Refusal::MissingMotion { missing: MissingMotion::SecondPlane, direction, .. } => {
+                Self { axis: Some(direction), ..Self::of(Reason::SecondPlaneMissing) }
+            }
+            Refusal::MissingMotion { missing: MissingMotion::Torsion, .. } => Self::of(Reason::TorsionMissing),
+            Refusal::SlippedMidway { pose, size_mm, is_cuff } => {
+                let reason = if is_cuff { Reason::CuffSlippedMidway } else { Reason::BaseSlippedMidway };
+                Self { size_mm: Some(size_mm), ..Self::about_pose(reason, pose) }
+            }
+            Refusal::NotExplained { residual_mm } => {
+                Self { size_mm: Some(residual_mm), ..Self::of(Reason::JointNotExplained) }
+            }
+            Refusal::NotHeld { scatter_mm } => Self { size_mm: Some(scatter_mm), ..Self::of(Reason::BladeNotHeld) },
+            Refusal::HeldOfAnotherWearing { distance_mm } => {
+                Self { size_mm: Some(distance_mm), ..Self::of(Reason::HeldOfAnotherWearing) }
+            }
             Refusal::TooManyOutliers { .. } => Self::of(Reason::TooManyOutliers),
             Refusal::CentreNotFixed { migration_mm } => Self { size_mm: Some(migration_mm), ..Self::of(Reason::NotABall) },
         }
@@ -106,5 +124,10 @@ pub const fn is_cured_by_more_poses(reason: Reason) -> bool {
             | Reason::Singular
             | Reason::NotConverged
             | Reason::TooManyOutliers
+            | Reason::NotABall
+            | Reason::FewPosesForMovingCentre
+            | Reason::TiltMissing
+            | Reason::SecondPlaneMissing
+            | Reason::TorsionMissing
     )
 }

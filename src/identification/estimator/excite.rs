@@ -5,6 +5,7 @@ use super::fit::Fit;
 use super::refine::Refine;
 use crate::identification::excitation::{Excitation, MeanRotation};
 use crate::identification::gates::{AxisMotion, require_excitation};
+use crate::identification::joint::{ArmFrame, ArmMotion, Joint, MovingCentre};
 use crate::identification::machine::Machine;
 use crate::identification::pose::{Pose, PoseState};
 use crate::identification::refusal::Refusal;
@@ -21,6 +22,8 @@ pub(super) enum Purpose {
     Accept,
     /// The normal equations have no solution, and the rotations decide why.
     NameWhatIsSingular,
+    /// A moving centre is tried: the frame of its features.
+    MovingCentre,
     /// The set is refused; what is wrong may still be the poses rather than the joint.
     MeasureMigration {
         /// Poses that the others contradict.
@@ -35,12 +38,14 @@ pub(super) struct Excite<T> {
     next: usize,
     mean: MeanRotation<T>,
     motion: Option<(Excitation<T>, AxisMotion<T>)>,
+    /// For a moving centre: its frame, and how far the arm moves in it.
+    arm: Option<(ArmFrame<T>, ArmMotion<T>)>,
 }
 
 impl<T: Real> Excite<T> {
     /// Begins.
     pub fn new(purpose: Purpose) -> Self {
-        Self { purpose, next: 0, mean: MeanRotation::default(), motion: None }
+        Self { purpose, next: 0, mean: MeanRotation::default(), motion: None, arm: None }
     }
 
     /// The next few poses.
@@ -62,6 +67,10 @@ impl<T: Real> Excite<T> {
                 None => self.mean.add(&pose.rotation()),
                 Some((excitation, motion)) => motion.add(index, &pose.rotation(), excitation),
             }
+            if let Some((frame, arm)) = &mut self.arm {
+                let (tilt, torsion) = frame.tilt_and_torsion(&pose.rotation());
+                arm.add(tilt, torsion);
+            }
         }
         self.next += poses_a_slice;
         if self.next < poses.len() {
@@ -70,11 +79,33 @@ impl<T: Real> Excite<T> {
         match &self.motion {
             None => {
                 self.motion = Some((self.mean.excitation(), AxisMotion::default()));
+                if self.purpose == Purpose::MovingCentre {
+                    self.arm = Some((ArmFrame::new(&self.mean), ArmMotion::default()));
+                }
                 self.next = 0;
                 None
             }
-            Some((excitation, motion)) => Some(self.judge(fit, machine, poses, excitation, motion)),
+            Some((excitation, motion)) => Some(match self.purpose {
+                Purpose::MovingCentre => self.begin_moving(fit, machine, poses, excitation),
+                _ => self.judge(fit, machine, poses, excitation, motion),
+            }),
         }
+    }
+
+    /// Enough motion for a moving centre, or what is missing.
+    fn begin_moving(
+        &self,
+        fit: &mut Fit<T>,
+        machine: &Machine<T>,
+        poses: &[Pose<T>],
+        excitation: &Excitation<T>,
+    ) -> Stage<T> {
+        fit.result.excitation_rad = excitation.least_rad;
+        let Some((frame, arm)) = &self.arm else { return Stage::Done(Err(Refusal::Singular)) };
+        if let Err(refusal) = arm.require_motion(frame, poses.len()) {
+            return Stage::Done(Err(refusal));
+        }
+        fit.begin_scattered(machine, Joint::Moving(MovingCentre::new(*frame)))
     }
 
     fn judge(
@@ -94,6 +125,7 @@ impl<T: Real> Excite<T> {
             Purpose::MeasureMigration { rejected } => {
                 Stage::Refine(Refine::new(fit, machine, Weights::OwnCentres { rejected }, true))
             }
+            Purpose::MovingCentre => self.begin_moving(fit, machine, poses, excitation),
             Purpose::Accept => fit.accept(machine, poses, motion.dominant_pose()),
         }
     }

@@ -1,13 +1,17 @@
 //! The fit under way: the unknowns, the normal equations of a pass, and what it has left.
 
 use super::model::Model;
-use crate::identification::joint::Joint;
+use super::verify::{Rows, own_centre};
+use crate::identification::joint::{HeldCentre, Joint};
 use crate::identification::machine::{Machine, MachineEstimate};
 use crate::identification::marginal_information::MarginalInformation;
 use crate::identification::noise::Residuals;
 use crate::identification::outcome::{Identified, rms_residual};
-use crate::identification::parameters::{CENTRE_UNKNOWNS, Equations, ParameterBlock, PoseAt, Scattered, add_pose};
+use crate::identification::parameters::{
+    CENTRE_UNKNOWNS, Equations, ParameterBlock, PoseAt, Scattered, add_pose, sensitivity,
+};
 use crate::identification::pose::{Pose, PoseState};
+use crate::identification::refusal::Refusal;
 use crate::identification::settings::{EstimatorSettings, Noise};
 use crate::identification::weights::Weights;
 use crate::kinematics::rotation::turned;
@@ -37,10 +41,31 @@ pub(super) struct Fit<T: Real> {
     pub equations: Equations<T>,
     /// Information on O of the last pass, all but C taken as known; and on both.
     pub centre_information: Matrix6<T>,
+    /// Why the ball was refused, once it was.
+    pub ball_refusal: Option<Refusal>,
+    /// What is known of the joint centre in the platform beforehand.
+    pub held: Option<HeldCentre<T>>,
     /// What the last pass left.
     pub residuals: Residuals<T>,
     /// Filled as it becomes known.
     pub result: Identified<T>,
+}
+
+/// A pose as the fit sees it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SeenPose<T> {
+    /// Rotation from {P} to {B}.
+    pub rotation: Matrix3<T>,
+    /// Its information, rotation and scatter eliminated.
+    pub scattered: Scattered<T>,
+    /// S before the scatter was eliminated.
+    pub unscattered: Matrix3<T>,
+    /// How S δ̂ changes with the unknowns.
+    pub sensitivity: Rows<T>,
+    /// δ̂: its own centre less the model's, mm.
+    pub own_centre_mm: Vector3<T>,
+    /// Sum of its squared length residuals, mm².
+    pub squares_mm2: T,
 }
 
 /// A pass over the poses under way.
@@ -69,6 +94,8 @@ impl<T: Real> Fit<T> {
             joint: Joint::Ball,
             equations: Equations::new(0),
             centre_information: Matrix6::zeros(),
+            ball_refusal: None,
+            held: None,
             residuals: Residuals::none(noise_mm, machine.noise_mm()),
             result: Identified::empty(*nominal),
         }
@@ -95,6 +122,12 @@ impl<T: Real> Fit<T> {
         let model =
             Model { machine, estimate: &self.estimate, joint: &self.joint, features: None };
         model.add_prior(&mut self.equations, 0, self.residuals.noise_mm * self.residuals.noise_mm);
+        // A ball needs none, and is judged by its own poses alone.
+        if let (Some(held), Joint::Moving(_)) = (&self.held, &self.joint) {
+            let first = self.equations.unknowns() - 3;
+            let variance = self.residuals.noise_mm * self.residuals.noise_mm;
+            held.add_prior(&mut self.equations, first, &self.centre.in_platform_mm, variance);
+        }
         Pass { next: 0, used: 0, squared_gradients: T::zero() }
     }
 
@@ -175,6 +208,50 @@ impl<T: Real> Fit<T> {
             }
         }
         jacobian
+    }
+
+    /// A pose at the present estimate, rotation and scatter eliminated; `None` without a rotation.
+    pub fn seen(&self, machine: &Machine<T>, pose: &Pose<T>) -> Option<SeenPose<T>> {
+        let lengths = self.estimate.corrected(machine, pose.lengths());
+        let rotation = pose.rotation();
+        let jacobian = self.jacobian(&rotation, &lengths);
+        let information = MarginalInformation::new(&jacobian).ok()?;
+        let variance = self.variance_mm2() * pose.relative_variance;
+        let scattered = Scattered::new(&information, self.joint.scatter_mm2() / variance);
+        let at = PoseAt { rotation: &rotation, lengths: &lengths, jacobian: &jacobian };
+        let features = self.joint.features(&at);
+        let model = Model { machine, estimate: &self.estimate, joint: &self.joint, features };
+        Some(SeenPose {
+            rotation,
+            sensitivity: sensitivity(&model, &at, &scattered),
+            own_centre_mm: own_centre(&information.information, &information.gradient_mm),
+            unscattered: information.information,
+            squares_mm2: information.squares_mm2,
+            scattered,
+        })
+    }
+
+    /// A pose with its rotation at its best about the present centre, wherever it was placed.
+    pub fn place_about_centre(&self, machine: &Machine<T>, pose: &Pose<T>) -> Option<Pose<T>> {
+        let lengths = self.estimate.corrected(machine, pose.lengths());
+        let mut placed = *pose;
+        if !pose.is_placed() {
+            placed.place(machine.platform());
+        }
+        let centre = self.joint.centre_at(&self.centre, &placed.rotation());
+        let solver = AttitudeSolver { geometry: self.estimate.geometry(), centre: &centre };
+        let fit = solver.track(*placed.attitude(), &lengths, CableSet::ALL);
+        let fit = fit.or_else(|| solver.solve(&lengths, CableSet::ALL))?;
+        placed.set_attitude(fit.attitude);
+        if matches!(self.joint, Joint::Moving(_)) {
+            // The centre follows the rotation: two more steps with that.
+            for _ in 0..2 {
+                let jacobian = self.jacobian(&placed.rotation(), &lengths);
+                let turn = MarginalInformation::new(&jacobian).ok()?.turn;
+                placed.refine_attitude(turned(placed.attitude(), &turn));
+            }
+        }
+        Some(placed)
     }
 
     /// Factors the next rows of the normal equations; true when all are.

@@ -4,13 +4,18 @@
 //! ```text
 //! Place   --placed-->    Refine
 //! Place   --singular-->  Excite
+//! Place   --moving-->    Excite
 //! Place   --refused-->   Done
 //! Refine  --otherwise--> Refine
 //! Refine  --converged--> Excite
 //! Refine  --refused-->   Done
 //! Excite  --accepted-->  Check
 //! Excite  --not fixed--> Refine
+//! Excite  --moving-->    Refine
 //! Excite  --refused-->   Done
+//! Refine  --explained--> Inspect
+//! Inspect --accepted-->  Check
+//! Inspect --refused-->   Done
 //! Check   --redundant--> Isolate
 //! Check   --refused-->   Done
 //! Isolate --isolated-->  Done
@@ -33,7 +38,9 @@
 mod check;
 mod excite;
 mod fit;
+mod inspect;
 mod model;
+mod moving;
 mod place;
 mod refine;
 mod result;
@@ -43,13 +50,14 @@ mod verify;
 use self::check::Check;
 use self::excite::Excite;
 use self::fit::Fit;
+use self::inspect::Inspect;
 pub use self::model::Model;
 use self::place::Place;
 use self::refine::Refine;
 use self::result::Isolate;
 pub use self::stage::{StageName, may_follow};
 pub use super::gates::{MIN_POSES, MIN_POSES_AFTER_REJECTION};
-use super::joint::Joint;
+use super::joint::{HeldCentre, Joint};
 use super::machine::{Machine, MachineEstimate};
 use super::outcome::{Identified, Progress, Refusal};
 use super::pose::Pose;
@@ -67,6 +75,8 @@ enum Stage<T: Real> {
     Refine(Refine<T>),
     /// Looking at the rotations.
     Excite(Excite<T>),
+    /// Looking at what a moving centre leaves.
+    Inspect(Inspect<T>),
     /// Leaving one pose out.
     Check(Check<T>),
     /// Finding the faulty cables of poses left out.
@@ -87,6 +97,11 @@ impl<T: Real> Estimator<T> {
     /// An estimator at its beginning. `nominal`: where the centre is expected, only to fill the result until it is known.
     pub fn new(machine: &Machine<T>, nominal: &Parameters<T>, settings: EstimatorSettings<T>) -> Self {
         Self { stage: Stage::Place(Place::default()), fit: Fit::new(machine, nominal, settings.sound()) }
+    }
+
+    /// The joint centre in the platform is known from a held phase: a prior for a moving centre.
+    pub fn set_held(&mut self, held: HeldCentre<T>) {
+        self.fit.held = Some(held);
     }
 
     /// Runs to the end.
@@ -113,6 +128,7 @@ impl<T: Real> Estimator<T> {
             Stage::Place(place) => place.advance(fit, machine, poses),
             Stage::Refine(refine) => refine.advance(fit, machine, poses),
             Stage::Excite(excite) => excite.advance(fit, machine, poses),
+            Stage::Inspect(inspect) => inspect.advance(fit, machine, poses),
             Stage::Check(check) => check.advance(fit, machine, poses),
             Stage::Isolate(isolate) => isolate.advance(fit, machine, poses),
             Stage::Done(_) => None,
@@ -142,6 +158,19 @@ impl<T: Real> Estimator<T> {
     /// The joint centre in both bodies.
     pub fn centre(&self) -> &JointCentre<T> {
         &self.fit.centre
+    }
+
+    /// What the held phase has found, once this estimator (set to [`JointChoice::Held`](super::JointChoice::Held)) has
+    /// come to a result: the joint centre in the platform for the free phase.
+    pub fn held_centre(&self) -> Option<HeldCentre<T>> {
+        match (&self.stage, &self.fit.joint) {
+            (Stage::Done(Ok(())), Joint::Held(scatter)) => {
+                let covariance = self.fit.centre_covariance() * self.fit.variance_mm2();
+                let of_platform = covariance.fixed_view::<3, 3>(3, 3).into_owned();
+                Some(HeldCentre::new(self.fit.centre.in_platform_mm, &of_platform, scatter.sigma_mm()))
+            }
+            _ => None,
+        }
     }
 
     /// The joint's model.

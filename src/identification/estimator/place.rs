@@ -5,9 +5,11 @@ use super::fit::Fit;
 use super::refine::Refine;
 use super::{MIN_POSES, Stage};
 use crate::identification::gates::require_placed;
+use crate::identification::joint::{Joint, Scatter};
 use crate::identification::machine::Machine;
 use crate::identification::pivot_calibration::PivotCalibration;
 use crate::identification::pose::Pose;
+use crate::identification::settings::JointChoice;
 use crate::identification::weights::Weights;
 use crate::linear_algebra::Singular;
 use crate::scalar::Real;
@@ -44,7 +46,11 @@ impl<T: Real> Place<T> {
         Some(match self.calibration.solve() {
             Ok(centre) => {
                 fit.centre = centre;
-                Stage::Refine(Refine::new(fit, machine, Weights::Equal, false))
+                match fit.settings.joint {
+                    JointChoice::Held => fit.begin_scattered(machine, Joint::Held(Scatter::default())),
+                    JointChoice::Moving => Stage::Excite(Excite::new(Purpose::MovingCentre)),
+                    _ => Stage::Refine(Refine::new(fit, machine, Weights::Equal, false)),
+                }
             }
             Err(Singular) => Stage::Excite(Excite::new(Purpose::NameWhatIsSingular)),
         })

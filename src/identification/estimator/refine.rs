@@ -4,12 +4,12 @@ use super::excite::{Excite, Purpose};
 use super::fit::{Fit, Pass};
 use super::{MIN_POSES_AFTER_REJECTION, Stage};
 use crate::identification::gates::{MIN_POSES, migration_or_outliers};
-use crate::identification::joint::Joint;
+use crate::identification::joint::{Joint, MIN_MOVING_POSES};
 use crate::identification::machine::Machine;
 use crate::identification::noise::POSES_TO_ESTIMATE;
 use crate::identification::pose::Pose;
 use crate::identification::refusal::Refusal;
-use crate::identification::settings::Noise;
+use crate::identification::settings::{JointChoice, Noise};
 use crate::identification::statistics::{MEDIAN_OF_CHI_SQUARE_3, MedianSearch, count_within};
 use crate::identification::weights::{FINAL_SCALE, INLIER_LIMIT, SCALE_STEP, Weights};
 use crate::linear_algebra::Singular;
@@ -36,9 +36,9 @@ const OWN_CENTRE_PASSES: u8 = 2;
 /// Gauss-Newton with one kind of weights.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Refine<T> {
-    weights: Weights<T>,
+    pub(super) weights: Weights<T>,
     /// Passes with these weights, the present one included.
-    passes: u8,
+    pub(super) passes: u8,
     /// χ² beyond which the pass places a pose anew. Infinite where it places none.
     reinitialise_above: T,
     /// A pose among vanishing residuals has been placed anew: once a run.
@@ -75,10 +75,15 @@ impl<T: Real> Refine<T> {
         }
     }
 
+    /// As if so many passes had been made already.
+    pub(super) fn after(self, passes: u8) -> Self {
+        Self { passes: self.passes + passes, ..self }
+    }
+
     /// A pose that fits nothing may stand in the wrong assembly mode: the known centre places it.
     fn reinitialise_above(weights: &Weights<T>, passes: u8) -> T {
         match weights {
-            Weights::Inliers if passes <= 2 => T::of(HOPELESS),
+            Weights::Inliers(_) if passes <= 2 => T::of(HOPELESS),
             _ => T::of(f64::INFINITY),
         }
     }
@@ -111,7 +116,7 @@ impl<T: Real> Refine<T> {
                 let settled = largest_mm <= fit.settings.tolerance_mm;
                 Some(match fit.joint {
                     Joint::Ball => self.after_pass(fit, machine, poses, settled),
-                    Joint::Moving(_) => self.after_moving_pass(fit, machine, poses, &pass, settled),
+                    Joint::Held(_) | Joint::Moving(_) => self.after_moving_pass(fit, machine, poses, &pass, settled),
                 })
             }
         }
@@ -136,13 +141,13 @@ impl<T: Real> Refine<T> {
                 // The median of a handful says nothing that the first estimate did not.
                 let shrinks = poses.len() >= POSES_TO_ESTIMATE && estimate_noise(fit, poses.len());
                 if !shrinks && scale <= T::of(FINAL_SCALE) {
-                    return Stage::Refine(Self::new(fit, machine, Weights::Inliers, self.reinitialised));
+                    return Stage::Refine(Self::new(fit, machine, Weights::Inliers(T::of(INLIER_LIMIT)), self.reinitialised));
                 }
                 if !shrinks {
                     return self.weight_down(fit, machine, scale * T::of(SCALE_STEP));
                 }
             }
-            Weights::Inliers => {
+            Weights::Inliers(_) => {
                 if settled && residuals.used == self.used_before {
                     return self.judge_inliers(fit, machine, poses);
                 }
@@ -153,7 +158,7 @@ impl<T: Real> Refine<T> {
             Weights::OwnCentres { rejected } if self.passes >= OWN_CENTRE_PASSES => {
                 let variance = residuals.squares_mm2 / residuals.freedom;
                 let refusal = migration_or_outliers(variance, residuals.chi_squares.median, rejected, poses.len());
-                return after_ball_refused(fit, refusal);
+                return after_ball_refused(fit, refusal, poses.len());
             }
             Weights::OwnCentres { .. } | Weights::Without { .. } => {}
         }
@@ -161,7 +166,7 @@ impl<T: Real> Refine<T> {
     }
 
     /// Another pass with the same weights.
-    fn again(&self, fit: &mut Fit<T>, machine: &Machine<T>) -> Stage<T> {
+    pub(super) fn again(&self, fit: &mut Fit<T>, machine: &Machine<T>) -> Stage<T> {
         let passes = self.passes.saturating_add(1);
         Stage::Refine(Self {
             passes,
@@ -170,6 +175,11 @@ impl<T: Real> Refine<T> {
             step: Step::Sum(fit.begin_pass(machine)),
             ..*self
         })
+    }
+
+    /// The same poses took part in the last two passes.
+    pub(super) fn is_selection_stable(&self, fit: &Fit<T>) -> bool {
+        fit.residuals.used == self.used_before
     }
 
     /// Starts a Geman-McClure pass with this scale (not below the final one).
@@ -210,7 +220,7 @@ impl<T: Real> Refine<T> {
     /// The equations of a pass have no solution.
     fn after_singular(&self, fit: &mut Fit<T>, poses: &[Pose<T>]) -> Stage<T> {
         match (&fit.joint, self.weights) {
-            (Joint::Moving(_), _) => Stage::Done(Err(Refusal::Singular)),
+            (Joint::Held(_) | Joint::Moving(_), _) => Stage::Done(Err(fit.ball_refusal.unwrap_or(Refusal::Singular))),
             (_, Weights::Equal) => Stage::Excite(Excite::new(Purpose::NameWhatIsSingular)),
             (_, Weights::OwnCentres { rejected }) => {
                 let (rejected, poses) = (rejected as u32, poses.len() as u32);
@@ -264,21 +274,11 @@ fn most_equal_passes<T: Real>(fit: &Fit<T>, machine: &Machine<T>) -> u8 {
     if fit.parameters(machine) > 0 { EQUAL_PASSES_WITH_PARAMETERS } else { EQUAL_PASSES }
 }
 
-/// The ball does not explain the residuals: the moving centre may.
-fn after_ball_refused<T: Real>(_fit: &Fit<T>, refusal: Refusal) -> Stage<T> {
-    Stage::Done(Err(refusal))
-}
-
-impl<T: Real> Refine<T> {
-    /// What follows a pass of the moving centre's model.
-    fn after_moving_pass(
-        &self,
-        fit: &mut Fit<T>,
-        machine: &Machine<T>,
-        _poses: &[Pose<T>],
-        _pass: &Pass<T>,
-        _settled: bool,
-    ) -> Stage<T> {
-        self.again(fit, machine)
+/// The ball does not explain the residuals: the moving centre may, if there are poses enough for it.
+fn after_ball_refused<T: Real>(fit: &mut Fit<T>, refusal: Refusal, poses: usize) -> Stage<T> {
+    fit.ball_refusal = Some(refusal);
+    if fit.settings.joint == JointChoice::Auto && poses >= MIN_MOVING_POSES {
+        return Stage::Excite(Excite::new(Purpose::MovingCentre));
     }
+    Stage::Done(Err(refusal))
 }

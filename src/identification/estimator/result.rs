@@ -10,6 +10,7 @@ use crate::identification::machine::Machine;
 use crate::identification::outcome::{MAX_REJECTED, Rejected};
 use crate::identification::pose::Pose;
 use crate::identification::uncertainty::{parameters_of, worst_direction_of_point};
+use crate::kinematics::AttitudeSolver;
 use crate::linear_algebra::{inverse_of_eliminated, non_negative_root};
 use crate::linear_algebra::normal_equations::smallest_pivot;
 use crate::rig::CABLES;
@@ -47,6 +48,20 @@ impl<T: Real> Fit<T> {
         // Without candidates the stage is left at once.
         let candidates = check.unwrap_or(Candidates { next: 0, last: 0 });
         Stage::Check(Check::new(candidates, worst_direction_of_point(&of_centre).0))
+    }
+
+    /// The result of a moving centre: its place at the mean direction of the arm.
+    pub(super) fn accept_moving(&mut self, machine: &Machine<T>, poses: &[Pose<T>]) -> Stage<T> {
+        let covariance = self.centre_covariance();
+        let noise_mm = self.residuals.noise_mm;
+        let offset_sigmas = self.offset_sigmas(machine);
+        self.write_result(machine, poses, &(covariance * self.variance_mm2()), noise_mm);
+        if let Some(sigmas) = offset_sigmas {
+            self.result.offset_sigmas_mm = sigmas.map(|sigma| sigma * noise_mm);
+        }
+        let of_centre = covariance.fixed_view::<3, 3>(0, 0).into_owned();
+        let none = Candidates { next: 0, last: 0 };
+        Stage::Check(Check::new(none, worst_direction_of_point(&of_centre).0))
     }
 
     fn write_result(&mut self, machine: &Machine<T>, poses: &[Pose<T>], covariance: &Matrix6<T>, noise_mm: T) {
@@ -118,7 +133,9 @@ impl<T: Real> Isolate<T> {
         let noise = fit.result.noise_mm.max(machine.noise_mm());
         let variance_mm2 = noise * noise * pose.relative_variance;
         let lengths = fit.estimate.corrected(machine, pose.lengths());
-        let cables = self.isolation.advance(&fit.attitude_solver(), pose.attitude(), &lengths, variance_mm2)?;
+        let centre = fit.joint.centre_at(&fit.centre, &pose.rotation());
+        let solver = AttitudeSolver { geometry: fit.estimate.geometry(), centre: &centre };
+        let cables = self.isolation.advance(&solver, pose.attitude(), &lengths, variance_mm2)?;
         if cables != 0 {
             pose.suspect_cables = cables;
         }

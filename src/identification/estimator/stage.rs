@@ -12,6 +12,8 @@ pub enum StageName {
     Refine,
     /// Looking at the rotations.
     Excite,
+    /// Looking at what a moving centre leaves.
+    Inspect,
     /// Leaving one pose out.
     Check,
     /// Finding faulty cables.
@@ -21,8 +23,8 @@ pub enum StageName {
 }
 
 /// All transitions; the diagram of [`estimator`](super) is held against them by a test.
-pub const TRANSITIONS: [(StageName, &str, StageName); 12] = {
-    use StageName::{Check, Done, Excite, Isolate, Place, Refine};
+pub const TRANSITIONS: [(StageName, &str, StageName); 17] = {
+    use StageName::{Check, Done, Excite, Inspect, Isolate, Place, Refine};
     [
         (Place, "placed", Refine),
         (Place, "singular", Excite),
@@ -33,6 +35,11 @@ pub const TRANSITIONS: [(StageName, &str, StageName); 12] = {
         (Excite, "accepted", Check),
         (Excite, "not fixed", Refine),
         (Excite, "refused", Done),
+        (Excite, "moving", Refine),
+        (Refine, "explained", Inspect),
+        (Inspect, "accepted", Check),
+        (Inspect, "refused", Done),
+        (Place, "moving", Excite),
         (Check, "redundant", Isolate),
         (Check, "refused", Done),
         (Isolate, "isolated", Done),
@@ -51,6 +58,7 @@ impl<T: Real> Stage<T> {
             Self::Place(_) => StageName::Place,
             Self::Refine(_) => StageName::Refine,
             Self::Excite(_) => StageName::Excite,
+            Self::Inspect(_) => StageName::Inspect,
             Self::Check(_) => StageName::Check,
             Self::Isolate(_) => StageName::Isolate,
             Self::Done(_) => StageName::Done,

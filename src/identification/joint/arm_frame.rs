@@ -61,6 +61,17 @@ impl<T: Real> ArmFrame<T> {
         &self.home
     }
 
+    /// Two axes across h, in {B}.
+    pub fn across(&self) -> &[Vector3<T>; 2] {
+        &self.across
+    }
+
+    /// Tilt across h (two components) and torsion of a rotation, rad.
+    pub fn tilt_and_torsion(&self, rotation: &Matrix3<T>) -> ([T; 2], T) {
+        let Arm { tilt, vector, scalar, .. } = self.arm(rotation);
+        (tilt, vector.dot(&self.home).atan2(scalar) * T::of(2.0))
+    }
+
     fn arm(&self, rotation: &Matrix3<T>) -> Arm<T> {
         let direction = rotation.column(2).into_owned();
         let [e1, e2] = &self.across;

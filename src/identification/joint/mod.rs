@@ -1,10 +1,16 @@
 //! Models of the joint: a ball, whose centre is fixed, or a centre that moves with the arm, as in living shoulders.
 
 mod arm_frame;
+mod held;
+mod motion;
 mod moving_centre;
+mod scatter;
 
 pub use arm_frame::{ArmFrame, FEATURES, Features};
+pub use held::HeldCentre;
+pub use motion::{ArmMotion, MIN_MOVING_POSES, MissingMotion};
 pub use moving_centre::{MAX_JOINT, MovingCentre};
+pub use scatter::Scatter;
 
 use super::parameters::{Column, Equations, PoseAt};
 use crate::kinematics::JointCentre;
@@ -16,6 +22,8 @@ use nalgebra::{Matrix3, Vector3};
 pub enum Joint<T> {
     /// A ball: O is fixed.
     Ball,
+    /// A ball whose centre scatters: the shoulder blade is held, but never quite.
+    Held(Scatter<T>),
     /// O(R) = O0 + A φ(R), and a scatter of its own.
     Moving(MovingCentre<T>),
 }
@@ -24,7 +32,7 @@ impl<T: Real> Joint<T> {
     /// Parameters beside O and C.
     pub fn count(&self) -> usize {
         match self {
-            Self::Ball => 0,
+            Self::Ball | Self::Held(_) => 0,
             Self::Moving(_) => MAX_JOINT,
         }
     }
@@ -32,7 +40,7 @@ impl<T: Real> Joint<T> {
     /// Parameters of which nothing is known beforehand: of A one combination has a prior.
     pub fn free_parameters(&self) -> i32 {
         match self {
-            Self::Ball => 0,
+            Self::Ball | Self::Held(_) => 0,
             Self::Moving(_) => MAX_JOINT as i32 - 1,
         }
     }
@@ -40,7 +48,7 @@ impl<T: Real> Joint<T> {
     /// The joint centre in both bodies in a pose with this rotation ({P} to {B}).
     pub fn centre_at(&self, centre: &JointCentre<T>, rotation: &Matrix3<T>) -> JointCentre<T> {
         match self {
-            Self::Ball => *centre,
+            Self::Ball | Self::Held(_) => *centre,
             Self::Moving(moving) => {
                 JointCentre { in_base_mm: centre.in_base_mm + moving.displacement_mm(rotation), ..*centre }
             }
@@ -50,7 +58,7 @@ impl<T: Real> Joint<T> {
     /// How the joint centre moves when the pose turns by ω, mm/rad; `None` for a ball.
     pub fn turning(&self, rotation: &Matrix3<T>) -> Option<Matrix3<T>> {
         match self {
-            Self::Ball => None,
+            Self::Ball | Self::Held(_) => None,
             Self::Moving(moving) => Some(moving.turning(rotation)),
         }
     }
@@ -59,7 +67,17 @@ impl<T: Real> Joint<T> {
     pub fn scatter_mm2(&self) -> T {
         match self {
             Self::Ball => T::zero(),
-            Self::Moving(moving) => moving.scatter_mm2,
+            Self::Held(scatter) => scatter.variance_mm2(),
+            Self::Moving(moving) => moving.scatter.variance_mm2(),
+        }
+    }
+
+    /// The scatter, where the model has one.
+    pub fn scatter_mut(&mut self) -> Option<&mut Scatter<T>> {
+        match self {
+            Self::Ball => None,
+            Self::Held(scatter) => Some(scatter),
+            Self::Moving(moving) => Some(&mut moving.scatter),
         }
     }
 
@@ -74,7 +92,7 @@ impl<T: Real> Joint<T> {
     /// Features of a pose's rotation; `None` for a ball.
     pub fn features(&self, pose: &PoseAt<'_, T>) -> Option<Features<T>> {
         match self {
-            Self::Ball => None,
+            Self::Ball | Self::Held(_) => None,
             Self::Moving(moving) => Some(moving.frame.features(pose.rotation)),
         }
     }

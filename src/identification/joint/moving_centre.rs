@@ -5,6 +5,7 @@
 //! which the shoulder blade was held.
 
 use super::arm_frame::{ArmFrame, FEATURES};
+use super::scatter::Scatter;
 use crate::identification::parameters::Equations;
 use crate::linear_algebra::non_negative_root;
 use crate::scalar::Real;
@@ -12,11 +13,6 @@ use nalgebra::{Matrix3, Vector3};
 
 /// Unknowns of A.
 pub const MAX_JOINT: usize = 3 * FEATURES;
-
-/// Scatter of the head in its socket to begin with, mm an axis (Ludewig et al. 2009, from bone pins).
-const FIRST_SCATTER_MM: f64 = 0.35;
-/// Smallest variance of the scatter, mm².
-const MIN_SCATTER_MM2: f64 = 1e-4;
 
 /// The isotropic part of A against the norm N of the rest, mm/rad: T = SLOPE max(N - FROM, 0), with a standard deviation of
 /// √((SHARE N)² + FLOOR²). Measured over three anatomies (bone pins; scapulohumeral rhythm of de Groot and Brand; a
@@ -33,15 +29,14 @@ pub struct MovingCentre<T> {
     pub frame: ArmFrame<T>,
     /// The columns of A, mm per unit of a feature.
     pub gains: [Vector3<T>; FEATURES],
-    /// Variance of the scatter of a pose's own centre along each axis, mm².
-    pub scatter_mm2: T,
+    /// The scatter of a pose's own centre.
+    pub scatter: Scatter<T>,
 }
 
 impl<T: Real> MovingCentre<T> {
     /// A centre that does not move yet.
     pub fn new(frame: ArmFrame<T>) -> Self {
-        let scatter = T::of(FIRST_SCATTER_MM);
-        Self { frame, gains: [Vector3::zeros(); FEATURES], scatter_mm2: scatter * scatter }
+        Self { frame, gains: [Vector3::zeros(); FEATURES], scatter: Scatter::default() }
     }
 
     /// A φ(R): where the centre stands from O0 at a rotation ({P} to {B}), mm.
@@ -85,6 +80,12 @@ impl<T: Real> MovingCentre<T> {
         equations.add_squares(weight * residual * residual);
     }
 
+    /// Variance that φ does not explain, along each axis, mm²: (0.4 of the scatter)². Without it a 99 % region covers 95 %
+    /// of the path of some anatomies.
+    pub fn lack_of_fit_mm2(&self) -> T {
+        self.scatter.variance_mm2() * T::of(0.16)
+    }
+
     /// Moves A by a step.
     pub fn apply(&mut self, step: &[T]) {
         for (gain, step) in self.gains.iter_mut().zip(step.chunks_exact(3)) {
@@ -92,16 +93,5 @@ impl<T: Real> MovingCentre<T> {
                 *gain += Vector3::new(*x, *y, *z);
             }
         }
-    }
-
-    /// Improves the variance of the scatter, so that χ² equals its degrees of freedom (Paule and Mandel 1982, a step of
-    /// Newton's method). `excess`: χ² less its degrees of freedom; `sensitivity`: by how much χ² falls with the variance,
-    /// 1/mm². Returns the relative change.
-    pub fn improve_scatter(&mut self, excess: T, sensitivity: T) -> T {
-        let before = self.scatter_mm2;
-        let least = (before * T::of(0.1)).max(T::of(MIN_SCATTER_MM2));
-        let improved = before + excess / sensitivity;
-        self.scatter_mm2 = if improved > least { improved } else { least };
-        (self.scatter_mm2 - before).abs() / before
     }
 }

@@ -39,6 +39,11 @@ impl<T: Real> MachineEstimate<T> {
         self.is_held = true;
     }
 
+    /// They take part again.
+    pub fn release(&mut self) {
+        self.is_held = false;
+    }
+
     /// Parameters that take part in a pass.
     pub fn count(&self, machine: &Machine<T>) -> usize {
         if self.is_held { 0 } else { machine.parameters() }
