@@ -3,14 +3,14 @@
 use std::path::Path;
 use std::time::Duration;
 
+use firmware_image::elf::Elf;
+use firmware_image::hot_code::HotCode;
 use glenoid::can::health::LastStop;
 use glenoid::can::{Message, Opcode};
 use glenoid::procedure::Reason;
 use glenoid::restart::ResetCause;
 use host_tests::debugger::{Debugger, Register};
-use host_tests::elf::Elf;
 use host_tests::emulator::{Emulator, EmulatorError, Options};
-use host_tests::hot_code::HotCode;
 use libtest_mimic::Failed;
 
 use crate::PATIENCE;

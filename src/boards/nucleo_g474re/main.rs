@@ -104,7 +104,7 @@ impl Board {
         let core = cortex_m::Peripherals::take()?;
         stack::protect(core.MPU);
         let device = singleton!(: Device = Device::new(config))?;
-        let chip = embassy_stm32::init(clock::config());
+        let chip = clock::start();
         // a core that a debugger holds does not starve the watchdog
         pac::DBGMCU.apb1lfzr().modify(|w| w.set_iwdg(true));
         let encoders = Encoders::start(Wiring {
