@@ -46,9 +46,13 @@ class Page {
     this.wire();
   }
 
+  /** Turns of the page's loop, for whoever measures. */
+  ticks = 0;
+
   start(): void {
     if (location.protocol.startsWith("http")) this.connect();
     const frame = () => {
+      this.ticks += 1;
       this.update();
       this.scene?.frame();
       requestAnimationFrame(frame);
