@@ -12,3 +12,11 @@ pub const PERIODS_A_SAMPLE: u32 = CORE_HZ / SAMPLES_HZ;
 
 /// Bit rate of the CAN bus.
 pub const CAN_BIT_HZ: u32 = 500_000;
+
+/// PWR_CR5, bit 8. Set, as after a reset, the core's voltage is that of the normal range 1 mode, which bears
+/// 150 MHz; cleared, that of the boost mode, which bears 170 MHz.
+pub const R1MODE: u32 = 1 << 8;
+
+/// Clock periods at half the core's clock that pass before it is made whole: the manual asks for 1 us at least, these
+/// are 2 us.
+pub const BOOST_SETTLING_PERIODS: u32 = CORE_HZ / 2 / 500_000;

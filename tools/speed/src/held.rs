@@ -1,0 +1,65 @@
+//! Which paths the image holds. What is left out is not linked, so the sizes of two images differ by what a path
+//! takes.
+
+use super::measure::Number;
+
+/// For each precision `f32` (all its paths, those of the device with it), `paper-f32`, `free-f32`, `zeros-f32`,
+/// `full-f32`; `literal`, `none`. Both precisions at once would not fit the board's flash.
+const ONLY: &str = match option_env!("GLENOID_SPEED_ONLY") {
+    Some(only) => only,
+    None => "f32",
+};
+
+/// A group of paths that is held together.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// The paper as it is printed.
+    Literal,
+    /// The paper's iteration.
+    Paper,
+    /// Identification without a start, the zeros known.
+    Free,
+    /// Identification without a start, with the zeros.
+    Zeros,
+    /// What is done with one sample, before an identification or after it.
+    Samples,
+    /// What looks at a centre in use.
+    InUse,
+    /// The whole device.
+    Device,
+}
+
+/// Is the image there to be weighed? Its paths are called once then: what counting and preparing take is no part of them.
+pub const WEIGHED: bool = !same(ONLY, "literal") && !same(ONLY, "f32") && !same(ONLY, "f64");
+
+/// Is this part in the image, in this precision?
+pub const fn holds<T: Number>(part: Part) -> bool {
+    if same(ONLY, T::NAME) {
+        return !matches!(part, Part::Device) || same(ONLY, "f32");
+    }
+    let full = same(ONLY, T::FULL);
+    match part {
+        Part::Literal => same(ONLY, "literal"),
+        Part::Paper => same(ONLY, T::PAPER) || full,
+        Part::Free => same(ONLY, T::FREE) || full,
+        Part::Zeros => same(ONLY, T::ZEROS) || full,
+        Part::Samples => same(ONLY, T::FREE) || same(ONLY, T::ZEROS) || full,
+        Part::InUse => full,
+        Part::Device => false,
+    }
+}
+
+const fn same(a: &str, b: &str) -> bool {
+    let (a, b) = (a.as_bytes(), b.as_bytes());
+    if a.len() != b.len() {
+        return false;
+    }
+    let mut i = 0;
+    while i < a.len() {
+        if a[i] != b[i] {
+            return false;
+        }
+        i += 1;
+    }
+    true
+}
