@@ -9,7 +9,7 @@ fn log(seed: u64, poses: usize) -> Log {
     shoulder(seed, poses, 0.1).iter().map(|row| row.map(|mm| f64::from(mm as f32))).collect()
 }
 
-/// A frame RawLength of glenoid.dbc (783): run, index, cable and set, length in 2^-20 mm, little-endian.
+/// A frame RawLength of glenoid.dbc (0x68F): run, index, cable and set, length in 2^-20 mm, little-endian.
 fn raw_length(run: u16, index: usize, cable: usize, held_out: bool, length_mm: f64) -> [u8; 8] {
     let mut data = [0; 8];
     data[..2].copy_from_slice(&run.to_le_bytes());
@@ -33,13 +33,13 @@ fn recording(run: u16, poses: &Log, held_out: bool) -> String {
         for (cable, length) in row.iter().enumerate() {
             let time = index * 6 + cable;
             let data = hex(&raw_length(run, index, cable + 1, held_out, *length));
-            let _ = writeln!(text, "(1700000000.{time:06}) can0 30F#{data}");
+            let _ = writeln!(text, "(1700000000.{time:06}) can0 68F#{data}");
             // A drive's own frames, an extended one, a remote one, CAN FD, and a heartbeat of the board.
             let _ = writeln!(text, "(1700000000.{time:06}) can0 181#0102030405060708");
             let _ = writeln!(text, "(1700000000.{time:06}) can0 18FEF100#FFFF");
             let _ = writeln!(text, "(1700000000.{time:06}) can0 181#R");
             let _ = writeln!(text, "(1700000000.{time:06}) can0 181##1AABB");
-            let _ = writeln!(text, "(1700000000.{time:06}) can0 302#0100000000000000");
+            let _ = writeln!(text, "(1700000000.{time:06}) can0 682#0100000000000000");
         }
     }
     text
@@ -120,7 +120,7 @@ fn a_recording_without_poses_or_with_something_else_in_it_says_so() {
             "line 2, column 1: 2 frames, but none with an identifier of the board",
         ),
         (
-            "(1.0) can0 302#0100000000000000\n",
+            "(1.0) can0 682#0100000000000000\n",
             "line 1, column 1: 1 frames of the board, but no pose with all six lengths",
         ),
         (
