@@ -8,11 +8,11 @@
 Somebody moves the arm from pose to pose and holds it still in each; the device captures by itself and says what next.
 For daily use there is `python -m glenoid calibrate`, which joins, resumes, asks and aborts.
 """
-import pathlib, sys, time, can, cantools
+import binascii, pathlib, struct, sys, time, can, cantools
 
 DBC = cantools.database.load_file(pathlib.Path(__file__).resolve().parent.parent / "glenoid.dbc")
 COMMAND = DBC.get_message_by_name("Command")
-SENT = {message.frame_id: message for message in DBC.messages if message is not COMMAND}
+SENT = {m.frame_id: m for m in DBC.messages if m.senders == ["Glenoid"] and not m.is_multiplexed()}
 
 class Client:
     def __init__(self, bus):
@@ -23,13 +23,13 @@ class Client:
         while (now := time.monotonic()) < begin + seconds:
             if (frame := self.bus.recv(min(0.2, begin + seconds - now))) and (message := SENT.get(frame.arbitration_id)):
                 heard = now
-                yield message.name, message.decode(frame.data)
+                yield message.name, dict(message.decode(frame.data), data=bytes(frame.data))
             elif now > heard + silence:
                 sys.exit("the device is silent; if it is on, its run goes on")
-    def ask(self, opcode, run=0, argument=0):
+    def ask(self, opcode, run=0, argument=0, boot=0):
         """Sends a command, returns its answer. Asks again when that is lost: the nonce keeps it from acting twice."""
         self.nonce = self.nonce % 0xFFFF + 1
-        data = COMMAND.encode(dict(opcode=opcode, reserved=0, nonce=self.nonce, for_run=run, argument=argument))
+        data = COMMAND.encode(dict(opcode=opcode, boot_low=boot & 255, nonce=self.nonce, for_run=run, argument=argument))
         for _ in range(3):
             self.bus.send(can.Message(arbitration_id=COMMAND.frame_id, is_extended_id=False, data=data))
             for name, answer in self.listen(seconds=0.3):
@@ -43,10 +43,12 @@ def calibrate(client):
             sys.exit(f"{answer['code']}: python -m glenoid calibrate goes on from there")
         print(f"cannot start yet: {answer['code']}", end="\r")
         time.sleep(0.2)
-    run, centre, verification = answer["run_id"], {}, None
+    run, centre, verification, shown = answer["run_id"], {}, None, {}
     for name, m in client.listen():
+        if name.startswith("Candidate"):  # centre, radii, offsets, and what names them; in this order
+            shown[name, str(m.get("axis", m.get("end_point", m.get("cable"))))] = m
         if name == "Pose":
-            sigma = f", expected sigma {m['sigma']:.3f} mm" if m["sigma_known"] else ""
+            sigma = f", expected sigma {m['predicted_sigma']:.3f} mm" if m["predicted_sigma_known"] else ""
             print(f"pose {m['index'] + 1} of set {m['held_out'] + 1}: {m['reason']}{sigma}; now: {m['guidance']}")
         elif name in ("CandidateCentre", "LiveCentre"):
             centre[name, str(m["axis"])] = f"{m['value']:9.3f} +- {m['sigma']:.3f} mm"
@@ -58,7 +60,9 @@ def calibrate(client):
             for axis in "xyz":
                 print(f"{axis}: {centre['CandidateCentre', axis]}   in use: {centre.get(('LiveCentre', axis), 'none')}")
             print(f"deviation of the second set: {verification['deviation']:.3f} mm (limit {verification['limit']:.3f})")
-            client.ask("Accept", run)
+            naming = shown.pop(("CandidateNaming", "None"))  # accept what was shown: CRC-16/IBM-3740 over its frames
+            data = struct.pack("<HH", naming["boot"], naming["wearer"]) + b"".join(m["data"] for m in shown.values())
+            client.ask("Accept", run, binascii.crc_hqx(data, 0xFFFF), naming["boot"])
         elif name == "Outcome" and m["run_id"] == run:
             client.ask("Acknowledge", run)
             sys.exit(0 if m["reason"] == "Accepted" else f"run {run}: {m['reason']}, see docs/reasons.md")

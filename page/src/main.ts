@@ -28,6 +28,7 @@ class Page {
   private found: Identification | null = null;
   private computed = -1;
   private drawn = "";
+  private placed: number[] | null = null;
   private heard = performance.now();
   private asked = 0;
   private notice = "";
@@ -81,7 +82,7 @@ class Page {
 
   private async openRecording(file: File): Promise<void> {
     this.leave();
-    const opened = readRecording(await file.text());
+    const opened = readRecording(new Uint8Array(await file.arrayBuffer()), this.library.words.base, this.library.words.block);
     if (typeof opened === "string") {
       this.situation.complaint = opened;
       return;
@@ -105,6 +106,8 @@ class Page {
     this.source?.close();
     this.source = this.device = this.recording = this.playing = null;
     this.model = new Model();
+    this.library.forget();
+    this.placed = null;
     this.found = null;
     this.computed = -1;
     this.notice = "";
@@ -143,6 +146,7 @@ class Page {
     const recording = this.recording;
     if (recording === null) return;
     this.model = new Model();
+    this.library.forget();
     for (const index of framesUntil(recording, seconds)) {
       const data = recording.data.subarray(8 * index, 8 * index + recording.lengths[index]!);
       const message = this.library.decode(recording.ids[index]!, data);
@@ -158,6 +162,11 @@ class Page {
     situation.silent = this.source !== null && situation.connected && performance.now() - this.heard > SILENCE_MS;
     this.play();
     this.askForLengths();
+    if (model.lengths !== null && model.lengths !== this.placed) {
+      this.placed = model.lengths;
+      const placed = this.library.place(model.lengths);
+      if (placed !== null) this.scene?.follow(placed);
+    }
     if (this.computed !== model.evidence) {
       this.computed = model.evidence;
       this.compute();
@@ -174,7 +183,7 @@ class Page {
     this.found = poses.length === 0 ? null : this.library.identify(poses);
     const last = [...this.model.whole(false), ...this.model.whole(true)].at(-1);
     const placed = last === undefined ? this.home() : this.library.place(last.lengths as number[]);
-    if (placed !== null) this.scene?.moveTo(placed);
+    if (placed !== null && this.model.lengths === null) this.scene?.moveTo(placed);
     const live = this.model.live.every((value) => value !== null) ? this.model.live.map((value) => value!.value) : null;
     this.scene?.show(this.found, live);
   }

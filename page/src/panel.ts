@@ -98,7 +98,7 @@ function signed(value: number): string {
   return `${value < 0 ? "−" : "+"}${Math.abs(value).toFixed(2)}`;
 }
 
-function number(value: number | string | undefined): string {
+function number(value: unknown): string {
   return Number(value).toFixed(3);
 }
 

@@ -93,6 +93,15 @@ export class ArmScene {
     this.dirty = true;
   }
 
+  /** The arm is there: many times a second. */
+  follow(placed: Placed): void {
+    this.target = placed;
+    if (distance(this.shown, placed) > 1e-4) {
+      this.put(placed);
+      this.dirty = true;
+    }
+  }
+
   /** The new centre (or the nominal one), the one in use, what the poses say. */
   show(found: Identification | null, live: number[] | null): void {
     const centre = found?.centre ?? live ?? this.machine.nominal;

@@ -33,7 +33,8 @@ export const words = {
     goneRemedy: "Is the adapter plugged in, is the board running? Choose the source again.",
     notARecording: "This is no recording that can be read here. candump -l and python-can's CSV can; "
       + "python -m can.logconvert turns other formats into one of them.",
-    foreign: "This recording holds no frame of the board (identifiers 300 to 31F).",
+    foreign: (first: number, last: number) => "This recording holds no frame of the board (identifiers "
+      + `${first.toString(16).toUpperCase()} to ${last.toString(16).toUpperCase()}).`,
     cut: "The recording was cut; what stands before the cut is shown.",
     protocol: (theirs: number, ours: number) =>
       `The board speaks version ${theirs} of the vocabulary, this page version ${ours}. Take the page that came with `

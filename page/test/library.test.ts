@@ -98,7 +98,7 @@ test("an outlier is named with its cable", () => {
 test("lines of an adapter become messages, however they are cut", () => {
   // RawLength: run 3, pose 2, cable 5 of the second set, 256.5 mm; then a bell, an answer, a foreign frame
   const length = (256.5 * 2 ** 20).toString(16).padStart(8, "0").match(/../g)!.reverse().join("");
-  const line = new TextEncoder().encode(`t30F8030002 15${length}\r`.replace(" ", ""));
+  const line = new TextEncoder().encode(`t68F8030002 15${length}\r`.replace(" ", ""));
   const all = new Uint8Array([7, 13, ...line, ...new TextEncoder().encode("z\rt18120102\r"), ...line]);
   for (const size of [1, 3, 1000]) {
     const heard = [];
@@ -112,12 +112,12 @@ test("random bytes never break the codec", () => {
   const bytes = () => Uint8Array.from({ length: 2000 }, () => Math.floor(next() * 256));
   for (let round = 0; round < 200; round += 1) library.receive(bytes());
   for (let round = 0; round < 5000; round += 1) {
-    library.decode(0x300 + Math.floor(next() * 32), bytes().subarray(0, Math.floor(next() * 12)));
+    library.decode(0x680 + Math.floor(next() * 32), bytes().subarray(0, Math.floor(next() * 12)));
   }
 });
 
 test("a command is a line with nonce, run and argument in their places", () => {
   const text = new TextDecoder().decode(library.command("ReadPose", 0x102, 0x105, 0x304));
-  assert.equal(text, "t300809000403020105" + "01\r");
+  assert.equal(text, "t680809000403020105" + "01\r");
   assert.equal(library.command("Nonsense", 0, 0, 1).length, 0);
 });
