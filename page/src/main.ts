@@ -4,7 +4,7 @@ import { accuracyChart, residualChart } from "./charts.ts";
 import { Device } from "./device.ts";
 import { Library, type Identification, type Message, type Placed } from "./library.ts";
 import { Model } from "./model.ts";
-import { boardList, centreTable, element, faultList, guidance, sentence, stateLine, write, type Situation } from "./panel.ts";
+import { boardList, centreTable, element, faultList, guidance, sentence, stateLine, UNCONFIRMED, write, type Situation } from "./panel.ts";
 import { ArmScene, MAGNIFIED } from "./scene.ts";
 import { framesUntil, readRecording, type Recording } from "./source/recording.ts";
 import type { Listener, Source } from "./source/source.ts";
@@ -16,7 +16,7 @@ import { words } from "./words.ts";
 const SILENCE_MS = 2000;
 /** A pose's lengths come by themselves; a board that does not send them is asked after so long. */
 const ASK_FOR_POSE_MS = 300;
-const BUTTONS = ["Start", "Accept", "Reject", "Abort", "Acknowledge"] as const;
+const BUTTONS = ["Start", "Accept", "Reject", "Abort", "Acknowledge", "Confirm"] as const;
 type Button = (typeof BUTTONS)[number];
 
 class Page {
@@ -213,6 +213,7 @@ class Page {
       Reject: state === "Review",
       Abort: ["Collecting", "Identifying", "Verifying"].includes(state),
       Acknowledge: state === "Failed" || Number(model.heartbeat?.["unacknowledged"] ?? 0) === 1 && state === "Idle",
+      Confirm: state === "Idle" && Number(model.heartbeat?.["standing"] ?? 0) === UNCONFIRMED,
     };
     for (const name of BUTTONS) {
       const button = element<HTMLButtonElement>(name);
@@ -232,8 +233,8 @@ class Page {
   }
 
   private async command(name: Button): Promise<void> {
-    const run = this.model.run;
-    if (name === "Accept" && !(await this.confirmed())) return;
+    const run = name === "Confirm" ? this.model.liveRun : this.model.run;
+    if ((name === "Accept" || name === "Confirm") && !(await this.confirmed(name))) return;
     if (name === "Start" && this.model.heartbeat !== null && Number(this.model.heartbeat["unacknowledged"]) === 1) {
       await this.device?.ask("Acknowledge", Number(this.model.heartbeat["run_id"]));
     }
@@ -246,8 +247,9 @@ class Page {
     }
   }
 
-  private confirmed(): Promise<boolean> {
+  private confirmed(name: "Accept" | "Confirm"): Promise<boolean> {
     const dialog = element<HTMLDialogElement>("confirm");
+    write("confirm-title", name === "Accept" ? words.confirm.title : words.confirm.titleOfLive);
     write("confirm-centre", centreTable(this.model, this.found));
     dialog.showModal();
     return new Promise((resolve) => {
@@ -302,7 +304,7 @@ class Page {
     };
     const texts: [string, string][] = [
       ["title", words.title], ["websocket", words.sources.websocket], ["serial", words.sources.serial],
-      ["open", words.sources.recording], ["confirm-title", words.confirm.title], ["confirm-text", words.confirm.text],
+      ["open", words.sources.recording], ["confirm-text", words.confirm.text],
       ["yes", words.confirm.yes], ["no", words.confirm.no], ["faults-title", words.faults.title],
       ["board-title", words.board.title], ["play", words.time.play], ["scene-note", words.scene.magnified(MAGNIFIED)],
     ];

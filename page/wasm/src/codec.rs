@@ -16,12 +16,13 @@ pub struct Codec {
     /// The line from the adapter, as far as it has come.
     line: LineBuffer<64, b'\r'>,
     telemetry: Receiver<TELEMETRY_LEN>,
-    shown: Shown,
+    candidate: Shown,
+    live: Shown,
 }
 
 impl Default for Codec {
     fn default() -> Self {
-        Self { line: LineBuffer::new(), telemetry: Receiver::new(TELEMETRY_ID), shown: Shown::default() }
+        Self { line: LineBuffer::new(), telemetry: Receiver::new(TELEMETRY_ID), candidate: Shown::default(), live: Shown::default() }
     }
 }
 
@@ -47,7 +48,17 @@ impl Codec {
 
     fn message(&mut self, frame: &Frame) -> Option<String> {
         let message = Message::unpack(frame, BaseId::DEFAULT).ok()?;
-        self.shown.take(&message, frame);
+        match message {
+            Message::CandidateNaming(naming) => self.candidate.naming = Some(naming),
+            Message::LiveNaming(naming) => self.live.naming = Some(naming),
+            Message::CandidateCentre(value) => self.candidate.put(value.index.into(), frame),
+            Message::LiveCentre(value) => self.live.put(value.index.into(), frame),
+            Message::CandidateRadius(value) => self.candidate.put(3 + usize::from(value.index), frame),
+            Message::LiveRadius(value) => self.live.put(3 + usize::from(value.index), frame),
+            Message::CandidateZero(zero) => self.candidate.put(5 + usize::from(zero.cable), frame),
+            Message::LiveZero(zero) => self.live.put(5 + usize::from(zero.cable), frame),
+            _ => {}
+        }
         if let Message::Telemetry(piece) = message {
             return match self.telemetry.take(piece) {
                 Received::Set { data, .. } => Telemetry::unpack(&data).map(|telemetry| telemetry_json(&telemetry)),
@@ -72,16 +83,17 @@ impl Codec {
         let opcode = Opcode::from_code(u8::try_from(opcode).ok()?)?;
         let [run_id, argument, nonce] = [run, argument, nonce].map(|number| u16::try_from(number).ok());
         let (run_id, argument, nonce) = (run_id?, argument?, nonce?);
-        let request = match (opcode, self.shown.naming(run_id)) {
-            // Named by what was shown here: what was not shown cannot be accepted.
-            (Opcode::Accept, naming) => Request::naming(opcode, nonce, &naming?),
+        // Named by what was shown here: what was not shown cannot be accepted.
+        let request = match opcode {
+            Opcode::Accept => Request::naming(opcode, nonce, &self.candidate.naming(run_id)?),
+            Opcode::Confirm => Request::naming(opcode, nonce, &self.live.naming(run_id)?),
             _ => Request { opcode: opcode as u8, boot: 0, nonce, run_id, argument },
         };
         Some(slcan::encode(&request.pack(BaseId::DEFAULT.command()), None).to_vec())
     }
 }
 
-/// The frames that showed a new centre.
+/// The frames that showed a centre, a new one or the one in use.
 #[derive(Debug, Default)]
 struct Shown {
     frames: [Option<[u8; 8]>; 12],
@@ -89,17 +101,7 @@ struct Shown {
 }
 
 impl Shown {
-    fn take(&mut self, message: &Message, frame: &Frame) {
-        let place = match message {
-            Message::CandidateCentre(value) => usize::from(value.index),
-            Message::CandidateRadius(value) => 3 + usize::from(value.index),
-            Message::CandidateZero(zero) => 5 + usize::from(zero.cable),
-            Message::CandidateNaming(naming) => {
-                self.naming = Some(*naming);
-                return;
-            }
-            _ => return,
-        };
+    fn put(&mut self, place: usize, frame: &Frame) {
         if let Some(shown) = self.frames.get_mut(place) {
             *shown = frame.data().try_into().ok();
         }
