@@ -8,7 +8,7 @@
 
 mod adapter;
 
-pub use adapter::{Adapter, Answer, Counters};
+pub use adapter::{Adapter, Counters, Response};
 
 use heapless::Vec;
 

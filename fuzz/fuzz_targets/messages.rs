@@ -6,7 +6,7 @@
 #![no_main]
 
 use glenoid::can::{BaseId, Frame, Message};
-use glenoid::device::{Action, Config, Device, Event, MOST_FRAMES};
+use glenoid::device::{Action, Config, Device, Event, MAX_FRAMES};
 use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, Rig};
 use libfuzzer_sys::fuzz_target;
 
@@ -65,5 +65,5 @@ fn obey(device: &mut Device, now_ms: u32, frame: Frame) {
     });
     let is_command = frame.raw_id() == BASE.command().as_raw();
     assert_eq!(answers, usize::from(is_command));
-    assert!(frames <= MOST_FRAMES);
+    assert!(frames <= MAX_FRAMES);
 }

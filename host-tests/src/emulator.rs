@@ -95,7 +95,7 @@ pub fn ensure_installed(consent: Consent) -> Result<(), EmulatorError> {
 }
 
 /// The emulator with the board's machine and nothing around it.
-pub(crate) fn command() -> Command {
+pub fn command() -> Command {
     let mut command = Command::new(PROGRAM);
     command.args(["-M", "mps2-an386", "-display", "none", "-monitor", "none"]);
     command

@@ -37,7 +37,7 @@ impl Image {
     /// The images that make a drive board, real or emulated.
     pub const BOARDS: [Self; 2] = [Self::EMULATED, Self::NUCLEO_G474RE];
 
-    /// The speed figures of the library on that board (see [`crate::cycles`]).
+    /// The speed figures of the library on that board (see `tools/audit`).
     pub const SPEED: Self = Self { binary: "speed", feature: "emulated" };
 
     /// The whole library, for `cargo panic-free`; never run.

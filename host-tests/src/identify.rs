@@ -62,6 +62,8 @@ pub struct Finding {
     pub summary: String,
     /// What was asked for or written but not used, in words.
     pub warnings: Vec<String>,
+    /// What the files were taken for, in words.
+    pub notes: Vec<String>,
 }
 
 /// Reads the files and identifies.
@@ -71,12 +73,18 @@ pub struct Finding {
 pub fn run(request: &Request) -> Result<Finding, InputError> {
     let (machine, mut warnings) = machine(request.rig.as_deref())?;
     let log = log(&request.lengths, &machine.rig)?;
-    let second = request.verify.as_deref().map(|path| self::log(path, &machine.rig)).transpose()?;
+    let second = match request.verify.as_deref() {
+        Some(path) => Some(self::log(path, &machine.rig)?),
+        // A recording of the bus holds the board's own second set.
+        None => log.second_set(),
+    };
+    let logs = [Some(&log), second.as_ref()].into_iter().flatten();
+    let notes = logs.flat_map(|log| log.notes().iter().map(|note| format!("{}: {note}", log.file()))).collect();
     warnings.extend(unused(request));
     let setting = setting(request, &machine, log.rows().len());
     let report = Problem { rig: &machine.rig, log: &log, setting, second: second.as_ref() }.solve()?;
     let summary = summary::of(&report, &log, second.as_ref());
-    Ok(Finding { report, summary, warnings })
+    Ok(Finding { report, summary, warnings, notes })
 }
 
 /// Tells six numbers that cannot be a start: x, y, z, p1, p2, p3, mm.

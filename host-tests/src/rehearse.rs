@@ -55,7 +55,7 @@ pub fn run(options: &Options, display: &Display, plots: &Path, stop: &'static At
         Ok(mut board) => {
             let mut report = rehearse(&mut board, &mut wearer, &rig, options, display, Some(plots));
             if report.status == Status::Failed && !stop.load(Ordering::Relaxed) {
-                report.reasons.extend(board.last_words().into_iter().map(|line| format!("board's log: {line}")));
+                report.reasons.extend(board.crash_record().into_iter().map(|line| format!("board's log: {line}")));
             }
             report
         }

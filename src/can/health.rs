@@ -1,7 +1,7 @@
 //! Messages about the health of the board: the bus, and how the firmware stopped the last time.
 
 use super::payload::{Field, Payload};
-use crate::restart::{LastWords, ResetCause, TEXT_LEN};
+use crate::restart::{CrashRecord, ResetCause, TEXT_LEN};
 
 /// How the board's CAN controller fares.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -73,7 +73,7 @@ mod stop {
 
 impl LastStop {
     /// What the words say besides their text.
-    pub fn of(words: &LastWords) -> Self {
+    pub fn of(words: &CrashRecord) -> Self {
         // a text is never longer than a byte counts
         let text_len = words.text().len() as u8;
         Self { cause: words.cause, text_len, line: words.line, address: words.address }
@@ -97,7 +97,7 @@ impl LastStop {
     }
 }
 
-/// Seven characters of the last words.
+/// Seven characters of the crash record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct StopText {
@@ -125,10 +125,10 @@ impl StopText {
     /// Characters of a part.
     pub const LEN: usize = 7;
     /// Parts of the longest text.
-    pub const MOST_PARTS: u8 = TEXT_LEN.div_ceil(Self::LEN) as u8;
+    pub const MAX_PARTS: u8 = TEXT_LEN.div_ceil(Self::LEN) as u8;
 
     /// A part of the text; None past its end.
-    pub fn of(words: &LastWords, index: u8) -> Option<Self> {
+    pub fn of(words: &CrashRecord, index: u8) -> Option<Self> {
         let part = words.text().as_bytes().chunks(Self::LEN).nth(usize::from(index))?;
         let mut text = [0; Self::LEN];
         for (place, byte) in text.iter_mut().zip(part) {

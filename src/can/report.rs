@@ -76,7 +76,7 @@ pub struct LeftOut {
     pub of: u8,
     /// Pose, from 0.
     pub pose: u8,
-    /// The cables to blame: bit k for cable k + 1. None when no single cable explains the pose.
+    /// The faulty cables: bit k for cable k + 1. None when no single cable explains the pose.
     pub cables: u8,
 }
 
@@ -125,7 +125,7 @@ pub struct OutcomeReport {
     pub live: bool,
     /// Poses in the first set; they can be read out until the next run starts.
     pub poses: u8,
-    /// What the reason is about, mm: size of the wander, δE, σ; up to 64, None when it is about no length.
+    /// What the reason is about, mm: migration of the centre, δE, σ; up to 64, None when it is about no length.
     pub size_mm: Option<f32>,
 }
 

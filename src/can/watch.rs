@@ -20,8 +20,8 @@ pub struct WatchReport {
     pub moved_mm: [f32; 3],
 }
 
-/// What moved further than a field holds is told as this, mm.
-const MOST_MM: f32 = 63.9;
+/// A movement further than the field holds is sent as this, mm.
+const MAX_MM: f32 = 63.9;
 
 mod field {
     use super::{Field, Scale};
@@ -42,7 +42,7 @@ impl WatchReport {
             Cause::NotABall(drift) => (Reason::CentreDrifts, 0, (*drift).into()),
             Cause::Unknown => (Reason::CentreMoved, 0, [0.0; 3]),
         };
-        Self { run_id, cause: reason, cable, moved_mm: moved_mm.map(|mm: f32| mm.clamp(-MOST_MM, MOST_MM)) }
+        Self { run_id, cause: reason, cable, moved_mm: moved_mm.map(|mm: f32| mm.clamp(-MAX_MM, MAX_MM)) }
     }
 
     pub(super) fn pack(&self) -> Result<Payload, PackError> {

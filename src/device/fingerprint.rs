@@ -1,4 +1,4 @@
-//! A short number that tells two rigs apart.
+//! A short number that distinguishes two rigs.
 
 use crate::rig::Rig;
 
@@ -19,7 +19,7 @@ mod tests {
     use crate::rig::Rig;
 
     #[test]
-    fn rigs_are_told_apart() {
+    fn rigs_are_distinguished() {
         let of = |radius_mm| Rig::shoulder(radius_mm).map(|rig| fingerprint(&rig));
         assert_eq!(of(150.0), of(150.0));
         assert_ne!(of(150.0), of(150.001));

@@ -9,22 +9,23 @@
 //! * [`Event::Stored`] after every [`Action::Store`];
 //! * [`Event::Bus`] when the CAN controller's counters have changed;
 //!
-//! and carries out the actions at once. One event never causes more than [`MOST_FRAMES`] frames.
+//! and carries out the actions at once. One event never causes more than [`MAX_FRAMES`] frames.
 
 pub mod button;
+mod button_commands;
+mod commands;
 mod faults;
 mod fingerprint;
-mod guard;
-mod keeping;
-pub mod lamp;
-mod presses;
+mod persistence;
 mod report;
 mod requests;
+mod slip_monitor;
 mod status;
+pub mod status_led;
 
 pub use button::{Held, Press};
 pub use fingerprint::fingerprint;
-pub use lamp::LampPattern;
+pub use status_led::BlinkPattern;
 
 use crate::can::command::Request;
 use crate::can::health::BusHealth;
@@ -33,18 +34,18 @@ use crate::can::watch::WatchReport;
 use crate::can::{BaseId, Frame, Message};
 use crate::procedure::{Limits, PoseNotice, Procedure, Reason, StateName};
 use crate::record::{LoadError, Record, StoreError};
-use crate::restart::{LastWords, ResetCause, Restart};
+use crate::restart::{CrashRecord, ResetCause, Restart};
 use crate::rig::{CABLES, Rig};
 use button::Button;
-use faults::FaultWatch;
-use guard::Guard;
-use keeping::Keeping;
+use faults::FaultReporter;
+use persistence::Persistence;
 use report::Reporter;
+use slip_monitor::SlipMonitor;
 use status::Pace;
 
 /// Most frames that one event causes, all at once: two poses (held and asked for by the button), a fault with what the
 /// watch says of it, two heartbeats (due, and change of state), two frames of a report. Usually none or one.
-pub const MOST_FRAMES: usize = 8;
+pub const MAX_FRAMES: usize = 8;
 
 /// What happens to the board.
 // A record is ten times the size of the rest. It comes once, by value: there is no heap to box it on.
@@ -82,8 +83,8 @@ pub enum Event {
 pub enum Action {
     /// Send a frame.
     Send(Frame),
-    /// Show a pattern on the lamp from now on.
-    Lamp(LampPattern),
+    /// Show a pattern on the status LED from now on.
+    StatusLed(BlinkPattern),
     /// Replace the record by this one, then say how that went. It is of the rig that the device was made for.
     Store(Record),
     /// Memory cannot be trusted any more: start anew, and say this cause then.
@@ -175,23 +176,23 @@ pub struct Device {
     /// Fingerprint of the rig.
     fingerprint: u32,
     versions: Versions,
-    last_words: Option<LastWords>,
+    crash_record: Option<CrashRecord>,
     bus: BusHealth,
     counters: Counters,
     procedure: Procedure,
     button: Button,
     reporter: Reporter,
     pace: Pace,
-    encoder_fault: FaultWatch,
-    button_fault: FaultWatch,
-    overrun: FaultWatch,
-    unsendable: FaultWatch,
-    keeping: Keeping,
-    record_fault: FaultWatch,
-    bus_off: FaultWatch,
-    restarted: FaultWatch,
-    guard: Guard,
-    slip: FaultWatch,
+    encoder_fault: FaultReporter,
+    button_fault: FaultReporter,
+    overrun: FaultReporter,
+    unsendable: FaultReporter,
+    persistence: Persistence,
+    record_fault: FaultReporter,
+    bus_off: FaultReporter,
+    restarted: FaultReporter,
+    slip_monitor: SlipMonitor,
+    slip: FaultReporter,
     /// The firmware stopped before this start, and nobody has asked about it yet.
     restart_is_news: bool,
     /// The last request, its answer and its time: a repeated frame is answered again and not obeyed again.
@@ -208,30 +209,30 @@ impl Device {
             base: config.base,
             fingerprint,
             versions: status::versions(config.restart.cause, fingerprint),
-            last_words: config.restart.last_words,
+            crash_record: config.restart.crash_record,
             bus: BusHealth::default(),
             counters: Counters::default(),
             procedure: Procedure::new(config.rig, config.limits),
             button: Button::new(),
             reporter: Reporter::at_power_up(),
             pace: Pace::at_power_up(),
-            encoder_fault: FaultWatch::new(),
-            button_fault: FaultWatch::new(),
-            overrun: FaultWatch::new(),
-            unsendable: FaultWatch::new(),
-            keeping: Keeping::default(),
-            record_fault: FaultWatch::new(),
-            bus_off: FaultWatch::new(),
-            restarted: FaultWatch::new(),
-            guard: Guard::default(),
-            slip: FaultWatch::new(),
+            encoder_fault: FaultReporter::new(),
+            button_fault: FaultReporter::new(),
+            overrun: FaultReporter::new(),
+            unsendable: FaultReporter::new(),
+            persistence: Persistence::default(),
+            record_fault: FaultReporter::new(),
+            bus_off: FaultReporter::new(),
+            restarted: FaultReporter::new(),
+            slip_monitor: SlipMonitor::default(),
+            slip: FaultReporter::new(),
             restart_is_news: config.restart.cause.is_fault(),
             answered: None,
         }
     }
 
     /// Handles one event at the time `now_ms` (a clock in milliseconds that may wrap) and hands out what is to be
-    /// done. Bounded work: at most one slice of the solver, at most [`MOST_FRAMES`] frames.
+    /// done. Bounded work: at most one slice of the solver, at most [`MAX_FRAMES`] frames.
     pub fn handle(&mut self, now_ms: u32, event: Event, out: &mut impl FnMut(Action)) {
         let before = self.procedure.state();
         match event {
@@ -239,7 +240,7 @@ impl Device {
             Event::Tick => self.tick(now_ms, out),
             Event::Counts(counts) => {
                 self.procedure.sample(now_ms, &counts);
-                self.guard_sample(now_ms, &counts, out);
+                self.monitor_sample(now_ms, &counts, out);
             }
             Event::Button { down } => self.button.level(now_ms, down),
             Event::Can(frame) => self.receive(now_ms, &frame, out),
@@ -276,7 +277,7 @@ impl Device {
         if let Some(press) = self.button.tick(now_ms) {
             self.press(now_ms, press, out);
         }
-        self.tell_fault(now_ms, out);
+        self.report_fault(now_ms, out);
         if self.pace.heartbeat_is_due(now_ms) {
             self.send_heartbeat(now_ms, out);
         }

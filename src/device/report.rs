@@ -7,7 +7,7 @@ use crate::can::result::{Axis, Parameter, Quality, VerificationReport, WeakDirec
 use crate::can::status::{Counters, Versions};
 use crate::identification::Identified;
 use crate::procedure::{Candidate, PoseSet, Procedure, Reason, StateName};
-use crate::restart::LastWords;
+use crate::restart::CrashRecord;
 use crate::rig::CABLES;
 
 /// An unacknowledged report is sent again after this time, ms.
@@ -29,7 +29,7 @@ pub(super) struct About<'a> {
     pub versions: &'a Versions,
     pub counters: &'a Counters,
     pub bus: &'a BusHealth,
-    pub last_words: Option<&'a LastWords>,
+    pub crash_record: Option<&'a CrashRecord>,
 }
 
 /// Positions of the parts in a report.
@@ -38,7 +38,7 @@ const COUNTERS: u8 = 1;
 const BUS: u8 = 2;
 const LAST_STOP: u8 = 3;
 const STOP_TEXT: u8 = 4;
-const LIVE: u8 = STOP_TEXT + StopText::MOST_PARTS;
+const LIVE: u8 = STOP_TEXT + StopText::MAX_PARTS;
 const LIVE_ZEROS: u8 = LIVE + 6;
 const CANDIDATE: u8 = LIVE_ZEROS + 6;
 const CANDIDATE_ZEROS: u8 = CANDIDATE + 6;
@@ -135,8 +135,10 @@ fn part(position: u8, parts: Parts, procedure: &Procedure, about: &About) -> Opt
         VERSIONS if parts.device => Some(Message::Versions(*about.versions)),
         COUNTERS if parts.device => Some(Message::Counters(*about.counters)),
         BUS if parts.device => Some(Message::BusHealth(*about.bus)),
-        LAST_STOP if parts.device => Some(Message::LastStop(LastStop::of(about.last_words?))),
-        STOP_TEXT..LIVE if parts.device => StopText::of(about.last_words?, position - STOP_TEXT).map(Message::StopText),
+        LAST_STOP if parts.device => Some(Message::LastStop(LastStop::of(about.crash_record?))),
+        STOP_TEXT..LIVE if parts.device => {
+            StopText::of(about.crash_record?, position - STOP_TEXT).map(Message::StopText)
+        }
         LIVE..LIVE_ZEROS if parts.live => {
             let Candidate { run_id, identified, .. } = procedure.live()?;
             let (is_radius, parameter) = parameter(*run_id, identified, position - LIVE)?;

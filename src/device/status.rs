@@ -1,7 +1,7 @@
-//! Heartbeat, faults, reports and lamp: what the device tells of itself without being asked.
+//! Heartbeat, faults, reports and status LED: what the device sends and shows without being asked.
 
-use super::lamp::LampPattern;
 use super::report::About;
+use super::status_led::BlinkPattern;
 use super::{Action, Device, Held, LogEntry};
 use crate::can::Message;
 use crate::can::message::PROTOCOL;
@@ -14,7 +14,7 @@ use crate::restart::ResetCause;
 const HEARTBEAT_MS: u32 = 100;
 /// Frames of a report that are sent in one tick. At one tick a millisecond and 500 kbit/s the bus carries four.
 const FRAMES_A_TICK: usize = 2;
-/// How long the lamp shows that a pose was taken, or something refused, ms.
+/// How long the LED shows that a pose was taken, or something refused, ms.
 const SHOWN_MS: u32 = 1_000;
 
 /// What has its own pace.
@@ -23,16 +23,16 @@ pub(super) struct Pace {
     heartbeat_at_ms: Option<u32>,
     sequence: u8,
     fault_turn: u8,
-    lamp: Option<LampPattern>,
+    led: Option<BlinkPattern>,
     /// Shown for a moment, and since when.
-    momentary: Option<(LampPattern, u32)>,
-    /// Why the button was refused, and when: nobody else can tell its user.
+    momentary: Option<(BlinkPattern, u32)>,
+    /// Why the button was refused, and when: the button has no other way to say so.
     refused_press: Option<(Reason, u32)>,
 }
 
 impl Pace {
     pub const fn at_power_up() -> Self {
-        Self { heartbeat_at_ms: None, sequence: 0, fault_turn: 0, lamp: None, momentary: None, refused_press: None }
+        Self { heartbeat_at_ms: None, sequence: 0, fault_turn: 0, led: None, momentary: None, refused_press: None }
     }
 
     pub fn heartbeat_is_due(&self, now_ms: u32) -> bool {
@@ -40,7 +40,7 @@ impl Pace {
     }
 
     pub fn refuse(&mut self, now_ms: u32, reason: Reason) {
-        self.momentary = Some((LampPattern::Refused, now_ms));
+        self.momentary = Some((BlinkPattern::Refused, now_ms));
         self.refused_press = Some((reason, now_ms));
     }
 }
@@ -104,11 +104,11 @@ impl Device {
         self.send(&Message::Heartbeat(heartbeat), out);
     }
 
-    /// Looks after one kind of fault a tick, in turn, so that many at once do not crowd the bus.
-    pub(super) fn tell_fault(&mut self, now_ms: u32, out: &mut impl FnMut(Action)) {
+    /// Reports one fault source per tick, round-robin, to bound bus load.
+    pub(super) fn report_fault(&mut self, now_ms: u32, out: &mut impl FnMut(Action)) {
         let run_id = self.procedure.run_id();
         self.pace.fault_turn = self.pace.fault_turn.wrapping_add(1);
-        let told = match self.pace.fault_turn % 8 {
+        let reported = match self.pace.fault_turn % 8 {
             0 => {
                 let encoder = self.procedure.fault(now_ms).map(|fault| (fault.reason, fault.cable));
                 self.encoder_fault.update(now_ms, run_id, encoder)
@@ -117,21 +117,21 @@ impl Device {
                 let stuck = (self.button.held() == Held::Stuck).then_some((Reason::ButtonStuck, 0));
                 self.button_fault.update(now_ms, run_id, stuck)
             }
-            2 => self.record_fault.update(now_ms, run_id, self.keeping.wrong.map(|reason| (reason, 0))),
-            3 => self.overrun.tell(now_ms, run_id, Reason::ReceiveOverrun),
-            4 => self.unsendable.tell(now_ms, run_id, Reason::ReportOutOfRange),
-            5 => self.bus_off.tell(now_ms, run_id, Reason::BusOff),
+            2 => self.record_fault.update(now_ms, run_id, self.persistence.wrong.map(|reason| (reason, 0))),
+            3 => self.overrun.report(now_ms, run_id, Reason::ReceiveOverrun),
+            4 => self.unsendable.report(now_ms, run_id, Reason::ReportOutOfRange),
+            5 => self.bus_off.report(now_ms, run_id, Reason::BusOff),
             6 => self.restarted.update(now_ms, run_id, self.restart_is_news.then_some((Reason::Restarted, 0))),
             _ => {
                 let slipped = self.slipped();
-                let told = self.slip.update(now_ms, run_id, slipped);
-                if told.is_some() {
-                    self.tell_slip(out);
+                let reported = self.slip.update(now_ms, run_id, slipped);
+                if reported.is_some() {
+                    self.report_slip(out);
                 }
-                told
+                reported
             }
         };
-        if let Some(fault) = told {
+        if let Some(fault) = reported {
             self.send(&Message::Fault(fault), out);
         }
     }
@@ -142,7 +142,7 @@ impl Device {
                 versions: &self.versions,
                 counters: &self.counters,
                 bus: &self.bus,
-                last_words: self.last_words.as_ref(),
+                crash_record: self.crash_record.as_ref(),
             };
             let Some(message) = self.reporter.next(now_ms, &self.procedure, &about) else { return };
             self.send(&message, out);
@@ -152,7 +152,7 @@ impl Device {
     /// Reports a pose that was captured or refused.
     pub(super) fn note_pose(&mut self, now_ms: u32, notice: &PoseNotice, out: &mut impl FnMut(Action)) {
         let taken = notice.reason == Reason::Fine;
-        self.pace.momentary = Some((if taken { LampPattern::Captured } else { LampPattern::Refused }, now_ms));
+        self.pace.momentary = Some((if taken { BlinkPattern::Captured } else { BlinkPattern::Refused }, now_ms));
         let report = PoseReport {
             run_id: self.procedure.run_id(),
             index: notice.index,
@@ -166,7 +166,7 @@ impl Device {
         out(Action::Log(LogEntry::Pose(*notice)));
     }
 
-    /// A change of state is told at once, and the report that belongs to the new state begins.
+    /// A change of state is sent at once, and the report that belongs to the new state begins.
     pub(super) fn note_transition(
         &mut self,
         now_ms: u32,
@@ -199,20 +199,20 @@ impl Device {
         }
     }
 
-    /// Shows on the lamp what is to be shown now.
+    /// Shows on the LED what is to be shown now.
     pub(super) fn show(&mut self, now_ms: u32, out: &mut impl FnMut(Action)) {
         let pattern = self.pattern(now_ms);
-        if self.pace.lamp != Some(pattern) {
-            self.pace.lamp = Some(pattern);
-            out(Action::Lamp(pattern));
+        if self.pace.led != Some(pattern) {
+            self.pace.led = Some(pattern);
+            out(Action::StatusLed(pattern));
         }
     }
 
-    fn pattern(&self, now_ms: u32) -> LampPattern {
+    fn pattern(&self, now_ms: u32) -> BlinkPattern {
         match self.button.held() {
-            Held::Long => return LampPattern::LongPress,
-            Held::VeryLong => return LampPattern::VeryLongPress,
-            Held::Stuck => return LampPattern::Fault,
+            Held::Long => return BlinkPattern::LongPress,
+            Held::VeryLong => return BlinkPattern::VeryLongPress,
+            Held::Stuck => return BlinkPattern::Fault,
             Held::Not | Held::Short => {}
         }
         if let Some((pattern, at_ms)) = self.pace.momentary
@@ -222,15 +222,15 @@ impl Device {
         }
         let faulty = self.procedure.fault(now_ms).is_some();
         match self.procedure.state() {
-            StateName::Idle | StateName::Collecting | StateName::Verifying if faulty => LampPattern::Fault,
-            StateName::Idle if self.guard.warning().is_some() => LampPattern::Slipped,
-            StateName::Idle if self.procedure.live().is_some() => LampPattern::InUse,
-            StateName::Idle => LampPattern::Ready,
-            StateName::Collecting => LampPattern::Collecting,
-            StateName::Identifying => LampPattern::Working,
-            StateName::Verifying => LampPattern::Verifying,
-            StateName::Review => LampPattern::Review,
-            StateName::Failed => LampPattern::Failed,
+            StateName::Idle | StateName::Collecting | StateName::Verifying if faulty => BlinkPattern::Fault,
+            StateName::Idle if self.slip_monitor.warning().is_some() => BlinkPattern::Slipped,
+            StateName::Idle if self.procedure.live().is_some() => BlinkPattern::InUse,
+            StateName::Idle => BlinkPattern::Ready,
+            StateName::Collecting => BlinkPattern::Collecting,
+            StateName::Identifying => BlinkPattern::Working,
+            StateName::Verifying => BlinkPattern::Verifying,
+            StateName::Review => BlinkPattern::Review,
+            StateName::Failed => BlinkPattern::Failed,
         }
     }
 }

@@ -76,10 +76,19 @@ impl<T: Real> CableLengths<T> {
     /// # Errors
     /// The first cable whose length would not be positive.
     pub fn from_counts(drum: &Drum<T>, counts: &[i32; CABLES]) -> Result<Self, LengthError> {
+        Self::from_mean_counts(drum, counts, &[T::zero(); CABLES])
+    }
+
+    /// Lengths from averaged counts: whole counts, and what their mean lies beyond them.
+    ///
+    /// # Errors
+    /// The first cable whose length would not be positive.
+    pub fn from_mean_counts(drum: &Drum<T>, counts: &[i32; CABLES], beyond: &[T; CABLES]) -> Result<Self, LengthError> {
         let mm_per_count = drum.mm_per_count();
         Self::new(core::array::from_fn(|k| {
-            // Within ±2^24 counts (over 380 m of cable on the shoulder's drum) f32 holds a count exactly.
-            drum.home_length_mm[k] + T::of_integer(counts[k]) * mm_per_count
+            // Within ±2^24 counts (over 380 m of cable on the shoulder's drum) f32 holds a count exactly; the two
+            // products are added one after the other so that the fraction keeps its digits.
+            drum.home_length_mm[k] + T::of_integer(counts[k]) * mm_per_count + beyond[k] * mm_per_count
         }))
     }
 

@@ -1,4 +1,4 @@
-//! What the encoders tell about the arm: believable, still, and where.
+//! What the encoders say about the arm: whether they can be trusted, whether it is still, and where it is.
 
 use super::encoders::{EncoderFault, Encoders};
 use super::limits::Limits;
@@ -8,7 +8,7 @@ use super::stillness::Stillness;
 use crate::kinematics::CableLengths;
 use crate::rig::{CABLES, Drum};
 
-/// Why the arm is not in a pose that can be captured, and which cable is to blame (0: none).
+/// Why the arm is not in a pose that can be captured, and which cable is at fault (0: none).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct NotReady {
@@ -101,11 +101,6 @@ impl Arm {
         self.ready(now_ms)?;
         let (first, mean) = self.stillness.pose().ok_or(NotReady { reason: Reason::ArmMoving, cable: 0 })?;
         let impossible = |cable| NotReady { reason: Reason::LengthImpossible, cable };
-        let at_first = CableLengths::from_counts(drum, &first).map_err(|error| impossible(error.cable))?;
-        let mut lengths_mm = *at_first.as_mm();
-        for (length_mm, counts) in lengths_mm.iter_mut().zip(mean) {
-            *length_mm += counts * drum.mm_per_count();
-        }
-        CableLengths::new(lengths_mm).map_err(|error| impossible(error.cable))
+        CableLengths::from_mean_counts(drum, &first, &mean).map_err(|error| impossible(error.cable))
     }
 }

@@ -1,4 +1,4 @@
-//! A set of captured poses: their lengths, and their rotations to tell how far apart they are.
+//! A set of captured poses: their lengths, and their rotations to measure how far apart they are.
 
 use crate::identification::PoseBuffer;
 use crate::kinematics::CableLengths;

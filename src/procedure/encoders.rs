@@ -1,4 +1,4 @@
-//! Are the encoders believable? Silent, frozen and jumping ones are told by name of the cable.
+//! Checks the encoders: a silent, frozen or jumping one is named by its cable.
 
 use super::reason::Reason;
 use crate::rig::{CABLES, Drum};
@@ -194,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn silence_is_told_after_its_time_and_not_before_the_first_tick() {
+    fn silence_is_reported_after_its_time_and_not_before_the_first_tick() {
         let mut encoders = Encoders::new(LIMITS);
         assert_eq!(reason(&encoders, 1_000_000), None);
         encoders.tick(u32::MAX - 100);

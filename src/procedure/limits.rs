@@ -13,8 +13,8 @@ pub struct Settings {
     pub still_band_mm: f32,
     /// How long the arm must be held still, ms.
     pub hold_ms: u32,
-    /// Fewest samples of the counts in that time.
-    pub fewest_samples: u16,
+    /// Least number of samples of the counts in that time.
+    pub min_samples: u16,
     /// Without a sample for this long the encoders are silent, ms.
     pub silence_ms: u32,
     /// Samples may reach the device this late, ms: how much more a cable may seem to have moved in no time. The
@@ -40,7 +40,7 @@ pub struct Settings {
     /// Largest δE of the second set, mm.
     pub verification_deviation_mm: f32,
     /// Solver runs in one run of the procedure before it gives up.
-    pub most_attempts: u8,
+    pub max_attempts: u8,
     /// Longest time without a new pose while collecting, ms.
     pub collecting_timeout_ms: u32,
     /// Longest time without a new pose while verifying, ms.
@@ -55,7 +55,7 @@ impl Default for Settings {
             // Ten times the paper's noise, about twice the tremor of a supported arm; averaged over the window.
             still_band_mm: 1.0,
             hold_ms: 400,
-            fewest_samples: 8,
+            min_samples: 8,
             silence_ms: 500,
             sample_jitter_ms: 20,
             frozen_mm: 20.0,
@@ -67,9 +67,9 @@ impl Default for Settings {
             zero_prior_mm: 0.0,
             target_sigma_mm: 0.05,
             verification_poses: 5,
-            // Between the paper's 0.07 mm for a sound joint and the 4 mm of a centre that wanders by 2 mm.
+            // Between the paper's 0.07 mm for a sound joint and the 4 mm of a centre that moves by 2 mm.
             verification_deviation_mm: 0.5,
-            most_attempts: 5,
+            max_attempts: 5,
             collecting_timeout_ms: 120_000,
             verifying_timeout_ms: 120_000,
             review_timeout_ms: 300_000,
@@ -132,7 +132,7 @@ impl Limits {
             Err(LimitsError::TooFewPoses)
         } else if s.verification_poses == 0 {
             Err(LimitsError::NoVerification)
-        } else if s.fewest_samples == 0 || s.lost_after_samples == 0 || s.most_attempts == 0 {
+        } else if s.min_samples == 0 || s.lost_after_samples == 0 || s.max_attempts == 0 {
             Err(LimitsError::ZeroCount)
         } else if !times.iter().all(|time| (1..=u32::MAX / 2).contains(time)) || s.sample_jitter_ms > u32::MAX / 2 {
             Err(LimitsError::BadTime)
@@ -157,7 +157,7 @@ impl Limits {
         StillnessLimits {
             band_counts: self.counts(self.settings.still_band_mm),
             hold_ms: self.settings.hold_ms,
-            fewest_samples: self.settings.fewest_samples,
+            min_samples: self.settings.min_samples,
         }
     }
 
@@ -207,8 +207,8 @@ mod tests {
         assert_eq!(with(|s| s.zero_prior_mm = -1.0), Err(LimitsError::NotPositive));
         assert_eq!(with(|s| s.zero_prior_mm = f32::NAN), Err(LimitsError::NotPositive));
         assert_eq!(with(|s| s.verification_poses = 0), Err(LimitsError::NoVerification));
-        assert_eq!(with(|s| s.most_attempts = 0), Err(LimitsError::ZeroCount));
-        assert_eq!(with(|s| s.fewest_samples = 0), Err(LimitsError::ZeroCount));
+        assert_eq!(with(|s| s.max_attempts = 0), Err(LimitsError::ZeroCount));
+        assert_eq!(with(|s| s.min_samples = 0), Err(LimitsError::ZeroCount));
         assert_eq!(with(|s| s.review_timeout_ms = 0), Err(LimitsError::BadTime));
         assert_eq!(with(|s| s.hold_ms = 1 << 31), Err(LimitsError::BadTime));
     }

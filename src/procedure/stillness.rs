@@ -15,7 +15,7 @@ pub struct StillnessLimits {
     /// How long the arm must have been in the band, ms.
     pub hold_ms: u32,
     /// Fewest samples that a verdict can rest on.
-    pub fewest_samples: u16,
+    pub min_samples: u16,
 }
 
 /// The window over the latest counts.
@@ -62,7 +62,7 @@ impl Stillness {
     /// Has every cable been at rest for long enough?
     pub fn is_still(&self, now_ms: u32) -> bool {
         self.window.as_ref().is_some_and(|window| {
-            now_ms.wrapping_sub(window.began_ms) >= self.limits.hold_ms && window.samples >= self.limits.fewest_samples
+            now_ms.wrapping_sub(window.began_ms) >= self.limits.hold_ms && window.samples >= self.limits.min_samples
         })
     }
 
@@ -105,7 +105,7 @@ impl Window {
 mod tests {
     use super::*;
 
-    const LIMITS: StillnessLimits = StillnessLimits { band_counts: 10, hold_ms: 100, fewest_samples: 5 };
+    const LIMITS: StillnessLimits = StillnessLimits { band_counts: 10, hold_ms: 100, min_samples: 5 };
 
     #[test]
     fn still_after_the_hold_time_and_no_earlier() {

@@ -113,7 +113,7 @@ impl Procedure {
 
     fn refused(&mut self, now_ms: u32, detail: Detail) {
         self.run.detail = Some(detail);
-        let again = self.run.attempts < self.limits.settings().most_attempts && !self.poses.is_full();
+        let again = self.run.attempts < self.limits.settings().max_attempts && !self.poses.is_full();
         if again && is_cured_by_more_poses(detail.reason) {
             self.go(now_ms, Trigger::WantsMore, State::Collecting);
         } else {

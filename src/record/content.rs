@@ -5,7 +5,7 @@ use crate::identification::normal_equations::{PACKED, at};
 use crate::identification::outcome::MOST_REJECTED;
 use crate::rig::{CABLES, Parameters};
 
-/// An accepted calibration, with everything that the device tells about it.
+/// An accepted calibration, with everything that the device reports about it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Record {
     /// The run that found the centre; not 0.

@@ -15,7 +15,7 @@
 //! | 52 | 84 | their covariance, mm², lower triangle row by row |
 //! | 136 | 24 + 24 | encoder zeros and their 1σ, mm |
 //! | 184 | 4 · 5 | noise, δE, sway (rad), δE of the second set, its limit, mm |
-//! | 204 | 25 · 2 | poses left out: pose, cables to blame |
+//! | 204 | 25 · 2 | poses left out: pose, faulty cables |
 //! | 254 | 62 | zero; for later versions |
 //! | 316 | 4 | CRC-32 of a constant and all bytes before |
 //!

@@ -197,7 +197,7 @@ impl<F: NorFlash> RecordStore<F> {
         target.erase(flash)?;
         target.write(flash, image)?;
         target.commit(flash)?;
-        // The new record counts from here on. The old one must not outlive it; failing to erase it is told by the next
+        // The new record counts from here on. The old one must not outlive it; failing to erase it is reported by the next
         // store, which will need that page.
         if let Some(old) = self.pages.get(index) {
             let _ = old.erase(flash);

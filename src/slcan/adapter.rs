@@ -47,7 +47,7 @@ pub struct Counters {
 
 /// What follows from one line of the client.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Answer {
+pub struct Response {
     /// Bytes to send back to the client.
     pub reply: &'static [u8],
     /// The frame that the client puts on the bus.
@@ -81,11 +81,11 @@ impl Adapter {
     }
 
     /// Takes one byte from the client. Some at the end of each line.
-    pub fn receive(&mut self, byte: u8) -> Option<Answer> {
+    pub fn receive(&mut self, byte: u8) -> Option<Response> {
         let answer = self.decoder.push(byte)?.and_then(|command| self.obey(command));
         Some(answer.unwrap_or_else(|error| {
             self.counters.refused = self.counters.refused.wrapping_add(1);
-            Answer { reply: REFUSED, frame: None, refusal: Some(error) }
+            Response { reply: REFUSED, frame: None, refusal: Some(error) }
         }))
     }
 
@@ -101,7 +101,7 @@ impl Adapter {
         }
     }
 
-    /// Notes that bytes from the client were lost; the next status query tells it.
+    /// Notes that bytes from the client were lost; the next status query says so.
     pub fn note_overrun(&mut self) {
         self.overrun = true;
         self.counters.overruns = self.counters.overruns.wrapping_add(1);
@@ -117,7 +117,7 @@ impl Adapter {
         self.counters
     }
 
-    fn obey(&mut self, command: Command) -> Result<Answer, SlcanError> {
+    fn obey(&mut self, command: Command) -> Result<Response, SlcanError> {
         let mut frame = None;
         let reply = match command {
             Command::Nothing => DONE,
@@ -156,7 +156,7 @@ impl Adapter {
             Command::TransmitExtended { .. } => self.foreign(true)?,
             Command::TransmitRemote { extended, .. } => self.foreign(extended)?,
         };
-        Ok(Answer { reply, frame, refusal: None })
+        Ok(Response { reply, frame, refusal: None })
     }
 
     fn while_closed(&self) -> Result<(), SlcanError> {

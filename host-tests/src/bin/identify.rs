@@ -19,8 +19,8 @@ const REFUSED: u8 = 2;
 #[derive(Parser)]
 #[command(name = "cargo identify", bin_name = "cargo identify --")]
 struct Arguments {
-    /// The log: CSV with the header l1,l2,l3,l4,l5,l6, one pose a line, mm
-    #[arg(value_name = "LENGTHS.csv")]
+    /// The log: CSV with the columns l1 to l6, one pose a line, mm; or what candump recorded of a run
+    #[arg(value_name = "LOG")]
     lengths: PathBuf,
     /// The rig: base = [[x, y, z], ..] and edges = [p12, p23, p31], mm; without it, the shoulder over a 150 mm base
     #[arg(long, value_name = "RIG.toml")]
@@ -99,6 +99,9 @@ fn run(arguments: Arguments) -> Result<ExitCode, Box<dyn Error>> {
         },
         verify: arguments.verify,
     })?;
+    for note in &found.notes {
+        eprintln!("cargo identify: {note}");
+    }
     for warning in &found.warnings {
         eprintln!("cargo identify: warning: {warning}");
     }

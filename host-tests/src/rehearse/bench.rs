@@ -81,7 +81,7 @@ impl InProcess {
         device.handle(self.now_ms, event, &mut |action| match action {
             Action::Send(frame) => heard.push(frame),
             Action::Store(centre) => stored = Some(record.store(&centre)),
-            Action::Stop(_) | Action::Lamp(_) | Action::Log(_) => {}
+            Action::Stop(_) | Action::StatusLed(_) | Action::Log(_) => {}
         });
         if let Some(result) = stored {
             self.handle(Event::Stored(result));

@@ -46,7 +46,7 @@ impl EmulatedBoard {
     }
 
     /// The end of the board's log, for a report on what went wrong.
-    pub fn last_words(&self) -> Vec<String> {
+    pub fn crash_record(&self) -> Vec<String> {
         let log = self.emulator.log();
         log[log.len().saturating_sub(10)..].to_vec()
     }

@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use clap::Parser;
+use firmware_image::elf::Elf;
+use firmware_image::stack_bound::StackUse;
 use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, Rig};
-use host_tests::elf::Elf;
 use host_tests::rehearse::{Display, EmulatedBoard, Options, Session, Status, rehearse};
-use host_tests::stack_bound::StackUse;
 use host_tests::wearer::{Wearer, WearerSettings};
 use libtest_mimic::Failed;
 

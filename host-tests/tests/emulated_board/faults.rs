@@ -3,14 +3,14 @@
 use std::path::Path;
 use std::time::Duration;
 
+use firmware_image::elf::Elf;
+use firmware_image::hot_code::HotCode;
 use glenoid::can::health::LastStop;
 use glenoid::can::{Message, Opcode};
 use glenoid::procedure::Reason;
 use glenoid::restart::ResetCause;
 use host_tests::debugger::{Debugger, Register};
-use host_tests::elf::Elf;
 use host_tests::emulator::{Emulator, EmulatorError, Options};
-use host_tests::hot_code::HotCode;
 use libtest_mimic::Failed;
 
 use crate::PATIENCE;
@@ -148,7 +148,7 @@ pub fn a_restart_is_told_on_the_bus(image: &Path) -> Result<(), Failed> {
     debugger.set(Register::ProgramCounter, 0xE000_0000)?;
     debugger.resume()?;
     scene.board.wait_for_log_times("board: ready", 2, PATIENCE)?;
-    let log = scene.board.wait_for_log("its last words were: CFSR 0x1,", PATIENCE)?;
+    let log = scene.board.wait_for_log("its crash record says: CFSR 0x1,", PATIENCE)?;
     assert!(log.contains("started by a fault of the processor"), "{log}");
     let mut scene = scene.with_a_new_client()?;
     let restarted =

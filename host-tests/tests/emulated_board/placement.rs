@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
+use firmware_image::elf::Elf;
+use firmware_image::hot_code::{self, HotCode, Memory};
 use glenoid::can::Opcode;
 use glenoid::procedure::{Reason, StateName};
 use host_tests::debugger::Debugger;
-use host_tests::elf::Elf;
 use host_tests::emulator::{Emulator, Options};
-use host_tests::hot_code::{self, HotCode, Memory};
 use libtest_mimic::Failed;
 
 use crate::scene::Scene;

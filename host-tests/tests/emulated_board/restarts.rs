@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use embedded_storage::nor_flash::ReadNorFlash;
+use firmware_image::elf::Elf;
 use glenoid::can::result::Parameter;
 use glenoid::can::{Message, Opcode};
 use glenoid::device::fingerprint;
@@ -12,7 +13,6 @@ use glenoid::record::{Record, RecordStore, image};
 use glenoid::restart::ResetCause;
 use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, Rig};
 use host_tests::debugger::Debugger;
-use host_tests::elf::Elf;
 use host_tests::emulator::{Emulator, Options};
 use host_tests::flash::{MockFlash, PAGE_LEN, TornWord};
 use host_tests::power_cut;

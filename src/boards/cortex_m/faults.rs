@@ -6,7 +6,7 @@ use core::panic::PanicInfo;
 
 use cortex_m::peripheral::SCB;
 use cortex_m_rt::{ExceptionFrame, exception};
-use glenoid::restart::{LastWords, ResetCause};
+use glenoid::restart::{CrashRecord, ResetCause};
 
 use super::{kept, stack};
 
@@ -19,7 +19,7 @@ const STACKING_VIOLATION: u32 = 1 << 4;
 /// not known.
 pub fn stop(cause: ResetCause, address: u32, line: u16, text: Arguments) -> ! {
     cortex_m::interrupt::disable();
-    let words = LastWords::new(cause, address, line, text);
+    let words = CrashRecord::new(cause, address, line, text);
     kept::leave(&words);
     crate::say(&words);
     SCB::sys_reset()

@@ -4,7 +4,7 @@ use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
 use core::ptr;
 
-use glenoid::restart::{Area, LastWords, ResetCause, Restart};
+use glenoid::restart::{Area, CrashRecord, ResetCause, Restart};
 
 /// Written once the board runs. RAM that has just come on holds it with a chance of one in four thousand million.
 const HAS_RUN: u32 = 0x5275_6E21;
@@ -12,7 +12,7 @@ const HAS_RUN: u32 = 0x5275_6E21;
 #[repr(C)]
 struct Kept {
     has_run: u32,
-    last_words: Area,
+    crash_record: Area,
 }
 
 /// The place of [`Kept`]: RAM holds a value whatever happens, but the program has given it none.
@@ -35,8 +35,9 @@ pub fn take(by_hardware: Option<ResetCause>) -> Restart {
     // SAFETY: any bits are a valid `Kept`, and RAM holds some bits, which volatile accesses take as they are; nobody
     // else accesses the place, see above.
     let (has_run, area) = unsafe {
-        let found = (ptr::read_volatile(&raw const (*kept).has_run), ptr::read_volatile(&raw const (*kept).last_words));
-        ptr::write_volatile(kept, Kept { has_run: HAS_RUN, last_words: Default::default() });
+        let found =
+            (ptr::read_volatile(&raw const (*kept).has_run), ptr::read_volatile(&raw const (*kept).crash_record));
+        ptr::write_volatile(kept, Kept { has_run: HAS_RUN, crash_record: Default::default() });
         found
     };
     let by_memory = if has_run == HAS_RUN { ResetCause::Pin } else { ResetCause::PowerOn };
@@ -44,8 +45,8 @@ pub fn take(by_hardware: Option<ResetCause>) -> Restart {
 }
 
 /// Leaves the last words for the next start.
-pub fn leave(words: &LastWords) {
+pub fn leave(words: &CrashRecord) {
     let kept = PLACE.0.get().cast::<Kept>();
     // SAFETY: called with interrupts off by code that never returns to what was interrupted.
-    unsafe { ptr::write_volatile(&raw mut (*kept).last_words, words.seal()) };
+    unsafe { ptr::write_volatile(&raw mut (*kept).crash_record, words.seal()) };
 }

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use glenoid::device::{LampPattern, LogEntry};
+use glenoid::device::{BlinkPattern, LogEntry};
 use glenoid::rig_link::RigLinkError;
 use glenoid::slcan::SlcanError;
 
@@ -17,8 +17,8 @@ pub enum Entry {
     Memory { device: usize, poses: usize, solver: usize },
     /// The device has something to say.
     Device(LogEntry),
-    /// The lamp shows another pattern.
-    Lamp(LampPattern),
+    /// The status LED shows another pattern.
+    StatusLed(BlinkPattern),
     /// Lines of the CAN client were answered with a bell.
     SlcanRefused { last: SlcanError, so_far: u32 },
     /// Lines of the rig link were ignored.
@@ -44,7 +44,7 @@ impl fmt::Display for Entry {
                 f.write_str("device: ")?;
                 device_entry::write(entry, f)
             }
-            Self::Lamp(pattern) => write!(f, "lamp: {pattern:?}"),
+            Self::StatusLed(pattern) => write!(f, "status LED: {pattern:?}"),
             Self::SlcanRefused { last, so_far } => {
                 write!(f, "slcan: {so_far} lines refused so far, last: {last} ({})", last.code())
             }

@@ -24,10 +24,10 @@ mod watchdog;
 
 use cortex_m::interrupt::free;
 use cortex_m::{Peripherals, asm, singleton};
-use glenoid::device::{Action, Config, Device, Event, LampPattern, LogEntry, fingerprint};
+use glenoid::device::{Action, BlinkPattern, Config, Device, Event, LogEntry, fingerprint};
 use glenoid::identification::{PoseBuffer, Solver};
 use glenoid::record::{RecordStore, StoreError};
-use glenoid::restart::{LastWords, ResetCause, Restart};
+use glenoid::restart::{CrashRecord, ResetCause, Restart};
 use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, Rig};
 use glenoid::rig_link::{RigLink, Signal};
 use glenoid::slcan::Adapter;
@@ -48,7 +48,7 @@ const BYTES_A_TURN: usize = 64;
 struct Outside {
     can: Uart,
     adapter: Adapter,
-    lamp: Option<LampPattern>,
+    led: Option<BlinkPattern>,
     log: Log<Entry>,
     record: RecordStore<FileFlash>,
     /// How the store of the record went, which the device is still to be told.
@@ -65,10 +65,10 @@ impl Outside {
                     self.can.write(&line);
                 }
             }
-            Action::Lamp(pattern) if self.lamp == Some(pattern) => {}
-            Action::Lamp(pattern) => {
-                self.lamp = Some(pattern);
-                self.log.push(now_ms, Entry::Lamp(pattern));
+            Action::StatusLed(pattern) if self.led == Some(pattern) => {}
+            Action::StatusLed(pattern) => {
+                self.led = Some(pattern);
+                self.log.push(now_ms, Entry::StatusLed(pattern));
             }
             Action::Store(record) => self.stored = Some(self.record.store(&record)),
             Action::Stop(cause) => faults::stop(cause, 0, 0, format_args!("the centre in use changed in memory")),
@@ -111,7 +111,7 @@ impl Board {
             outside: Outside {
                 can: Uart::start(&CAN_LINE, can_queues),
                 adapter: Adapter::new(),
-                lamp: None,
+                led: None,
                 log: Log::new(),
                 record: RecordStore::new(FileFlash::open(), 0),
                 stored: None,
@@ -224,19 +224,19 @@ impl Board {
     }
 }
 
-/// Says why the board starts: at once, since last words would take most of the log's queue.
+/// Says why the board starts: at once, since a crash record would take most of the log's queue.
 fn tell_start(restart: &Restart) {
     let cause = restart.cause.text();
-    match &restart.last_words {
+    match &restart.crash_record {
         None => log::write_now(format_args!("board: started by {cause}")),
         Some(words) => {
-            log::write_now(format_args!("board: started by {cause}; its last words were: {}", words.text()));
+            log::write_now(format_args!("board: started by {cause}; its crash record says: {}", words.text()));
         }
     }
 }
 
 /// Called by [`cortex`] just before a reset: the host listens at any moment.
-fn say(words: &LastWords) {
+fn say(words: &CrashRecord) {
     let (cause, address, line) = (words.cause.text(), words.address, words.line);
     log::write_now(format_args!("stop: {cause}, at {address:#x}, line {line}: {}", words.text()));
 }

@@ -24,11 +24,11 @@ use embassy_stm32::pac;
 use embassy_stm32::peripherals::IWDG;
 use embassy_stm32::wdg::IndependentWatchdog;
 use glenoid::can::health::BusHealth;
-use glenoid::device::{Action, Config, Device, Event, LampPattern, LogEntry, fingerprint};
+use glenoid::device::{Action, BlinkPattern, Config, Device, Event, LogEntry, fingerprint};
 use glenoid::drive_board::flash_layout::{EccVerdict, ecc_verdict};
 use glenoid::drive_board::reset;
 use glenoid::record::{LoadError, RecordStore, StoreError};
-use glenoid::restart::{LastWords, ResetCause};
+use glenoid::restart::{CrashRecord, ResetCause};
 use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, Rig};
 
 use can::Bus;
@@ -48,7 +48,7 @@ const FRAMES_A_TURN: usize = 4;
 /// Everything that actions go out through.
 struct Outside {
     bus: Bus,
-    lamp: LampPattern,
+    led_pattern: BlinkPattern,
     /// None: the flash is divided otherwise than expected.
     record: Option<RecordStore<ChipFlash>>,
     /// How the store of the record went, which the device is still to be told.
@@ -61,7 +61,7 @@ impl Outside {
     fn carry_out(&mut self, action: Action) {
         match action {
             Action::Send(frame) => self.bus.send(frame),
-            Action::Lamp(pattern) => self.lamp = pattern,
+            Action::StatusLed(pattern) => self.led_pattern = pattern,
             Action::Store(record) => {
                 let result = self.record.as_mut().map_or(Err(StoreError::FlashLayout), |store| store.store(&record));
                 self.stored = Some(result);
@@ -78,7 +78,7 @@ impl Outside {
 struct Board {
     device: &'static mut Device,
     outside: Outside,
-    lamp: Output<'static>,
+    led: Output<'static>,
     watchdog: IndependentWatchdog<'static, IWDG>,
     bus_health: BusHealth,
     last_sample_ms: u32,
@@ -117,8 +117,8 @@ impl Board {
         let bus = Bus::join(chip.FDCAN1, chip.PA11, chip.PA12, config.base)?;
         let mut board = Self {
             device,
-            outside: Outside { bus, lamp: LampPattern::Ready, record, stored: None, measure: false },
-            lamp: Output::new(chip.PA5, Level::Low, Speed::Low),
+            outside: Outside { bus, led_pattern: BlinkPattern::Ready, record, stored: None, measure: false },
+            led: Output::new(chip.PA5, Level::Low, Speed::Low),
             watchdog: IndependentWatchdog::new(chip.IWDG, PATIENCE_US),
             bus_health: BusHealth::default(),
             last_sample_ms: 0,
@@ -135,8 +135,8 @@ impl Board {
 
     fn power_up(&mut self, config: &Config) {
         defmt::info!("board: started by {}", config.restart.cause);
-        if let Some(words) = config.restart.last_words {
-            defmt::warn!("board: its last words were: {=str}, at {=u32:#x}", words.text(), words.address);
+        if let Some(words) = config.restart.crash_record {
+            defmt::warn!("board: its crash record says: {=str}, at {=u32:#x}", words.text(), words.address);
         }
         let record = self.outside.record.as_mut();
         let loaded = record.map_or(Err(LoadError::FlashLayout), |store| store.load(fingerprint(&config.rig)));
@@ -173,7 +173,7 @@ impl Board {
             if now_ms.is_multiple_of(SHOWN_EVERY_MS) {
                 defmt::debug!("counts: {}", sample.counts);
             }
-            self.lamp.set_level(Level::from(self.outside.lamp.is_lit(now_ms)));
+            self.led.set_level(Level::from(self.outside.led_pattern.is_lit(now_ms)));
         }
         if sampled || busy {
             self.handle(now_ms, Event::Tick);
@@ -209,7 +209,7 @@ impl Board {
 }
 
 /// Called by [`cortex`] just before a reset.
-fn say(words: &LastWords) {
+fn say(words: &CrashRecord) {
     defmt::error!("stop: {}, at {=u32:#x}: {=str}", words.cause, words.address, words.text());
 }
 

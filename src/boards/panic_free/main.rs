@@ -1,7 +1,7 @@
 //! An image that links only if nothing in the library can panic (`cargo panic-free`).
 //!
 //! It holds all that the boards call: the device with procedure, identification and watch, the CAN vocabulary, SLCAN, the
-//! rig link, the record, the last words, and the paper's iteration besides. Everything that comes from outside is
+//! rig link, the record, the crash record, and the paper's iteration besides. Everything that comes from outside is
 //! hidden from the optimiser, so no check is left out because of a value that happens to be known here. The panic handler
 //! calls a function that does not exist: a single way to a panic, and there is no image. Never run.
 #![no_std]
@@ -20,7 +20,7 @@ use glenoid::can::{BaseId, Message};
 use glenoid::device::{Action, Config, Device, Event, fingerprint};
 use glenoid::identification::{PaperIteration, PaperSettings, PoseBuffer};
 use glenoid::record::RecordStore;
-use glenoid::restart::{Area, LastWords, ResetCause, Restart};
+use glenoid::restart::{Area, CrashRecord, ResetCause, Restart};
 use glenoid::rig::{Parameters, Rig};
 use glenoid::rig_link::RigLink;
 use glenoid::slcan::Adapter;
@@ -95,7 +95,7 @@ impl Links {
         if let Ok(message) = Message::unpack(&frame, black_box(BaseId::DEFAULT)) {
             black_box(message.pack(black_box(BaseId::DEFAULT))).ok();
         }
-        black_box(LastWords::new(black_box(ResetCause::Fault), 0, 0, format_args!("{byte}")).seal());
+        black_box(CrashRecord::new(black_box(ResetCause::Fault), 0, 0, format_args!("{byte}")).seal());
         Event::Can(frame)
     }
 }

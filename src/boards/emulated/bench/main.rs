@@ -24,7 +24,7 @@ mod report;
 mod stack;
 mod startup;
 
-#[path = "../../../../host-tests/src/literal/mod.rs"]
+#[path = "../../../../tools/oracle/src/lib.rs"]
 // measured, not tested: the image calls less of it than the tests do
 #[allow(dead_code, unused_imports)]
 mod literal;

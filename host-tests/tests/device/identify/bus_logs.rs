@@ -1,0 +1,144 @@
+//! What candump recorded of a run gives the centre that the lengths themselves give.
+
+use super::command::{Desk, Ran};
+use super::recorded::{Log, shoulder};
+use std::fmt::Write;
+
+/// The lengths as the board sends them: singles.
+fn log(seed: u64, poses: usize) -> Log {
+    shoulder(seed, poses, 0.1).iter().map(|row| row.map(|mm| f64::from(mm as f32))).collect()
+}
+
+/// A frame RawLength of glenoid.dbc (783): run, index, cable and set, length in 2^-20 mm, little-endian.
+fn raw_length(run: u16, index: usize, cable: usize, held_out: bool, length_mm: f64) -> [u8; 8] {
+    let mut data = [0; 8];
+    data[..2].copy_from_slice(&run.to_le_bytes());
+    data[2] = index as u8;
+    data[3] = cable as u8 | u8::from(held_out) << 4;
+    data[4..].copy_from_slice(&((length_mm * 1048576.0) as u32).to_le_bytes());
+    data
+}
+
+fn hex(data: &[u8]) -> String {
+    data.iter().fold(String::new(), |mut text, byte| {
+        let _ = write!(text, "{byte:02X}");
+        text
+    })
+}
+
+/// `candump -l` of a run's lengths, among other traffic.
+fn recording(run: u16, poses: &Log, held_out: bool) -> String {
+    let mut text = String::new();
+    for (index, row) in poses.iter().enumerate() {
+        for (cable, length) in row.iter().enumerate() {
+            let time = index * 6 + cable;
+            let data = hex(&raw_length(run, index, cable + 1, held_out, *length));
+            let _ = writeln!(text, "(1700000000.{time:06}) can0 30F#{data}");
+            // A drive's own frames, an extended one, a remote one, CAN FD, and a heartbeat of the board.
+            let _ = writeln!(text, "(1700000000.{time:06}) can0 181#0102030405060708");
+            let _ = writeln!(text, "(1700000000.{time:06}) can0 18FEF100#FFFF");
+            let _ = writeln!(text, "(1700000000.{time:06}) can0 181#R");
+            let _ = writeln!(text, "(1700000000.{time:06}) can0 181##1AABB");
+            let _ = writeln!(text, "(1700000000.{time:06}) can0 302#0100000000000000");
+        }
+    }
+    text
+}
+
+/// The result must be that of a plain table with every digit of the lengths.
+fn same_centre(desk: &Desk, ran: &Ran, poses: &Log) {
+    let rows = poses.iter().map(|row| row.map(|length| length.to_string()).join(",") + "\n");
+    let table = "l1,l2,l3,l4,l5,l6\n".to_owned() + &rows.collect::<String>();
+    let plain = desk.put("plain.csv", table).identify("plain.csv --json").json();
+    let found = ran.json();
+    assert_eq!((ran.code, &found["centre_mm"]), (Some(0), &plain["centre_mm"]), "{ran:?}");
+}
+
+#[test]
+fn a_recording_gives_the_centre_and_its_second_set_verifies_it() {
+    let desk = Desk::new("bus_log");
+    let (first, second) = (log(1, 12), log(2, 5));
+    let both = recording(7, &first, false) + &recording(7, &second, true);
+    let ran = desk.put("run.log", &both).identify("run.log --json");
+    same_centre(&desk, &ran, &first);
+    assert_eq!(
+        ran.stderr,
+        "cargo identify: run.log: a candump recording: run 7, 12 poses, and 5 held out to verify them\n"
+    );
+    assert_eq!(ran.json()["verification"]["poses"], 5, "{ran:?}");
+    // What candump prints, instead of what it writes.
+    let printed: String = (0..12)
+        .flat_map(|index| (0..6).map(move |cable| (index, cable)))
+        .map(|(index, cable)| {
+            let data = raw_length(7, index, cable + 1, false, first[index][cable]).map(|byte| format!("{byte:02X}"));
+            format!("  can0  30F   [8]  {}\n", data.join(" "))
+        })
+        .collect();
+    same_centre(&desk, &desk.put("run.txt", printed).identify("run.txt --json"), &first);
+}
+
+#[test]
+fn of_several_runs_the_last_is_taken_even_under_the_same_number() {
+    let desk = Desk::new("bus_log_runs");
+    let (old, new) = (log(1, 12), log(3, 12));
+    for number in [8, 7] {
+        let both = recording(7, &old, false) + &recording(number, &new, false);
+        let ran = desk.put("run.log", both).identify("run.log --json");
+        same_centre(&desk, &ran, &new);
+        assert!(ran.stderr.contains(&format!("run {number}, the last of 2 runs, 12 poses")), "{ran:?}");
+    }
+    // Read out twice: still one run.
+    let twice = recording(7, &new, false).repeat(2);
+    let ran = desk.put("run.log", twice).identify("run.log --json");
+    same_centre(&desk, &ran, &new);
+    assert!(ran.stderr.contains("run 7, 12 poses"), "{ran:?}");
+}
+
+#[test]
+fn a_recording_that_was_cut_says_what_is_missing() {
+    let desk = Desk::new("bus_log_cut");
+    let poses = log(1, 12);
+    let whole = recording(7, &poses, false);
+    let without_one: String =
+        whole.lines().filter(|line| !line.contains("30F#0700040")).map(|l| l.to_owned() + "\n").collect();
+    let first_of_pose_4 =
+        recording(7, &poses, false).lines().find(|line| line.contains("30F#07000401")).unwrap().to_owned();
+    let ran = desk.put("run.log", without_one + &first_of_pose_4 + "\n(1700000000.1) ca").identify("run.log --json");
+    assert_eq!(ran.code, Some(0), "{ran:?}");
+    assert!(ran.stderr.contains("pose 4 of set 1 is left out: not all six lengths were recorded"), "{ran:?}");
+    assert!(ran.stderr.contains("is cut and left out"), "{ran:?}");
+    let left: Log = poses.iter().enumerate().filter(|(k, _)| *k != 4).map(|(_, row)| *row).collect();
+    same_centre(&desk, &ran, &left);
+}
+
+#[test]
+fn a_recording_without_poses_or_with_something_else_in_it_says_so() {
+    let desk = Desk::new("bus_log_bad");
+    for (text, told) in [
+        (
+            "(1.0) can0 181#01\n(2.0) can0 181#02\n",
+            "line 2, column 1: 2 frames, but none with an identifier of the board",
+        ),
+        (
+            "(1.0) can0 302#0100000000000000\n",
+            "line 1, column 1: 1 frames of the board, but no pose with all six lengths",
+        ),
+        (
+            "(1.0) can0 181#01\nhello world\n(2.0) can0 181#02\n",
+            "line 2, column 7: this is no frame as candump writes it",
+        ),
+        ("(1.0) can0 181#012\n(2.0) can0 181#02\n", "line 1, column 1: no header"),
+        (
+            "date Mon Nov 2 10:00:00.000 am 2026\nbase hex  timestamps absolute\n",
+            "an ASC recording; `python -m glenoid",
+        ),
+        (";$FILEVERSION=2.1\n", "a TRC recording; `python -m glenoid poses run.log`"),
+        ("timestamp,arbitration_id,extended,remote,error,dlc,data\n", "python-can's CSV recording"),
+        ("LOGG\x01\x02", "a BLF recording"),
+        ("PK\x03\x04", "save the table as CSV"),
+    ] {
+        let ran = desk.put("run.log", text).identify("run.log --json");
+        assert_eq!((ran.code, ran.stdout.as_str()), (Some(1), ""), "{text:?}: {ran:?}");
+        assert!(ran.stderr.contains(told), "{text:?}: {ran:?}");
+    }
+}

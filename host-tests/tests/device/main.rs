@@ -1,0 +1,14 @@
+//! The device and everything around it: procedure, bus vocabulary, record, virtual wearer, host commands, documents.
+
+mod documentation;
+mod drive_board;
+mod identify;
+mod plot;
+mod power_cut;
+mod procedure;
+mod rehearse;
+mod rig_link;
+mod slcan;
+mod study;
+mod vocabulary;
+mod wearer;

@@ -1,0 +1,270 @@
+//! A wearer, a client and a device in one process: time is counted, nothing is random but the wearer.
+
+use glenoid::can::status::{Answer, Heartbeat};
+use glenoid::can::{BaseId, Frame, Message, Opcode, Request};
+use glenoid::device::{Action, BlinkPattern, Config, Device, Event, LogEntry, MAX_FRAMES};
+use glenoid::procedure::{Limits, Procedure, Reason, Settings, StateName};
+use glenoid::record::{LoadError, Record};
+use glenoid::restart::Restart;
+use glenoid::rig::Rig;
+use host_tests::wearer::{Pose, Wearer, WearerSettings};
+
+/// Time between two samples of the encoders, ms.
+pub const SAMPLE_MS: u32 = 10;
+
+pub struct Bench {
+    pub device: Device,
+    pub wearer: Wearer,
+    pub now_ms: u32,
+    pub at: Pose,
+    /// Cables whose encoder no longer counts.
+    pub frozen: Option<usize>,
+    /// No samples come.
+    pub silent: bool,
+    pub messages: Vec<Message>,
+    pub led_patterns: Vec<BlinkPattern>,
+    pub logs: Vec<LogEntry>,
+    /// Records that the device wanted stored.
+    pub records: Vec<Record>,
+    counts: [i32; 6],
+    nonce: u16,
+    /// The last one among the messages that were taken.
+    heartbeat: Option<Message>,
+}
+
+impl Bench {
+    /// A device with default limits, and a wearer whose cables are wrong by up to the paper's 0.1 mm.
+    pub fn new(seed: u64) -> Self {
+        Self::with(Settings::default(), WearerSettings { seed, noise_mm: 0.1, ..WearerSettings::default() })
+    }
+
+    /// The same with a clock that begins elsewhere.
+    pub fn starting_at(seed: u64, now_ms: u32) -> Self {
+        let wearer = WearerSettings { seed, noise_mm: 0.1, ..WearerSettings::default() };
+        Self::at(now_ms, Settings::default(), wearer)
+    }
+
+    pub fn with(settings: Settings, wearer: WearerSettings) -> Self {
+        Self::at(0, settings, wearer)
+    }
+
+    fn at(now_ms: u32, settings: Settings, wearer: WearerSettings) -> Self {
+        let rig = Rig::shoulder(150.0).unwrap();
+        let config = Config { limits: Limits::new(&rig, settings).unwrap(), ..Config::for_rig(rig) };
+        let wearer = Wearer::new(Rig::shoulder(150.0).unwrap(), wearer);
+        let at = wearer.home();
+        let mut bench = Self {
+            device: Device::new(config),
+            now_ms,
+            counts: at.counts,
+            at,
+            wearer,
+            frozen: None,
+            silent: false,
+            messages: Vec::new(),
+            led_patterns: Vec::new(),
+            logs: Vec::new(),
+            records: Vec::new(),
+            nonce: 0,
+            heartbeat: None,
+        };
+        // long enough for the arm to count as still
+        bench.pass(600);
+        bench
+    }
+
+    pub fn event(&mut self, event: Event) {
+        let Self { device, now_ms, messages, led_patterns, logs, records, .. } = self;
+        let mut frames = 0;
+        device.handle(*now_ms, event, &mut |action| match action {
+            Action::Send(frame) => {
+                frames += 1;
+                messages.push(Message::unpack(&frame, BaseId::DEFAULT).unwrap());
+            }
+            Action::StatusLed(pattern) => led_patterns.push(pattern),
+            Action::Store(record) => records.push(record),
+            Action::Stop(cause) => panic!("the device asks for a restart: {cause:?}"),
+            Action::Log(entry) => logs.push(entry),
+        });
+        assert!(frames <= MAX_FRAMES, "{frames} frames after {event:?}");
+    }
+
+    /// Time passes with the arm where it is: a tick a millisecond, a sample every [`SAMPLE_MS`].
+    pub fn pass(&mut self, ms: u32) {
+        for _ in 0..ms {
+            self.now_ms = self.now_ms.wrapping_add(1);
+            if self.now_ms.is_multiple_of(SAMPLE_MS) && !self.silent {
+                self.event(Event::Counts(self.counts));
+            }
+            self.event(Event::Tick);
+        }
+    }
+
+    pub fn set_counts(&mut self, counts: [i32; 6]) {
+        for (index, (now, new)) in self.counts.iter_mut().zip(counts).enumerate() {
+            if self.frozen != Some(index) {
+                *now = new;
+            }
+        }
+    }
+
+    /// Moves the arm to a pose in 600 ms, without holding it there.
+    pub fn move_to(&mut self, pose: Pose) {
+        for counts in self.wearer.motion(&self.at, &pose, 600, SAMPLE_MS) {
+            self.set_counts(counts);
+            self.pass(SAMPLE_MS);
+        }
+        self.at = pose;
+    }
+
+    /// Presses the button while the arm moves to a pose and back all the time.
+    pub fn press_while_moving(&mut self, pose: Pose, ms: u32) {
+        let there = self.wearer.motion(&self.at, &pose, 600, SAMPLE_MS);
+        self.event(Event::Button { down: true });
+        let until = self.now_ms + ms;
+        for counts in there.iter().chain(there.iter().rev()).cycle() {
+            self.set_counts(*counts);
+            self.pass(SAMPLE_MS);
+            if self.now_ms >= until {
+                break;
+            }
+        }
+        self.event(Event::Button { down: false });
+        self.pass(100);
+    }
+
+    /// A wearer who only ever turns the arm about its own length.
+    pub fn turning_only(seed: u64) -> Self {
+        let wearer = WearerSettings { seed, tilt_rad: 0.0, torsion_rad: 0.7, noise_mm: 0.1, ..Default::default() };
+        Self::with(Settings { nearest_pose_rad: 0.03, ..Settings::default() }, wearer)
+    }
+
+    /// The board is switched off and on; the record is what it finds. Everything said before is forgotten.
+    pub fn restart(&mut self, restart: Restart, loaded: Result<Record, LoadError>) {
+        let config = Config { restart, ..Config::for_rig(Rig::shoulder(150.0).unwrap()) };
+        self.device = Device::new(config);
+        self.heartbeat = None;
+        self.messages.clear();
+        self.logs.clear();
+        self.event(Event::PowerUp(loaded));
+        self.pass(600);
+    }
+
+    /// The same situation once more.
+    pub fn fork(&self) -> Self {
+        Self {
+            device: self.device.clone(),
+            wearer: self.wearer.clone(),
+            at: self.at,
+            messages: self.messages.clone(),
+            led_patterns: self.led_patterns.clone(),
+            logs: self.logs.clone(),
+            records: self.records.clone(),
+            ..*self
+        }
+    }
+
+    /// Moves the arm to a random pose and holds it long enough to be still.
+    pub fn next_pose(&mut self) {
+        let pose = self.wearer.next_pose();
+        self.move_to(pose);
+        self.pass(500);
+    }
+
+    pub fn request(&mut self, opcode: u8, run_id: u16, argument: u16) -> Answer {
+        self.nonce = self.nonce.wrapping_add(1).max(1);
+        let request = Request { opcode, nonce: self.nonce, run_id, argument };
+        self.raw(request.pack(BaseId::DEFAULT.command()))
+    }
+
+    /// Sends a frame and returns the answer to it.
+    pub fn raw(&mut self, frame: Frame) -> Answer {
+        let before = self.messages.len();
+        self.event(Event::Can(frame));
+        let answers: Vec<Answer> = self.messages[before..]
+            .iter()
+            .filter_map(|m| if let Message::Answer(a) = m { Some(*a) } else { None })
+            .collect();
+        assert_eq!(answers.len(), 1, "exactly one answer to {frame:?}");
+        answers[0]
+    }
+
+    pub fn command(&mut self, opcode: Opcode) -> Answer {
+        self.request(opcode as u8, 0, 0)
+    }
+
+    /// A command that names the run.
+    pub fn decide(&mut self, opcode: Opcode) -> Answer {
+        self.request(opcode as u8, self.device.procedure().run_id(), 0)
+    }
+
+    pub fn procedure(&self) -> &Procedure {
+        self.device.procedure()
+    }
+
+    pub fn state(&self) -> StateName {
+        self.procedure().state()
+    }
+
+    /// Captures `poses` random poses by command.
+    pub fn capture(&mut self, poses: usize) {
+        let mut captured = 0;
+        while captured < poses {
+            self.next_pose();
+            match self.command(Opcode::Capture).code {
+                Reason::Fine => captured += 1,
+                Reason::PoseTooNear => {}
+                other => panic!("{other:?}"),
+            }
+        }
+    }
+
+    /// Starts a run by commands and leads it to a state.
+    pub fn lead_to(&mut self, state: StateName) {
+        if state == StateName::Idle {
+            return;
+        }
+        assert_eq!(self.request(Opcode::Start as u8, 0, 1).code, Reason::Fine);
+        if state == StateName::Collecting {
+            return;
+        }
+        if state == StateName::Failed {
+            // nobody captures a pose
+            self.pass(Settings::default().collecting_timeout_ms + 1);
+            return;
+        }
+        self.capture(12);
+        assert_eq!(self.command(Opcode::Identify).code, Reason::Fine);
+        if state == StateName::Identifying {
+            return;
+        }
+        self.pass(300);
+        if state == StateName::Verifying {
+            return;
+        }
+        self.capture(3);
+        assert_eq!(self.command(Opcode::Verify).code, Reason::Fine);
+        self.pass(10);
+    }
+
+    /// The messages since the last call.
+    pub fn take_messages(&mut self) -> Vec<Message> {
+        if let Some(last) = self.messages.iter().rev().find(|m| matches!(m, Message::Heartbeat(_))) {
+            self.heartbeat = Some(*last);
+        }
+        std::mem::take(&mut self.messages)
+    }
+
+    pub fn press(&mut self, ms: u32) {
+        self.event(Event::Button { down: true });
+        self.pass(ms);
+        self.event(Event::Button { down: false });
+        self.pass(100);
+    }
+
+    /// The latest heartbeat.
+    pub fn heartbeat(&self) -> Heartbeat {
+        let heartbeats = self.heartbeat.iter().chain(&self.messages);
+        heartbeats.rev().find_map(|m| if let Message::Heartbeat(h) = m { Some(*h) } else { None }).unwrap()
+    }
+}

@@ -1,0 +1,136 @@
+//! Codes are a contract: unique, in their bands, never renumbered, the same in code, DBC and documentation.
+
+use super::dbc::Database;
+use glenoid::procedure::{Band, Guidance, Reason, StateName};
+use glenoid::restart::ResetCause;
+use std::collections::BTreeMap;
+
+#[test]
+fn reasons_in_the_dbc() {
+    let expected: BTreeMap<u8, String> = Reason::ALL.iter().map(|r| (r.code(), r.name().to_owned())).collect();
+    assert_eq!(expected.len(), Reason::ALL.len(), "a code is used twice");
+    let database = Database::load();
+    for (id, signal) in
+        [(0x301, "code"), (0x302, "reason"), (0x303, "code"), (0x304, "reason"), (0x305, "reason"), (0x317, "cause")]
+    {
+        assert_eq!(database.values[&(id, signal.to_owned())], expected, "{id:x}.{signal}");
+    }
+}
+
+/// `docs/reasons.md` has one row a reason: code, name, text, remedy.
+#[test]
+fn reasons_in_the_documentation() {
+    let documented: Vec<Vec<&str>> = include_str!("../../../../docs/reasons.md")
+        .lines()
+        .filter(|line| line.starts_with("| ") && line.contains(" | `"))
+        .map(|line| line.trim_matches('|').split('|').map(str::trim).collect())
+        .collect();
+    let expected: Vec<Vec<String>> = Reason::ALL
+        .iter()
+        .map(|r| vec![r.code().to_string(), format!("`{}`", r.name()), r.text().to_owned(), r.remedy().to_owned()])
+        .collect();
+    assert_eq!(documented, expected);
+}
+
+#[test]
+fn reasons_stand_in_their_bands() {
+    let mut last = None;
+    for reason in Reason::ALL {
+        assert_eq!(Reason::from_code(reason.code()), Some(*reason));
+        assert!(Some(reason.code()) > last, "{reason:?} is out of order");
+        last = Some(reason.code());
+        assert_ne!(reason.band(), Band::Unassigned);
+        assert!(!reason.text().is_empty() && !reason.remedy().is_empty());
+        // one row of a table, one line of a display
+        assert!(!reason.text().contains('|') && !reason.remedy().contains('|'));
+    }
+    assert_eq!(Reason::from_code(200), None);
+}
+
+/// The numbers as they were first released. A new reason is added to this list; no line of it ever changes.
+#[test]
+fn reasons_are_never_renumbered() {
+    let released = [
+        (0, "Fine"),
+        (1, "UnknownOpcode"),
+        (2, "WrongLength"),
+        (3, "ReservedNotZero"),
+        (4, "BadArgument"),
+        (5, "WrongState"),
+        (6, "AlreadyRunning"),
+        (7, "AcknowledgeFirst"),
+        (8, "StaleRun"),
+        (9, "NoSuchPose"),
+        (10, "Busy"),
+        (16, "ArmMoving"),
+        (17, "PoseTooNear"),
+        (18, "PosesFull"),
+        (19, "CableLoose"),
+        (20, "PlatformDoesNotClose"),
+        (21, "LengthImpossible"),
+        (32, "EncoderSilent"),
+        (33, "EncoderFrozen"),
+        (34, "EncoderJumped"),
+        (48, "TooFewPoses"),
+        (49, "OneAxis"),
+        (50, "Weak"),
+        (51, "TooManyOutliers"),
+        (52, "NotABall"),
+        (53, "PoseDoesNotClose"),
+        (54, "NotConverged"),
+        (55, "Singular"),
+        (56, "NotFinite"),
+        (57, "TooAlike"),
+        (58, "ZeroNotDetermined"),
+        (80, "VerificationFailed"),
+        (81, "VerificationDoesNotClose"),
+        (96, "Accepted"),
+        (97, "Rejected"),
+        (98, "Aborted"),
+        (99, "CollectingTimeout"),
+        (100, "VerifyingTimeout"),
+        (101, "ReviewTimeout"),
+        (112, "ButtonStuck"),
+        (113, "ReportOutOfRange"),
+        (114, "ReceiveOverrun"),
+        (115, "RecordDamaged"),
+        (116, "RecordOfOtherRig"),
+        (117, "RecordOlder"),
+        (118, "RecordNewer"),
+        (119, "RecordUnfit"),
+        (120, "RecordUnreadable"),
+        (121, "StoreRefused"),
+        (122, "FlashWorn"),
+        (123, "FlashLayout"),
+        (124, "BusOff"),
+        (125, "Restarted"),
+        (128, "StrapSlipped"),
+        (129, "CuffSlipped"),
+        (130, "CableSlipped"),
+        (131, "CentreDrifts"),
+        (132, "CentreMoved"),
+    ];
+    let now: Vec<(u8, &str)> = Reason::ALL.iter().map(|reason| (reason.code(), reason.name())).collect();
+    assert_eq!(now, released);
+}
+
+/// The causes are held against their list of releases where they are defined.
+#[test]
+fn reset_causes_in_the_dbc() {
+    let expected: BTreeMap<u8, String> = ResetCause::ALL.iter().map(|c| (c.code(), c.name().to_owned())).collect();
+    let database = Database::load();
+    for (id, signal) in [(0x310, "reset_cause"), (0x313, "cause")] {
+        assert_eq!(database.values[&(id, signal.to_owned())], expected, "{id:x}.{signal}");
+    }
+}
+
+#[test]
+fn states_and_guidance_in_the_dbc() {
+    let database = Database::load();
+    let states: BTreeMap<u8, String> = StateName::ALL.iter().map(|s| (s.code(), format!("{s:?}"))).collect();
+    assert_eq!(database.values[&(0x302, "state".to_owned())], states);
+    let guidance: BTreeMap<u8, String> = Guidance::ALL.iter().map(|g| (g.code(), format!("{g:?}"))).collect();
+    for id in [0x302, 0x304] {
+        assert_eq!(database.values[&(id, "guidance".to_owned())], guidance);
+    }
+}

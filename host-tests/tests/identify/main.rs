@@ -1,9 +1,0 @@
-//! `cargo identify` from the outside: the real binary on files, its output and its exit code.
-
-mod accepted;
-mod any_bytes;
-mod bad_logs;
-mod bad_rigs;
-mod command;
-mod recorded;
-mod refused;

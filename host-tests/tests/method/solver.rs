@@ -1,0 +1,345 @@
+//! The start-free solver against maximum likelihood the long way (`common::dense`): the same centre, the same error
+//! bar, from any order, in any frame, in slices or at once, and on either machine.
+
+use crate::common::dense::{Dense, Unknowns, maximum_likelihood};
+use crate::common::library::{as_poses, rig};
+use crate::common::sets::{NOISE_MM, add_noise, lengths_at, machines, noisy, sound, sweep};
+use crate::common::{Worn, mirrored, parameters, rng};
+use glenoid::identification::normal_equations::at;
+use glenoid::identification::outcome::{MOST_ITERATIONS, MOST_REJECTED};
+use glenoid::identification::{Identified, Progress, Refusal, Solver, SolverSettings, Termination};
+use glenoid::kinematics::Octahedron;
+use glenoid::rig::{Parameters, Rig};
+use glenoid::scalar::Real;
+use host_tests::literal::Lengths;
+use nalgebra::{Rotation3, Vector3};
+use rand::Rng;
+use rand::seq::SliceRandom;
+
+fn identify<T: Real>(worn: &Worn, poses: &[Lengths<f64>]) -> Result<Identified<T>, Refusal> {
+    let rig = rig::<T>(worn);
+    Solver::<T, 128>::new(&rig, SolverSettings::for_rig(&rig)).run(&as_poses(poses))
+}
+
+/// The dense problem's solution, begun at the truth.
+fn reference(worn: &Worn, poses: &[Lengths<f64>], rotations: &[Rotation3<f64>]) -> Dense {
+    let start = Unknowns { centre_mm: worn.centre_mm, in_platform_mm: Vector3::zeros(), rotations: rotations.to_vec() };
+    maximum_likelihood(worn, poses, start)
+}
+
+fn found<T: Real>(identified: &Identified<T>) -> [f64; 6] {
+    identified.parameters.to_array().map(Real::to_f64)
+}
+
+/// Largest difference of two sets of parameters, mm.
+fn apart(one: &[f64; 6], other: &[f64; 6]) -> f64 {
+    one.iter().zip(other).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+/// The noise that the error bar counts with: the rig's, or the residuals' own where they are larger than in nineteen
+/// sound sets of twenty. `None` where the table is too coarse to tell.
+fn expected_noise_mm(squares_mm2: f64, count: usize) -> Option<f64> {
+    let freedom = 3 * count - 6;
+    // 95 % quantiles of chi-square (any table).
+    let quantile = match freedom {
+        9 => 16.92,
+        24 => 36.42,
+        30 => 43.77,
+        66 => 85.96,
+        114 => 139.92,
+        _ => panic!("look up chi-square with {freedom} degrees of freedom"),
+    };
+    let chi_square = squares_mm2 / (NOISE_MM * NOISE_MM);
+    let told = (chi_square / quantile - 1.0).abs() > 0.01;
+    told.then(|| if chi_square > quantile { (squares_mm2 / freedom as f64).sqrt() } else { NOISE_MM })
+}
+
+/// Asserts that centre, radii, error bar and what is left of the residuals are the dense problem's; the covariance to
+/// the share `close` of the variances.
+fn assert_maximum_likelihood(identified: &Identified<f64>, dense: &Dense, count: usize, close: f64, what: &str) {
+    let off = apart(&found(identified), &parameters(&dense.estimate));
+    assert!(off < 1e-6, "{what}: {off} mm from the maximum-likelihood estimate");
+    let noise_mm = expected_noise_mm(dense.squares_mm2, count).unwrap_or(identified.noise_mm);
+    assert!((identified.noise_mm / noise_mm - 1.0).abs() < 1e-6, "{what}: {} not {noise_mm} mm", identified.noise_mm);
+    let bound = dense.covariance * (noise_mm * noise_mm);
+    for i in 0..6 {
+        for j in 0..=i {
+            let (mine, expected) = (identified.covariance_mm2[at(i, j)], bound[(i, j)]);
+            let scale = (bound[(i, i)] * bound[(j, j)]).sqrt();
+            assert!((mine - expected).abs() < close * scale, "{what}: covariance {i}, {j}: {mine} not {expected}");
+        }
+    }
+    let deviation = (dense.squares_mm2 / (3 * count) as f64).sqrt();
+    assert!((identified.deviation_mm - deviation).abs() < 1e-7, "{what}: {} not {deviation}", identified.deviation_mm);
+}
+
+#[test]
+fn noisy_sets_give_the_maximum_likelihood_estimate_and_the_cramer_rao_bound() {
+    for (name, worn) in machines() {
+        for (seed, count) in [(2501, 5), (2502, 10), (2503, 40)] {
+            let rotations = sweep(&mut rng(seed), count, 45.0, 30.0);
+            let mut poses = lengths_at(&worn, &rotations);
+            add_noise(&mut poses, &mut rng(seed + 10), NOISE_MM);
+            let identified = identify::<f64>(&worn, &poses).expect(name);
+            let dense = reference(&worn, &poses, &rotations);
+            assert_maximum_likelihood(&identified, &dense, count, 1e-5, &format!("{name}, {count} poses"));
+            assert!(identified.rejected.is_empty());
+            assert_eq!(usize::from(identified.poses), count);
+        }
+    }
+}
+
+#[test]
+fn random_machines_give_the_maximum_likelihood_estimate() {
+    let mut rng = rng(2504);
+    for trial in 0..60 {
+        let worn = Worn::random(&mut rng, 20.0);
+        let rotations = sweep(&mut rng, 12, 45.0, 30.0);
+        let mut poses = lengths_at(&worn, &rotations);
+        add_noise(&mut poses, &mut rng, NOISE_MM);
+        let identified = identify::<f64>(&worn, &poses).expect("a sound set");
+        let dense = reference(&worn, &poses, &rotations);
+        assert_maximum_likelihood(&identified, &dense, 12, 1e-5, &format!("machine {trial}"));
+    }
+}
+
+#[test]
+fn poses_beyond_the_fold_are_used_and_well() {
+    let mut rng = rng(2505);
+    for (name, mut worn) in machines() {
+        // A joint far beside the base's middle folds over soonest.
+        worn.centre_mm.x += 0.3 * worn.base_mm[0].norm();
+        let octahedron = Octahedron::new(&rig::<f64>(&worn));
+        let placed = |turn: &Rotation3<f64>| {
+            let pose = octahedron.solve(&as_poses(&[worn.lengths_mm(turn)])[0]);
+            pose.is_ok_and(|pose| (pose.origin_mm - worn.centre_mm - turn * worn.home_mm[0]).norm() < 0.1)
+        };
+        let mut rotations = sweep(&mut rng, 20, 45.0, 30.0);
+        let beyond = sweep(&mut rng, 4000, 80.0, 60.0).into_iter().filter(|turn| !placed(turn));
+        for turn in beyond.take(4) {
+            rotations.insert(rng.random_range(0..=rotations.len()), turn);
+        }
+        assert_eq!(rotations.len(), 24, "{name}: hardly any pose beyond the fold");
+        let mut poses = lengths_at(&worn, &rotations);
+        add_noise(&mut poses, &mut rng, NOISE_MM);
+        let identified = identify::<f64>(&worn, &poses).expect(name);
+        assert!(identified.rejected.is_empty(), "{name}: left out {:?}", identified.rejected);
+        // The rotation of a pose beside the fold settles last.
+        assert_maximum_likelihood(&identified, &reference(&worn, &poses, &rotations), 24, 1e-4, name);
+        let single = identify::<f32>(&worn, &poses).expect(name);
+        assert!(single.rejected.is_empty(), "{name}: single precision left out {:?}", single.rejected);
+    }
+}
+
+#[test]
+fn without_noise_and_start_every_machine_is_found() {
+    let mut rng = rng(2506);
+    let mut refused = 0;
+    for _ in 0..600 {
+        let worn = Worn::random(&mut rng, 20.0);
+        let count = rng.random_range(4..=100);
+        let poses = lengths_at(&worn, &sweep(&mut rng, count, 45.0, 30.0));
+        match identify::<f64>(&worn, &poses) {
+            Ok(identified) => {
+                let off = apart(&found(&identified), &parameters(&worn.truth()));
+                assert!(off < 1e-6, "{count} poses: {off} mm off");
+            }
+            Err(Refusal::Weak { .. } | Refusal::OneAxis { .. } | Refusal::HangsOnOnePose { .. }) => refused += 1,
+            Err(refusal) => panic!("{count} poses: {refusal:?}"),
+        }
+        if count >= 6 {
+            let identified = identify::<f32>(&worn, &poses).expect("a sound set");
+            let off = apart(&found(&identified), &parameters(&worn.truth()));
+            assert!(off < 1e-2, "single precision, {count} poses: {off} mm off");
+        }
+    }
+    assert!(refused < 6, "{refused} of 600 refused");
+}
+
+#[test]
+fn single_precision_finds_what_double_finds() {
+    for (name, worn) in machines() {
+        for seed in 2510..2530 {
+            let poses = noisy(&worn, seed, 12);
+            let double = identify::<f64>(&worn, &poses).expect(name);
+            let single = identify::<f32>(&worn, &poses).expect(name);
+            let off = apart(&found(&single), &found(&double));
+            assert!(off < 5e-3, "{name}: {off} mm apart");
+            for (mine, reference) in single.sigma_mm().iter().zip(double.sigma_mm()) {
+                assert!((f64::from(*mine) / reference - 1.0).abs() < 1e-3, "{name}: {mine} or {reference}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_order_of_the_poses_is_of_no_consequence() {
+    let mut rng = rng(2507);
+    for (name, worn) in machines() {
+        let mut poses = noisy(&worn, 2531, 25);
+        poses[7][2] += 4.0;
+        let first = identify::<f64>(&worn, &poses).expect(name);
+        for _ in 0..10 {
+            let mut order: Vec<usize> = (0..25).collect();
+            order.shuffle(&mut rng);
+            let shuffled: Vec<_> = order.iter().map(|&pose| poses[pose]).collect();
+            let again = identify::<f64>(&worn, &shuffled).expect(name);
+            assert!(apart(&found(&again), &found(&first)) < 1e-8, "{name}");
+            let left_out: Vec<_> = again.rejected.iter().map(|r| (order[usize::from(r.pose)], r.cables)).collect();
+            assert_eq!(left_out, [(7, 0b100)], "{name}");
+        }
+    }
+}
+
+#[test]
+fn the_result_moves_with_the_base_and_turns_with_it() {
+    for (name, worn) in machines() {
+        let poses = noisy(&worn, 2532, 15);
+        let first = identify::<f64>(&worn, &poses).expect(name);
+        let shift = Vector3::new(310.0, -85.0, 40.0);
+        // About z, and tilted: the platform stays on the base's +z side.
+        for turn in [Rotation3::from_euler_angles(0.0, 0.0, 2.2), Rotation3::from_euler_angles(0.3, -0.4, -1.0)] {
+            let mut moved = worn;
+            moved.base_mm = worn.base_mm.map(|point| turn * point + shift);
+            moved.centre_mm = turn * worn.centre_mm + shift;
+            let again = identify::<f64>(&moved, &poses).expect(name);
+            let expected = turn * first.parameters.centre_mm + shift;
+            assert!((again.parameters.centre_mm - expected).amax() < 1e-7, "{name}");
+            let radii = again.parameters.radii_mm.iter().zip(first.parameters.radii_mm);
+            assert!(radii.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) < 1e-7, "{name}");
+            let spread = |result: &Identified<f64>| result.worst_centre_sigma_mm().0;
+            assert!((spread(&again) / spread(&first) - 1.0).abs() < 1e-6, "{name}: the error bar does not turn along");
+        }
+    }
+}
+
+#[test]
+fn numbering_is_of_no_consequence() {
+    for (name, worn) in machines() {
+        let poses = noisy(&worn, 2533, 15);
+        let first = identify::<f64>(&worn, &poses).expect(name);
+
+        // In a mirror: clockwise numbering, the very same lengths.
+        let again = identify::<f64>(&worn.mirrored(), &poses).expect(name);
+        assert!((again.parameters.centre_mm - mirrored(first.parameters.centre_mm)).amax() < 1e-7, "{name}");
+
+        // P2 becomes P1, and so on; B2 becomes B1.
+        let rolled = |[a, b, c]: [Vector3<f64>; 3]| [b, c, a];
+        let renamed = Worn { base_mm: rolled(worn.base_mm), home_mm: rolled(worn.home_mm), ..worn };
+        let renamed_poses: Vec<_> = poses.iter().map(|l| [l[2], l[3], l[4], l[5], l[0], l[1]]).collect();
+        let again = identify::<f64>(&renamed, &renamed_poses).expect(name);
+        assert!((again.parameters.centre_mm - first.parameters.centre_mm).amax() < 1e-7, "{name}");
+        let [p1, p2, p3] = first.parameters.radii_mm;
+        let radii = again.parameters.radii_mm.iter().zip([p2, p3, p1]);
+        assert!(radii.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) < 1e-7, "{name}");
+    }
+}
+
+#[test]
+fn the_nominal_centre_is_not_looked_at() {
+    for (name, worn) in machines() {
+        let poses = as_poses::<f64>(&noisy(&worn, 2534, 10));
+        let rig = rig::<f64>(&worn);
+        let far = Parameters { centre_mm: Vector3::new(-900.0, 4000.0, 1.0), radii_mm: [3.0, 700.0, 55.0] };
+        let misled = Rig::new(*rig.base_mm(), *rig.edges_mm(), *rig.drum(), NOISE_MM, far).expect(name);
+        let run = |rig: &Rig<f64>| Solver::<f64, 16>::new(rig, SolverSettings::for_rig(rig)).run(&poses);
+        assert_eq!(run(&rig), run(&misled), "{name}");
+    }
+}
+
+/// Runs in slices and counts them.
+fn sliced<T: Real>(worn: &Worn, poses: &[Lengths<f64>]) -> (Result<Identified<T>, Refusal>, usize) {
+    let rig = rig::<T>(worn);
+    let mut solver = Solver::<T, 128>::new(&rig, SolverSettings::for_rig(&rig));
+    let poses = as_poses(poses);
+    let most = (MOST_ITERATIONS + 4) * (poses.len() + 1) + 22 * MOST_REJECTED;
+    for slice in 1..=most {
+        match solver.advance(&poses) {
+            Progress::Working => {}
+            Progress::Identified(identified) => {
+                // Asked again it says the same.
+                let identified = identified.clone();
+                assert_eq!(solver.advance(&poses), Progress::Identified(&identified));
+                return (Ok(identified), slice);
+            }
+            Progress::Refused(refusal) => return (Err(refusal), slice),
+        }
+    }
+    panic!("still working after {most} slices");
+}
+
+#[test]
+fn slices_give_the_same_as_one_run() {
+    let mut rng = rng(2508);
+    for (name, worn) in machines() {
+        let clean = noisy(&worn, 2535, 30);
+        let mut spoilt = clean.clone();
+        for pose in [3, 11, 29] {
+            spoilt[pose][rng.random_range(0..6)] += 7.0;
+        }
+        let mut hopeless = clean.clone();
+        add_noise(&mut hopeless, &mut rng, 5.0);
+        let three = clean[..3].to_vec();
+        for poses in [clean, spoilt, hopeless, three] {
+            let (in_slices, slices) = sliced::<f64>(&worn, &poses);
+            assert_eq!(in_slices, identify(&worn, &poses), "{name}");
+            assert!(slices > poses.len(), "{name}: {slices} slices for {} poses", poses.len());
+            assert_eq!(sliced::<f32>(&worn, &poses).0, identify(&worn, &poses), "{name}");
+        }
+    }
+}
+
+#[test]
+fn a_restarted_solver_is_a_new_one() {
+    for (name, worn) in machines() {
+        let rig = rig::<f64>(&worn);
+        let mut solver = Solver::<f64, 128>::new(&rig, SolverSettings::for_rig(&rig));
+        let mut spoilt = noisy(&worn, 2536, 30);
+        spoilt[5].swap(0, 3);
+        let sets = [as_poses(&spoilt), as_poses(&noisy(&worn, 2537, 8)), as_poses(&sound(&worn, 2538, 3))];
+        for (set, poses) in sets.iter().enumerate() {
+            solver.restart();
+            // Stopped in the middle of a run, and begun again.
+            for _ in 0..40 * set {
+                solver.advance(&sets[0]);
+            }
+            solver.restart();
+            assert_eq!(
+                solver.clone().run(poses),
+                Solver::<f64, 128>::new(&rig, SolverSettings::for_rig(&rig)).run(poses),
+                "{name}"
+            );
+            while solver.advance(poses) == Progress::Working {}
+        }
+    }
+}
+
+#[test]
+fn poses_past_the_capacity_are_not_looked_at() {
+    let (name, worn) = machines()[0];
+    let rig = rig::<f64>(&worn);
+    let settings = SolverSettings::for_rig(&rig);
+    let mut poses = noisy(&worn, 2539, 30);
+    poses[12] = [1.0; 6];
+    let poses = as_poses(&poses);
+    let short = Solver::<f64, 12>::new(&rig, settings).run(&poses).expect(name);
+    assert_eq!(Ok(&short), Solver::<f64, 128>::new(&rig, settings).run(&poses[..12]).as_ref());
+    assert_eq!(short.poses, 12);
+    assert_eq!(Solver::<f64, 2>::new(&rig, settings).run(&poses), Err(Refusal::TooFewPoses { poses: 2 }));
+}
+
+#[test]
+fn the_figures_beside_the_centre_are_consistent() {
+    for (name, worn) in machines() {
+        let identified = identify::<f64>(&worn, &noisy(&worn, 2541, 20)).expect(name);
+        assert_eq!(identified.termination, Termination::Settled);
+        assert_eq!(usize::from(identified.iterations), identified.deviations_mm.len());
+        let last = identified.deviations_mm.last().expect("a step");
+        assert!((last - identified.deviation_mm).abs() < 1e-9, "{name}: {last} or {}", identified.deviation_mm);
+        // Sixty lengths of 0.06 mm, fifty-four degrees of freedom out of sixty.
+        assert!((0.04..0.08).contains(&identified.deviation_mm), "{name}: {} mm", identified.deviation_mm);
+        assert_eq!((identified.zeros_mm, identified.zero_sigmas_mm), ([0.0; 6], [0.0; 6]));
+        // Tilts to 45 degrees sway any axis by a tenth of a radian at least.
+        assert!((0.1..1.5).contains(&identified.sway_rad), "{name}: {} rad", identified.sway_rad);
+    }
+}

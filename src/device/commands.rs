@@ -1,0 +1,24 @@
+//! Commands to the procedure, whether they come from the button or over CAN.
+
+use super::slip_monitor::SlipMonitor;
+use super::{Action, Device};
+use crate::procedure::{Command, Reason};
+
+impl Device {
+    /// Hands a command to the procedure, and reports what it brings about beyond its answer.
+    pub(super) fn command(&mut self, now_ms: u32, command: Command, out: &mut impl FnMut(Action)) -> (Reason, u16) {
+        let reply = self.procedure.command(now_ms, command);
+        if let Some(notice) = &reply.pose {
+            self.note_pose(now_ms, notice, out);
+        }
+        if command == Command::Acknowledge && reply.reason == Reason::Fine {
+            self.reporter.stop_repeating();
+            self.slip_monitor.acknowledge();
+        }
+        if command == Command::Accept && reply.reason == Reason::Fine {
+            self.keep(out);
+            self.slip_monitor = SlipMonitor::over(self.procedure.rig(), self.procedure.live());
+        }
+        (reply.reason, reply.detail)
+    }
+}

@@ -1,0 +1,222 @@
+//! The centre in use across power-down: from the record at power-up, to the record when a new one is accepted; and a
+//! seal on it in between, since a centre that changes in memory is a wrong one.
+
+use super::slip_monitor::SlipMonitor;
+use super::{Action, Device, LogEntry, status};
+use crate::identification::outcome::MOST_REJECTED;
+use crate::identification::{Identified, Rejected, Termination};
+use crate::procedure::{Candidate, Reason, Verification};
+use crate::record::{LoadError, Record, StoreError, image};
+use crate::restart::ResetCause;
+use heapless::Vec;
+
+/// What is wrong with the record, None when all is well.
+///
+/// A store that failed leaves the centre in use, but only until power-down; a record that was refused leaves none.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Persistence {
+    pub wrong: Option<Reason>,
+    /// Checksum of the centre in use, as a record; None while there is none.
+    seal: Option<u32>,
+}
+
+impl Device {
+    /// The board has looked for the record.
+    pub(super) fn power_up(&mut self, loaded: Result<Record, LoadError>, out: &mut impl FnMut(Action)) {
+        let reason = match loaded {
+            Ok(record) if record.rig != self.fingerprint => Reason::RecordOfOtherRig,
+            Ok(record) => {
+                self.procedure.resume(candidate(&record));
+                self.persistence.seal = self.live_checksum();
+                self.slip_monitor = SlipMonitor::over(self.procedure.rig(), self.procedure.live());
+                Reason::Fine
+            }
+            Err(error) => reason_of_load(error),
+        };
+        self.persistence.wrong = Some(reason).filter(|reason| *reason != Reason::Fine);
+        out(Action::Log(LogEntry::Loaded { run_id: self.procedure.run_id(), reason }));
+    }
+
+    /// Hands the new centre in use to the board, to be stored.
+    pub(super) fn keep(&mut self, out: &mut impl FnMut(Action)) {
+        self.persistence.seal = self.live_checksum();
+        if let Some(live) = self.procedure.live() {
+            out(Action::Store(record(live, self.fingerprint)));
+        }
+    }
+
+    /// Looks whether the centre in use is still the one that was taken into use. If not, memory cannot be trusted: the
+    /// board starts anew, from the record.
+    pub(super) fn check_live(&self, out: &mut impl FnMut(Action)) {
+        if self.persistence.seal != self.live_checksum() {
+            out(Action::Stop(ResetCause::MemoryError));
+        }
+    }
+
+    fn live_checksum(&self) -> Option<u32> {
+        let live = self.procedure.live()?;
+        Some(image::checksum(&image::encode(&record(live, self.fingerprint), 0)))
+    }
+
+    /// The board has tried to store.
+    pub(super) fn stored(&mut self, result: Result<(), StoreError>, out: &mut impl FnMut(Action)) {
+        let reason = result.map_or_else(reason_of_store, |()| Reason::Fine);
+        self.persistence.wrong = result.err().map(reason_of_store);
+        out(Action::Log(LogEntry::Stored { run_id: self.procedure.run_id(), reason }));
+    }
+}
+
+fn reason_of_load(error: LoadError) -> Reason {
+    match error {
+        // so it is on a new board
+        LoadError::Nothing => Reason::Fine,
+        LoadError::Unreadable => Reason::RecordUnreadable,
+        LoadError::Damaged => Reason::RecordDamaged,
+        LoadError::OlderVersion => Reason::RecordOlder,
+        LoadError::FromTheFuture => Reason::RecordNewer,
+        LoadError::OtherRig => Reason::RecordOfOtherRig,
+        LoadError::Unfit => Reason::RecordUnfit,
+        LoadError::FlashLayout => Reason::FlashLayout,
+    }
+}
+
+fn reason_of_store(error: StoreError) -> Reason {
+    match error {
+        StoreError::Unfit => Reason::RecordUnfit,
+        StoreError::EraseRefused | StoreError::WriteRefused => Reason::StoreRefused,
+        StoreError::EraseIncomplete | StoreError::ReadBackDiffers => Reason::FlashWorn,
+        StoreError::FlashLayout => Reason::FlashLayout,
+    }
+}
+
+/// What is kept of a centre.
+fn record(live: &Candidate, rig: u32) -> Record {
+    let Candidate { run_id, identified, verification } = live;
+    let mut rejected = [Rejected { pose: 0, cables: 0 }; MOST_REJECTED];
+    for (place, entry) in rejected.iter_mut().zip(&identified.rejected) {
+        *place = *entry;
+    }
+    Record {
+        run_id: *run_id,
+        rig,
+        firmware: status::FIRMWARE,
+        parameters: identified.parameters,
+        covariance_mm2: identified.covariance_mm2,
+        zeros_mm: identified.zeros_mm,
+        zero_sigmas_mm: identified.zero_sigmas_mm,
+        noise_mm: identified.noise_mm,
+        deviation_mm: identified.deviation_mm,
+        sway_rad: identified.sway_rad,
+        poses: identified.poses,
+        // never more than MOST_REJECTED
+        left_out: identified.rejected.len() as u8,
+        rejected,
+        iterations: identified.iterations,
+        termination: identified.termination as u8,
+        verification_poses: verification.poses,
+        verification_deviation_mm: verification.deviation_mm,
+        verification_limit_mm: verification.limit_mm,
+    }
+}
+
+/// The centre that a record holds. Of its history, the deviation before each step is not kept.
+fn candidate(record: &Record) -> Candidate {
+    let left_out = record.rejected.get(..usize::from(record.left_out)).unwrap_or_default();
+    Candidate {
+        run_id: record.run_id,
+        identified: Identified {
+            parameters: record.parameters,
+            covariance_mm2: record.covariance_mm2,
+            noise_mm: record.noise_mm,
+            deviation_mm: record.deviation_mm,
+            deviations_mm: Vec::new(),
+            iterations: record.iterations,
+            termination: if record.termination == Termination::DeviationBelowTolerance as u8 {
+                Termination::DeviationBelowTolerance
+            } else {
+                Termination::Settled
+            },
+            poses: record.poses,
+            rejected: Vec::from_slice(left_out).unwrap_or_default(),
+            sway_rad: record.sway_rad,
+            zeros_mm: record.zeros_mm,
+            zero_sigmas_mm: record.zero_sigmas_mm,
+        },
+        verification: Verification {
+            deviation_mm: record.verification_deviation_mm,
+            limit_mm: record.verification_limit_mm,
+            poses: record.verification_poses,
+        },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rig::Parameters;
+
+    /// Every field has a value of its own, so that none can be taken for another.
+    fn live() -> Candidate {
+        Candidate {
+            run_id: 1,
+            identified: Identified {
+                parameters: Parameters::from_array([2.0, 3.0, 4.0, 5.0, 6.0, 7.0]),
+                covariance_mm2: core::array::from_fn(|k| 100.0 + k as f32),
+                noise_mm: 8.0,
+                deviation_mm: 9.0,
+                deviations_mm: Vec::new(),
+                iterations: 10,
+                termination: Termination::Settled,
+                poses: 11,
+                rejected: Vec::from_slice(&[Rejected { pose: 12, cables: 13 }, Rejected { pose: 14, cables: 15 }])
+                    .unwrap(),
+                sway_rad: 16.0,
+                zeros_mm: [20.0, 21.0, 22.0, 23.0, 24.0, 25.0],
+                zero_sigmas_mm: [30.0, 31.0, 32.0, 33.0, 34.0, 35.0],
+            },
+            verification: Verification { deviation_mm: 17.0, limit_mm: 18.0, poses: 19 },
+        }
+    }
+
+    /// One bit of any number of the centre in use, and the board has to start anew.
+    #[test]
+    fn a_centre_that_changes_in_memory_is_noticed() {
+        let rig = crate::rig::Rig::shoulder(150.0).unwrap();
+        let mut device = Device::new(crate::device::Config::for_rig(rig));
+        let stops = |device: &mut Device| {
+            let mut stops = 0;
+            for now_ms in 0..200 {
+                device.handle(now_ms, crate::device::Event::Tick, &mut |action| {
+                    stops += u32::from(action == Action::Stop(ResetCause::MemoryError));
+                });
+            }
+            stops
+        };
+        assert_eq!(stops(&mut device), 0, "without a centre");
+        device.handle(0, crate::device::Event::PowerUp(Ok(record(&live(), device.fingerprint))), &mut |_| {});
+        assert_eq!(stops(&mut device), 0, "with a sound one");
+        let spoilt: [fn(&mut Candidate); 4] = [
+            |live| {
+                live.identified.parameters.centre_mm.x =
+                    f32::from_bits(live.identified.parameters.centre_mm.x.to_bits() ^ 1)
+            },
+            |live| live.identified.parameters.radii_mm[2] = -live.identified.parameters.radii_mm[2],
+            |live| live.identified.covariance_mm2[20] = 0.0,
+            |live| live.run_id ^= 0x8000,
+        ];
+        for spoil in spoilt {
+            let mut spoilt = device.clone();
+            spoil(spoilt.procedure.live_mut().as_mut().unwrap());
+            assert!(stops(&mut spoilt) > 0);
+        }
+        *device.procedure.live_mut() = None;
+        assert!(stops(&mut device) > 0, "a centre that vanishes");
+    }
+
+    #[test]
+    fn a_centre_comes_back_as_it_was_kept() {
+        assert_eq!(candidate(&record(&live(), 7)), live());
+        assert_eq!(record(&live(), 7).rig, 7);
+        assert_eq!(record(&live(), 7).check(), Ok(()));
+    }
+}

@@ -1,0 +1,85 @@
+//! The slip monitor over the centre in use: when it looks at a sample, what it reports, until when.
+//!
+//! It looks while a centre is in use and no calibration is under way, at believable encoders only, and at most once in
+//! [`PERIOD_MS`]: that bounds its cost whatever the sampling rate, and at 20 degrees a second the arm turns by a tenth
+//! of a degree meanwhile. Every sample of a board that takes a hundred a second is looked at, late or early. A warning stays until somebody acknowledges it or another centre is accepted. If what slipped
+//! is still where it slipped to, the next few degrees of motion warn again. The centre in use never changes.
+
+use super::{Action, Device, LogEntry};
+use crate::can::Message;
+use crate::can::watch::WatchReport;
+use crate::kinematics::CableLengths;
+use crate::procedure::{Candidate, Reason, StateName};
+use crate::rig::{CABLES, Rig};
+use crate::watch::{Watch, Watching};
+
+/// Shortest time between two samples that are looked at, ms.
+const PERIOD_MS: u32 = 5;
+
+/// The watch over the centre in use, if there is one.
+#[derive(Debug, Clone, Default)]
+pub(super) struct SlipMonitor {
+    watch: Option<Watch<f32>>,
+    looked_at_ms: Option<u32>,
+    warning: Option<WatchReport>,
+}
+
+impl SlipMonitor {
+    /// A watch over a centre. The lengths that it sees are corrected by the zeros that were found with the centre.
+    pub fn over(rig: &Rig<f32>, live: Option<&Candidate>) -> Self {
+        let watch = live.map(|live| {
+            let identified = &live.identified;
+            // A calibration whose residuals were larger than the rig's noise has shown that the cables are noisier.
+            let noise_mm = rig.length_noise_mm().max(identified.noise_mm);
+            Watch::new(rig, &identified.parameters, &identified.zeros_mm, noise_mm)
+        });
+        Self { watch, ..Self::default() }
+    }
+
+    /// What it warns of.
+    pub fn warning(&self) -> Option<&WatchReport> {
+        self.warning.as_ref()
+    }
+
+    /// The warning has been seen: watch on.
+    pub fn acknowledge(&mut self) {
+        self.warning = None;
+        if let Some(watch) = self.watch.as_mut().filter(|watch| watch.state() == Watching::Warned) {
+            watch.rearm();
+        }
+    }
+}
+
+impl Device {
+    /// Lets the watch look at a sample of the encoders.
+    pub(super) fn monitor_sample(&mut self, now_ms: u32, counts: &[i32; CABLES], out: &mut impl FnMut(Action)) {
+        let Some(watch) = self.slip_monitor.watch.as_mut() else { return };
+        let in_use = matches!(self.procedure.state(), StateName::Idle | StateName::Failed);
+        if !in_use || self.procedure.fault(now_ms).is_some() {
+            watch.interrupted();
+            return;
+        }
+        if self.slip_monitor.looked_at_ms.is_some_and(|at_ms| now_ms.wrapping_sub(at_ms) < PERIOD_MS) {
+            return;
+        }
+        self.slip_monitor.looked_at_ms = Some(now_ms);
+        let Ok(lengths) = CableLengths::from_counts(self.procedure.rig().drum(), counts) else { return };
+        let Some(warning) = watch.sample(&lengths) else { return };
+        let Some(live) = self.procedure.live() else { return };
+        let report = WatchReport::of(live.run_id, &warning.cause);
+        self.slip_monitor.warning = Some(report);
+        out(Action::Log(LogEntry::Slipped(report)));
+    }
+
+    /// What the watch warns of, as a fault that lasts: reason and cable.
+    pub(super) fn slipped(&self) -> Option<(Reason, u8)> {
+        self.slip_monitor.warning().map(|warning| (warning.cause, warning.cable))
+    }
+
+    /// Sends how far and which way, beside the fault.
+    pub(super) fn report_slip(&mut self, out: &mut impl FnMut(Action)) {
+        if let Some(report) = self.slip_monitor.warning().copied() {
+            self.send(&Message::Watch(report), out);
+        }
+    }
+}
