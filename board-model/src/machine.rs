@@ -233,12 +233,14 @@ impl Machine {
             return;
         }
         let (pc, failed) = (state.pc, state.failed.take());
-        if pc >= RETURNS {
-            self.leave(pc);
+        // nothing can be executed up there, so the branch ends as an error
+        let branched_to = self.get(RegisterARM::PC);
+        if result.is_err() && branched_to >= RETURNS {
+            self.leave(branched_to);
         } else if let Err(error) = result {
             self.set(RegisterARM::PC, pc | 1);
             self.fault(failed, &format!("{error:?}"));
-        } else if state.chip.reset.is_none() {
+        } else {
             self.set(RegisterARM::PC, pc | 1);
         }
     }
@@ -346,8 +348,6 @@ fn map_memories(cpu: &mut Unicorn<'static, State>, image: &Image, seed: u64) {
         (FACTORY.0, factory, Prot::READ),
         (SRAM.0, noise(SRAM.1), Prot::ALL),
         (CCM.0, noise(CCM.1), Prot::ALL),
-        // a branch there must be seen, not fetched
-        (0xFFFF_F000, vec![0; 0x1000], read_only),
     ];
     for (from, bytes, access) in memories {
         must(cpu.mem_map(from.into(), bytes.len() as u64, access));
@@ -380,12 +380,8 @@ fn hook(cpu: &mut Unicorn<'static, State>) {
         let address = address as u32;
         let mark = state.marks[usize::from(address < FLASH.0 || address >= CCM.0)].at(address);
         state.pc = address;
-        if address >= RETURNS {
-            must(cpu.emu_stop());
-            return;
-        }
         let is_due = state.attention || state.chip.time.cycles >= state.deadline;
-        if is_due && mark & mark::IN_IT == 0 && state.chip.time.cycles != state.deadline.wrapping_sub(u64::MAX) {
+        if is_due && mark & mark::IN_IT == 0 {
             must(cpu.emu_stop());
             return;
         }

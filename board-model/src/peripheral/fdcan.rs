@@ -198,7 +198,8 @@ impl Fdcan {
     /// The most urgent frame takes the line: of two, the lower identifier.
     fn begin(&mut self, connected: bool, env: &mut Env) {
         let on_bus = connected && !self.file.is("CCCR", "INIT") && !self.file.is("PSR", "BO");
-        let ours = self.queue.front().filter(|_| on_bus).map(|buffer| (*buffer, self.ram.to_send(*buffer, env.breaches)));
+        let first = self.queue.front().filter(|_| on_bus).copied();
+        let ours = first.map(|buffer| (buffer, self.ram.to_send(buffer as usize, &mut *env.breaches)));
         let theirs = self.bus.waiting.front().copied().filter(|_| !self.bus.shorted);
         let duration = |frame: &BusFrame| bits(frame) * PS_A_SECOND / BIT_HZ;
         self.line = match (ours, theirs) {
