@@ -97,12 +97,19 @@ impl Board {
         let start_ps = self.machine.chip().time.now_ps();
         for passed in 0..ms {
             let left = (ms - passed) as i32;
+            // whoever moves the arm waits for the lamp
+            let left = if self.is_up() { left } else { i32::MAX };
             let step: [i32; CABLES] = std::array::from_fn(|cable| (self.target[cable] - self.counts[cable]) / left);
             self.turn(step)?;
             self.machine.run_until(start_ps + u64::from(passed + 1) * PS_A_MS);
             self.log.drain(&mut self.machine);
         }
         Ok(())
+    }
+
+    /// The firmware has set its sampling going.
+    fn is_up(&self) -> bool {
+        self.machine.chip().systick.is_on()
     }
 
     /// Turns the encoders within a millisecond.

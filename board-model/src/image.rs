@@ -81,16 +81,17 @@ impl Image {
         self.functions.iter().filter(|(_, (_, name))| name.contains(part)).map(|(from, _)| *from).collect()
     }
 
-    /// Calls `see` with the address and the first half-word of every instruction.
-    pub fn instructions(&self, mut see: impl FnMut(u32, u16)) {
+    /// Calls `see` with the address of every instruction, its first half-word and the one behind.
+    pub fn instructions(&self, mut see: impl FnMut(u32, u16, u16)) {
         for (from, bytes) in &self.code {
             let mut at = 0;
             while at + 2 <= bytes.len() {
                 let address = from + at as u32;
                 let is_code = self.mapping.range(..=address).next_back().is_some_and(|(_, is_code)| *is_code);
-                let half = u16::from_le_bytes([bytes[at], bytes[at + 1]]);
+                let half_at = |at: usize| bytes.get(at..at + 2).map_or(0, |half| u16::from_le_bytes([half[0], half[1]]));
+                let half = half_at(at);
                 if is_code {
-                    see(address, half);
+                    see(address, half, half_at(at + 2));
                 }
                 // 0b11101, 0b11110 and 0b11111 begin an instruction of 32 bits (ARMv7-M ARM, A5.1)
                 at += if is_code && half >> 11 >= 0b11101 { 4 } else { 2 };

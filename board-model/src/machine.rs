@@ -43,8 +43,10 @@ mod mark {
     pub const SLEEP: u8 = 2;
     /// CPSID i.
     pub const MASKS: u8 = 4;
-    /// CPSIE i.
+    /// CPSIE i, or MSR to a mask.
     pub const UNMASKS: u8 = 8;
+    /// MRS from IPSR, which Unicorn leaves 0.
+    pub const READS_IPSR: u8 = 16;
 }
 
 /// Marks of the code in one memory.
@@ -86,7 +88,10 @@ pub struct State {
     /// One is due as soon as nothing masks it.
     masked: bool,
     pc: u32,
-    sleep_at: Option<u32>,
+    /// An instruction that Unicorn does not carry out as this model needs.
+    stopped: Option<(u32, u8)>,
+    /// The last instruction may have ended a masking.
+    unmasks: bool,
     failed: Option<Failed>,
     masked_since: Option<(u64, u32)>,
     /// The longest time for which interrupts were masked.
@@ -121,7 +126,8 @@ impl Machine {
             attention: false,
             masked: false,
             pc: 0,
-            sleep_at: None,
+            stopped: None,
+            unmasks: false,
             failed: None,
             masked_since: None,
             longest_masked: Longest::default(),
@@ -227,10 +233,13 @@ impl Machine {
         let from = self.get(RegisterARM::PC) | 1;
         let result = self.cpu.emu_start(from.into(), u64::MAX, 0, 0);
         let state = self.cpu.get_data_mut();
-        if let Some(at) = state.sleep_at.take() {
-            self.asleep = true;
-            self.set(RegisterARM::PC, at + 2 | 1);
-            return;
+        match state.stopped.take() {
+            Some((at, mark)) if mark & mark::SLEEP != 0 => {
+                self.asleep = true;
+                return self.set(RegisterARM::PC, at + 2 | 1);
+            }
+            Some((at, _)) => return self.read_ipsr(at),
+            None => {}
         }
         let (pc, failed) = (state.pc, state.failed.take());
         // nothing can be executed up there, so the branch ends as an error
@@ -243,6 +252,26 @@ impl Machine {
         } else {
             self.set(RegisterARM::PC, pc | 1);
         }
+    }
+
+    /// Carries out the instruction MRS Rd, IPSR.
+    fn read_ipsr(&mut self, at: u32) {
+        const LOW: [RegisterARM; 8] = [
+            RegisterARM::R0,
+            RegisterARM::R1,
+            RegisterARM::R2,
+            RegisterARM::R3,
+            RegisterARM::R4,
+            RegisterARM::R5,
+            RegisterARM::R6,
+            RegisterARM::R7,
+        ];
+        let number = self.chip().nvic.current() as u32;
+        match LOW.get(self.bytes(at + 2, 2)[1] as usize & 0xF) {
+            Some(register) => self.set(*register, number),
+            None => self.chip_mut().breaches.add(Rule::Architecture, "MRS from IPSR to a high register"),
+        }
+        self.set(RegisterARM::PC, at + 4 | 1);
     }
 
     /// An instruction could not be carried out.
@@ -389,6 +418,9 @@ fn hook(cpu: &mut Unicorn<'static, State>) {
             must(cpu.emu_stop());
             return;
         }
+        if cpu.get_data().unmasks {
+            end_masking(cpu);
+        }
         let state = cpu.get_data_mut();
         state.chip.time.cycles += 1;
         state.instructions += 1;
@@ -404,20 +436,28 @@ fn hook(cpu: &mut Unicorn<'static, State>) {
     must(cpu.add_mem_hook(HookType::MEM_INVALID, 1, 0, failed));
 }
 
+/// The instruction before may have let the interrupts in again.
+fn end_masking(cpu: &mut Unicorn<'_, State>) {
+    let is_open = cpu.reg_read(RegisterARM::PRIMASK) == Ok(0);
+    let state = cpu.get_data_mut();
+    state.unmasks = false;
+    if is_open && let Some((since, pc)) = state.masked_since.take() {
+        let cycles = state.chip.time.cycles - since;
+        if cycles > state.longest_masked.cycles {
+            state.longest_masked = Longest { cycles, pc };
+        }
+    }
+}
+
 fn note(cpu: &mut Unicorn<'_, State>, address: u32, mark: u8) {
     let state = cpu.get_data_mut();
     let cycle = state.chip.time.cycles;
     if mark & mark::MASKS != 0 && state.masked_since.is_none() {
         state.masked_since = Some((cycle, address));
     }
-    if mark & mark::UNMASKS != 0
-        && let Some((since, pc)) = state.masked_since.take()
-        && cycle - since > state.longest_masked.cycles
-    {
-        state.longest_masked = Longest { cycles: cycle - since, pc };
-    }
-    if mark & mark::SLEEP != 0 {
-        state.sleep_at = Some(address);
+    state.unmasks |= mark & mark::UNMASKS != 0;
+    if mark & (mark::SLEEP | mark::READS_IPSR) != 0 {
+        state.stopped = Some((address, mark));
         must(cpu.emu_stop());
     }
 }
@@ -427,7 +467,7 @@ fn marks(image: &Image, from: u32) -> Marks {
     let len = if from == CCM.0 { CCM.1 } else { FLASH.1 };
     let mut of = vec![0; len / 2];
     let mut left = 0_u32;
-    image.instructions(|address, half| {
+    image.instructions(|address, half, next| {
         let Some(place) = of.get_mut((address.wrapping_sub(from) / 2) as usize) else { return };
         if left != 0 {
             *place |= mark::IN_IT;
@@ -437,6 +477,9 @@ fn marks(image: &Image, from: u32) -> Marks {
             0xBF30 => *place |= mark::SLEEP,
             0xB672 => *place |= mark::MASKS,
             0xB662 => *place |= mark::UNMASKS,
+            // MSR; which register it writes does not matter here
+            _ if half & 0xFFF0 == 0xF380 => *place |= mark::UNMASKS,
+            0xF3EF if next & 0xFF == 5 => *place |= mark::READS_IPSR,
             // IT: the lowest set bit of its mask says how many instructions follow
             _ if half & 0xFF00 == 0xBF00 && half & 0xF != 0 => left = 4 - (half & 0xF).trailing_zeros(),
             _ => {}
