@@ -84,6 +84,15 @@ impl Board {
         self.machine.chip().ports[0].level(LAMP, None)
     }
 
+    /// The static variable whose name contains `part` holds these counts somewhere.
+    pub fn holds_counts(&self, part: &str, counts: [i32; CABLES]) -> bool {
+        let wanted: Vec<u8> = counts.iter().flat_map(|count| count.to_le_bytes()).collect();
+        let places = self.image.variables(part);
+        places.iter().any(|(from, len)| {
+            self.machine.bytes(*from, *len as usize).windows(wanted.len()).any(|bytes| bytes == wanted)
+        })
+    }
+
     /// Time since power-up, ms.
     pub fn now_ms(&self) -> u64 {
         self.machine.chip().time.now_ps() / PS_A_MS

@@ -62,6 +62,8 @@ pub struct Chip {
     pub reset: Option<Cause>,
     /// The forbidden regions have changed.
     pub mpu_changed: bool,
+    /// Changes what the firmware stores, for tests that put a defect back.
+    pub alter: Option<fn(u32, u32) -> u32>,
     supply: Supply,
     switched_ps: Option<u64>,
 }
@@ -98,6 +100,7 @@ impl Chip {
             dbgmcu: Plain::new("DBGMCU"),
             reset: None,
             mpu_changed: false,
+            alter: None,
             supply,
             switched_ps: None,
         };
@@ -188,6 +191,12 @@ impl Chip {
         Ok(())
     }
 
+    /// A word of the program could not be corrected when it was fetched.
+    pub fn spoil_program_word(&mut self, address: u32) {
+        self.flash.note_bad_word(address & 0x3_FFFF, false);
+        self.nvic.pend(exception::NMI);
+    }
+
     /// The clocks now.
     pub fn clocks(&self) -> crate::peripheral::clocks::Clocks {
         self.supply.clocks
@@ -217,6 +226,7 @@ impl Chip {
     /// The firmware writes `size` bytes.
     pub fn write(&mut self, address: u32, size: u32, value: u32) {
         let cycle = self.time.cycles;
+        let value = self.alter.map_or(value, |alter| alter(address, value));
         match address {
             BANK_2..0x0808_0000 => self.with_env(|chip, env| chip.flash.store(address, size, value, env)),
             0xE000_E010..0xE000_E020 => self.systick.write(address - 0xE000_E010, value, cycle),

@@ -16,7 +16,7 @@ pub struct Image {
     pub stored: Vec<(u32, Vec<u8>)>,
     /// Where code runs: address and bytes.
     pub code: Vec<(u32, Vec<u8>)>,
-    symbols: BTreeMap<String, u32>,
+    symbols: BTreeMap<String, (u32, u32)>,
     /// Functions by address: length and name.
     functions: BTreeMap<u32, (u32, String)>,
     /// Starts of code (true) and of constants (false) between it.
@@ -54,7 +54,7 @@ impl Image {
                 mapping.insert(at, name.starts_with("$t"));
                 continue;
             }
-            symbols.insert(name.to_owned(), at);
+            symbols.insert(name.to_owned(), (at, symbol.size() as u32));
             if symbol.kind() == SymbolKind::Text {
                 let shown = format!("{:#}", rustc_demangle::demangle(name));
                 functions.insert(at & !1, (symbol.size() as u32, shown));
@@ -65,7 +65,7 @@ impl Image {
 
     /// The address of a symbol.
     pub fn symbol(&self, name: &str) -> Option<u32> {
-        self.symbols.get(name).copied()
+        self.symbols.get(name).map(|(address, _)| *address)
     }
 
     /// The function that an address lies in, and how far inside; the address itself where there is none.
@@ -76,9 +76,9 @@ impl Image {
         }
     }
 
-    /// Addresses of the functions whose names contain `part`.
-    pub fn functions(&self, part: &str) -> Vec<u32> {
-        self.functions.iter().filter(|(_, (_, name))| name.contains(part)).map(|(from, _)| *from).collect()
+    /// Address and length of everything whose name contains `part`.
+    pub fn variables(&self, part: &str) -> Vec<(u32, u32)> {
+        self.symbols.iter().filter(|(name, _)| name.contains(part)).map(|(_, place)| *place).collect()
     }
 
     /// Calls `see` with the address of every instruction, its first half-word and the one behind.

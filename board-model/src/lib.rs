@@ -12,5 +12,6 @@ pub mod image;
 pub mod log;
 pub mod machine;
 pub mod peripheral;
+pub mod power_cuts;
 pub mod register_file;
 pub mod time;

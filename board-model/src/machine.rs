@@ -98,8 +98,6 @@ pub struct State {
     pub longest_masked: Longest,
     /// Instructions executed.
     pub instructions: u64,
-    /// A word of the program that cannot be corrected any more.
-    pub bad_program_word: Option<u32>,
 }
 
 /// The processor.
@@ -132,7 +130,6 @@ impl Machine {
             masked_since: None,
             longest_masked: Longest::default(),
             instructions: 0,
-            bad_program_word: None,
         };
         let mut cpu = Unicorn::new_with_data(Arch::ARM, Mode::MCLASS | Mode::THUMB, state)
             .unwrap_or_else(|error| panic!("Unicorn: {error:?}"));
@@ -332,6 +329,12 @@ impl Machine {
         if register == RegisterARM::PC {
             self.cpu.get_data_mut().pc = value & !1;
         }
+    }
+
+    /// Goes on elsewhere, as a debugger makes it.
+    pub fn jump(&mut self, address: u32) {
+        self.asleep = false;
+        self.set(RegisterARM::PC, address | 1);
     }
 
     /// Bytes of memory, as a debugger reads them.

@@ -53,6 +53,19 @@ impl Cells {
         // RM0440: FLASH_OPTR, the factory's setting: two banks, no protection
         Self { words, optr: 0xFFEF_F8AA, protected: BTreeSet::new(), random }
     }
+
+    /// An operation is cut short.
+    pub fn tear(&mut self, operation: Operation) {
+        let Self { words, random, .. } = self;
+        match operation {
+            Operation::Program(at, bits) => words[at] = Word::torn_in_programming(bits, random),
+            Operation::Erase(page) => {
+                for word in &mut words[page * PAGE_WORDS..(page + 1) * PAGE_WORDS] {
+                    *word = word.torn_in_erasing(random);
+                }
+            }
+        }
+    }
 }
 
 /// The peripheral.
@@ -70,6 +83,8 @@ pub struct Flash {
     pub busy: Option<(Operation, u64)>,
     /// Operations begun since power-up.
     pub operations: u32,
+    /// The cells before each operation, if somebody wants to know.
+    pub journal: Option<Vec<(Cells, Operation)>>,
     cache_is_old: bool,
     /// A read of the second bank has to wait until then, ps.
     pub stall_until_ps: u64,
@@ -86,6 +101,7 @@ impl Flash {
             half: None,
             busy: None,
             operations: 0,
+            journal: None,
             cache_is_old: false,
             stall_until_ps: 0,
         };
@@ -105,15 +121,8 @@ impl Flash {
 
     /// The power fails: what is under way is torn.
     pub fn cut(&mut self) {
-        let Cells { words, random, .. } = &mut self.cells;
-        match self.busy.take() {
-            Some((Operation::Program(at, bits), _)) => words[at] = Word::torn_in_programming(bits, random),
-            Some((Operation::Erase(page), _)) => {
-                for word in &mut words[page * PAGE_WORDS..(page + 1) * PAGE_WORDS] {
-                    *word = word.torn_in_erasing(random);
-                }
-            }
-            None => {}
+        if let Some((operation, _)) = self.busy.take() {
+            self.cells.tear(operation);
         }
     }
 
@@ -260,6 +269,9 @@ impl Flash {
 
     fn begin(&mut self, operation: Operation, takes_ps: u64, env: &Env) {
         self.operations += 1;
+        if let Some(journal) = &mut self.journal {
+            journal.push((self.cells.clone(), operation));
+        }
         self.cache_is_old = true;
         self.busy = Some((operation, env.now_ps + takes_ps));
         self.file.put("SR", "BSY", 1);

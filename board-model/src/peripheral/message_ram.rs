@@ -82,11 +82,11 @@ impl MessageRam {
             }
             let (kind, action) = (word >> 30, word >> 27 & 7);
             let (first, second) = (word >> 16 & 0x7FF, word & 0x7FF);
-            if action == 0 {
-                continue;
-            }
             if word & FILTER_RESERVED != 0 {
                 breaches.add(Rule::ReservedBit, format!("FDCAN: filter {index} is {word:#010x}"));
+            }
+            if action == 0 {
+                continue;
             }
             let matches = match kind {
                 0 => (first..=second).contains(&id),
