@@ -1,7 +1,9 @@
 //! Joint-centre identification for a cable-driven shoulder rehabilitator, on the drive board itself.
 //!
 //! ```text
-//! rig ── kinematics ── identification ── watch ── procedure ── device ── boards
+//! rig ── kinematics ── identification ──┬── procedure ──┐
+//!                                       ├── monitor ────┤── device ── boards
+//!                                       └── record ─────┘
 //! ```
 //!
 //! Data flows from left to right and nothing knows what stands to its right. `rig`, `kinematics` and
@@ -13,7 +15,6 @@
 #![no_std]
 #![deny(unsafe_code)]
 
-
 pub mod can;
 pub mod device;
 pub mod drive_board;
@@ -21,6 +22,7 @@ pub mod identification;
 pub mod kinematics;
 pub mod line;
 pub mod linear_algebra;
+pub mod monitor;
 pub mod paper;
 pub mod procedure;
 pub mod record;
@@ -29,6 +31,3 @@ pub mod rig;
 pub mod rig_link;
 pub mod scalar;
 pub mod slcan;
-
-
-pub mod monitor;

@@ -1,36 +1,36 @@
 //! Fault isolation: which cable made a pose contradict the others?
 //!
-//! With the centre known a pose has three redundant lengths, so any one cable can be left out and the other five
-//! still tested (two degrees of freedom). The cable without which the pose fits is faulty. When no single cable
-//! is, two may have been exchanged.
+//! With the centre known a pose has three redundant lengths. So any one cable can be left out and the other five still
+//! be tested (two degrees of freedom): the cable without which the pose fits is faulty. When there is no such cable, each
+//! pair of cables is tested for an exchange (three degrees of freedom).
 
 use crate::kinematics::{AttitudeFit, AttitudeSolver, CableLengths, CableSet};
 use crate::rig::CABLES;
 use crate::scalar::Real;
 use nalgebra::UnitQuaternion;
 
-/// χ² with two degrees of freedom up to which the five other cables count as sound: once in 8 000 poses they do not.
-const SOUND: f64 = 18.0;
-/// The same for all six cables after an exchange, three degrees of freedom.
-const SOUND_AFTER_EXCHANGE: f64 = 25.0;
-/// A second cable that explains the pose worse by less than this in χ² looks alike, and is named too.
-const LOOKS_ALIKE: f64 = 9.0;
+/// χ² with two degrees of freedom up to which the five other cables are sound; sound ones exceed it once in 8 000 poses.
+const FIVE_CABLES_LIMIT: f64 = 18.0;
+/// The same for all six cables after an exchange, three degrees of freedom: once in 65 000.
+const EXCHANGE_LIMIT: f64 = 25.0;
+/// A second cable whose χ² is larger by less than this cannot be told apart (3σ), and is named too.
+const AMBIGUOUS: f64 = 9.0;
 
 /// The faulty cables: bit k set, cable k + 1.
 pub type Cables = u8;
 
-/// Ways to a rotation that answers a question: from the known one, then in each of the four assembly modes.
+/// Starts tried for each hypothesis: the known rotation, then each of the four assembly modes.
 const ATTEMPTS: u8 = 5;
 
-/// The questions about one pose: first for each cable whether the pose fits without it, then for each two of them whether
-/// they were exchanged. One attempt at one question a slice.
+/// Fault isolation of one pose: the hypotheses are first that each cable is faulty, then that each pair was exchanged. One
+/// attempt at one hypothesis a slice.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Isolation<T> {
-    /// The cables of the present question (from 0) are `first` and `first + apart`.
+    /// The cables of the present hypothesis (from 0) are `first` and `first + apart`.
     first: usize,
     apart: usize,
     attempt: u8,
-    /// Best χ² of the present question so far.
+    /// Smallest χ² of the present hypothesis so far.
     best: T,
     /// χ² without each cable; infinite where no rotation fits.
     without: [T; CABLES],
@@ -44,9 +44,9 @@ impl<T: Real> Default for Isolation<T> {
 }
 
 impl<T: Real> Isolation<T> {
-    /// One attempt; the answer when it is known, 0 when no cable or exchange explains the pose.
+    /// One attempt. `Some` when it is the last one needed: the faulty cables, 0 when no cable or exchange explains the pose.
     ///
-    /// `known`: the pose's rotation with all cables, near which the right one is sought first.
+    /// `known`: the pose's rotation ({P} to {B}) by all cables, the first start. `variance_mm2`: of a length, mm².
     pub fn advance(
         &mut self,
         solver: &AttitudeSolver<'_, T>,
@@ -57,7 +57,7 @@ impl<T: Real> Isolation<T> {
         let (first, second) = (self.first, self.first + self.apart);
         let is_exchange = self.apart > 0;
         let cables = if is_exchange { CableSet::ALL } else { CableSet::all_but(first) };
-        let limit = T::of(if is_exchange { SOUND_AFTER_EXCHANGE } else { SOUND });
+        let limit = T::of(if is_exchange { EXCHANGE_LIMIT } else { FIVE_CABLES_LIMIT });
         let lengths = lengths.exchanged(first, second);
         let fit = match self.attempt.checked_sub(1) {
             None => solver.track(*known, &lengths, cables),
@@ -68,7 +68,7 @@ impl<T: Real> Isolation<T> {
             self.best = if chi_square < self.best { chi_square } else { self.best };
         }
         self.attempt += 1;
-        // What fits near the known rotation needs no other.
+        // A fit within the limit needs no further start.
         if self.attempt < ATTEMPTS && !(self.best <= limit) {
             return None;
         }
@@ -78,14 +78,14 @@ impl<T: Real> Isolation<T> {
             *without = chi_square;
         }
         self.first += 1;
-        let all_asked = second + 1 == CABLES;
-        if all_asked {
+        let all_tested = second + 1 == CABLES;
+        if all_tested {
             (self.first, self.apart) = (0, self.apart + 1);
         }
         if is_exchange && chi_square <= limit {
             return Some(1 << first | 1 << second);
         }
-        let single = if !is_exchange && all_asked { self.single_cables() } else { 0 };
+        let single = if !is_exchange && all_tested { self.single_cables() } else { 0 };
         (single != 0 || self.apart == CABLES).then_some(single)
     }
 
@@ -93,7 +93,7 @@ impl<T: Real> Isolation<T> {
     fn single_cables(&self) -> Cables {
         let smaller = |a: T, b: T| if b < a { b } else { a };
         let best = self.without.iter().fold(T::of(f64::INFINITY), |best, chi_square| smaller(best, *chi_square));
-        let limit = smaller(T::of(SOUND), best + T::of(LOOKS_ALIKE));
+        let limit = smaller(T::of(FIVE_CABLES_LIMIT), best + T::of(AMBIGUOUS));
         let named = |(cable, chi_square): (usize, &T)| u8::from(*chi_square <= limit) << cable;
         self.without.iter().enumerate().map(named).fold(0, |bits, bit| bits | bit)
     }

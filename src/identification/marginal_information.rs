@@ -9,7 +9,7 @@
 //! S = UᵀU - (GᵀU)ᵀ (GᵀG)⁻¹ GᵀU
 //! ```
 //!
-//! and S δ̂ for the best δ: everything that the pose knows, with the exact maximum-likelihood weight.
+//! and S δ̂ for the best δ: all that the pose says about the centre, with its exact maximum-likelihood weight.
 
 use crate::kinematics::LengthJacobian;
 use crate::linear_algebra::{Singular, inverse_of_positive_definite, rounding};
@@ -34,10 +34,10 @@ pub struct MarginalInformation<T> {
 }
 
 impl<T: Real> MarginalInformation<T> {
-    /// The information in six lengths.
+    /// The information of a pose on δ.
     ///
     /// # Errors
-    /// [`Singular`] when they do not determine the rotation (no such pose of a sound rig).
+    /// [`Singular`] when the lengths do not determine the rotation; no pose of a regular rig is like that.
     pub fn new(jacobian: &LengthJacobian<T>) -> Result<Self, Singular> {
         let mut direct = Matrix3::zeros();
         let mut mixed = Matrix3::zeros();
@@ -66,18 +66,13 @@ impl<T: Real> MarginalInformation<T> {
         })
     }
 
-    /// δ̂ for itself: the centre that the pose would have alone, exactly known, at a distance of √squares from the common
-    /// one. `ridge` is added to the information, which may not know a direction.
+    /// The pose's own centre δ̂ as an observation of unit weight: the information becomes the identity, the gradient δ̂ and
+    /// the squares |δ̂|², mm². `ridge` is added to the information first, which may be singular.
     pub fn into_own_centre(self, ridge: T) -> Self {
         let information = self.information + Matrix3::from_diagonal_element(ridge);
         let gradient_mm =
             inverse_of_positive_definite(&information, T::zero()).map_or(self.gradient_mm, |v| v * self.gradient_mm);
-        Self {
-            information: Matrix3::identity(),
-            gradient_mm,
-            squares_mm2: gradient_mm.norm_squared(),
-            ..self
-        }
+        Self { information: Matrix3::identity(), gradient_mm, squares_mm2: gradient_mm.norm_squared(), ..self }
     }
 }
 

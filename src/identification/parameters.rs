@@ -12,9 +12,9 @@ use crate::rig::CABLES;
 use crate::scalar::Real;
 use nalgebra::{Matrix3, Vector3};
 
-/// Most parameters beside O and C.
-pub const MAX_PARAMETERS: usize = 54;
-/// Most unknowns.
+/// Maximum number of parameters beside O and C: 36 of the machine, 18 of the joint.
+const MAX_PARAMETERS: usize = 54;
+/// Maximum number of unknowns.
 pub const MAX_UNKNOWNS: usize = MAX_PARAMETERS + CENTRE_UNKNOWNS;
 /// O and C.
 pub const CENTRE_UNKNOWNS: usize = 6;
@@ -31,7 +31,7 @@ pub enum Column<T> {
     OneCable(usize, T),
     /// The lengths of all cables do.
     AllCables([T; CABLES]),
-    /// The joint centre of the pose moves so, in {B}.
+    /// The joint centre of the pose moves by this in {B}, mm.
     Centre(Vector3<T>),
 }
 
@@ -40,13 +40,13 @@ pub enum Column<T> {
 pub struct PoseAt<'a, T> {
     /// Rotation from {P} to {B}.
     pub rotation: &'a Matrix3<T>,
-    /// The lengths less what is known to be wrong with them.
+    /// The lengths, corrected by the estimated offsets and drum scales.
     pub lengths: &'a CableLengths<T>,
     /// The Jacobian of the lengths.
     pub jacobian: &'a LengthJacobian<T>,
 }
 
-/// Parameters that are estimated with the joint centre.
+/// Parameters that are estimated together with the joint centre.
 pub trait ParameterBlock<T: Real> {
     /// How many take part.
     fn count(&self) -> usize;
@@ -54,19 +54,18 @@ pub trait ParameterBlock<T: Real> {
     /// The column of the Jacobian of parameter `index`, from 0, in a pose.
     fn column(&self, index: usize, pose: &PoseAt<'_, T>) -> Column<T>;
 
-    /// Adds what is known of the parameters beforehand, for a noise of this variance; the first of them is unknown
-    /// `first`.
+    /// Adds the prior of the parameters, times the noise's variance `variance_mm2`, mm². Their unknowns begin at `first`.
     fn add_prior(&self, equations: &mut Equations<T>, first: usize, variance_mm2: T);
 }
 
-/// What a parameter is seen through in a pose, its rotation eliminated.
+/// The Jacobian column of one parameter in a pose, rotation and scatter eliminated.
 #[derive(Clone, Copy)]
 struct Seen<T> {
     column: Column<T>,
-    /// Against δ, rotation and scatter eliminated; and before the scatter was.
+    /// Mixed block with δ, rotation and scatter eliminated; and before the scatter was.
     centre: Vector3<T>,
     unscattered: Vector3<T>,
-    /// Gᵀ x, and (GᵀG)⁻¹ of it.
+    /// Gᵀ x, and (GᵀG)⁻¹ Gᵀ x.
     rotational: Vector3<T>,
     eliminated: Vector3<T>,
     /// (S + 1 / scatter)⁻¹ `unscattered`.
@@ -181,7 +180,7 @@ fn add_parameters<T: Real>(
     }
 }
 
-/// How S δ̂ of a pose changes with the unknowns: three rows, one column an unknown.
+/// Derivative of S δ̂ of a pose with the unknowns: three rows, one column for each unknown.
 pub fn sensitivity<T: Real>(
     block: &impl ParameterBlock<T>,
     at: &PoseAt<'_, T>,
@@ -208,7 +207,7 @@ pub fn sensitivity<T: Real>(
     rows
 }
 
-/// What a parameter is seen through, and its gradient.
+/// A parameter's eliminated column, and its entry of the gradient.
 fn seen<T: Real>(column: &Column<T>, at: &PoseAt<'_, T>, pose: &Scattered<T>) -> (Seen<T>, T) {
     let none = Vector3::zeros();
     let information = &pose.information;
@@ -234,8 +233,7 @@ fn seen<T: Real>(column: &Column<T>, at: &PoseAt<'_, T>, pose: &Scattered<T>) ->
     let unscattered = direct - information.rotation_gain.tr_mul(&rotational);
     let scattered = pose.gain * unscattered;
     let centre = unscattered - pose.unscattered * scattered;
-    let gradient =
-        residual - rotational.dot(&information.turn) - scattered.dot(&pose.unscattered_gradient_mm);
+    let gradient = residual - rotational.dot(&information.turn) - scattered.dot(&pose.unscattered_gradient_mm);
     (Seen { column: *column, centre, unscattered, rotational, eliminated, scattered }, gradient)
 }
 
@@ -245,14 +243,16 @@ fn shared<T: Real>(x: &Seen<T>, y: &Seen<T>) -> T {
         (Column::Centre(moved), _) => return moved.dot(&y.centre),
         (_, Column::Centre(moved)) => return moved.dot(&x.centre),
         (Column::OneCable(i, a), Column::OneCable(j, b)) => {
-            if i == j { *a * *b } else { T::zero() }
+            if i == j {
+                *a * *b
+            } else {
+                T::zero()
+            }
         }
         (Column::OneCable(k, a), Column::AllCables(all)) | (Column::AllCables(all), Column::OneCable(k, a)) => {
             all.get(*k).map_or(T::zero(), |b| *a * *b)
         }
-        (Column::AllCables(a), Column::AllCables(b)) => {
-            a.iter().zip(b).fold(T::zero(), |sum, (a, b)| sum + *a * *b)
-        }
+        (Column::AllCables(a), Column::AllCables(b)) => a.iter().zip(b).fold(T::zero(), |sum, (a, b)| sum + *a * *b),
     };
     direct - x.rotational.dot(&y.eliminated) - x.unscattered.dot(&y.scattered)
 }

@@ -29,7 +29,7 @@ impl<T: Real> JointCentre<T> {
     }
 
     /// From the centre in {B} and the radii: C is where three spheres of radii p_i about the end-points meet, on the
-    /// base's side of the platform. When they do not meet, the point below their radical axis.
+    /// base's side of the platform. When they do not meet, the point of the platform's plane on their radical axis.
     pub fn from_parameters(parameters: &Parameters<T>, geometry: &Geometry<T>) -> Self {
         let [s1, s2, s3] = &geometry.end_points_mm();
         let mut in_platform_mm = trilaterate([s1, s2, s3], &parameters.radii_mm, T::one());

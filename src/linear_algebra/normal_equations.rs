@@ -1,5 +1,5 @@
-//! Least squares, streamed: each equation is added to the normal equations JᵀJ x = Jᵀe and forgotten, so the Jacobian
-//! of all poses never exists (the paper's 3m x 6 matrix D~ of Eq. 14 neither).
+//! Normal equations JᵀJ x = Jᵀe, summed equation by equation, so that the Jacobian of all poses (the paper's 3m x 6 matrix
+//! D~ of Eq. 14) is never stored; solved by Cholesky factorisation.
 //!
 //! The matrix is a packed lower triangle, row by row. How many of the `N` unknowns take part is decided at run time.
 //! Its Cholesky factor takes its place, a few rows a call if wanted.
@@ -7,8 +7,8 @@
 use crate::scalar::Real;
 use nalgebra::SMatrix;
 
-/// The smallest pivot that counts, as a share of the diagonal entry that it came from: below it the weakest
-/// combination of the unknowns is seen a thousand times worse than the others.
+/// The smallest pivot that counts as regular, as a share of the diagonal entry that it came from: below it the weakest
+/// combination of the unknowns has a standard deviation a thousand times larger than the others.
 ///
 /// Measured over random machines, at the end of the paper's iteration from ±10 mm starts: 4000 sets of 3 to 100 poses
 /// about one axis left at most 6e-7 (their centre is wrong by up to 100 mm while δE looks perfect), three poses within
@@ -33,7 +33,7 @@ pub struct Singular;
 
 /// JᵀJ, Jᵀe and eᵀe of the equations added so far; after [`factor`](Self::factor) the Cholesky factor of JᵀJ.
 ///
-/// `N`: most unknowns; `P` = N (N + 1) / 2.
+/// `N`: maximum number of unknowns; `P` = N (N + 1) / 2.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NormalEquations<T, const N: usize, const P: usize> {
     unknowns: usize,
@@ -62,7 +62,7 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
         }
     }
 
-    /// No equations any more, in this many unknowns, at most `N`. In place.
+    /// Back to no equations, in this many unknowns, at most `N`. In place.
     pub fn clear(&mut self, unknowns: usize) {
         self.unknowns = if unknowns < N { unknowns } else { N };
         self.matrix.iter_mut().take(packed_index(self.unknowns, 0)).for_each(|entry| *entry = T::zero());
@@ -106,7 +106,7 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
         self.squares += value * value;
     }
 
-    /// Adds to one entry of JᵀJ, row `i`, column `j <= i`. Nothing happens beside the triangle.
+    /// Adds to one entry of JᵀJ, row `i`, column `j <= i`. Does nothing outside the triangle.
     pub fn add_to_entry(&mut self, i: usize, j: usize, value: T) {
         if let Some(entry) = self.matrix.get_mut(packed_index(i, j)) {
             *entry += value;
@@ -130,19 +130,19 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
         self.squares += squares;
     }
 
-    /// Multiplies everything by `factor`: as if there were so many times as many equations.
+    /// Multiplies all sums by `factor`: as if there were so many times as many equations.
     pub fn scale(&mut self, factor: T) {
         self.matrix.iter_mut().for_each(|entry| *entry *= factor);
         self.gradient.iter_mut().for_each(|entry| *entry *= factor);
         self.squares *= factor;
     }
 
-    /// All rows have become the factor's.
+    /// Is the whole matrix factored?
     pub fn is_factored(&self) -> bool {
         self.factored >= self.unknowns
     }
 
-    /// No row has.
+    /// Is no row factored yet?
     pub fn is_unfactored(&self) -> bool {
         self.factored == 0
     }
@@ -192,13 +192,13 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
         Ok(())
     }
 
-    /// The largest share by which a diagonal entry exceeds the pivot that it became: an estimate of the condition; how
-    /// much worse the weakest combination of the unknowns is seen than the others. 1 or more.
+    /// The largest ratio of a diagonal entry to its pivot, 1 or more: an estimate of the condition number of the matrix with
+    /// unit diagonal.
     pub fn pivot_ratio(&self) -> T {
         self.pivot_ratio
     }
 
-    /// Eq. 15: the solution of JᵀJ x = `right`, once factored; `right` becomes x.
+    /// Solves JᵀJ x = `right` (Eq. 15), once factored; `right` becomes x.
     pub fn solve_for(&self, right: &mut [T; N]) {
         self.solve_trailing(right, 0);
     }
@@ -210,7 +210,7 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
         x
     }
 
-    /// What a step leaves of the squares, as far as the equations are linear, mm².
+    /// The sum of squares after a step by the linear model, mm².
     pub fn squares_after(&self, step: &[T; N]) -> T {
         let gained = step.iter().zip(&self.gradient).take(self.unknowns).fold(T::zero(), |sum, (x, g)| sum + *x * *g);
         (self.squares - gained).max(T::zero())
@@ -240,7 +240,7 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
         }
     }
 
-    /// L⁻¹ `right`, once factored: of a row k of a Jacobian it is what k's variance kᵀ (JᵀJ)⁻¹ k is the squared length of.
+    /// `right` becomes L⁻¹ `right`, once factored. The squared norm of L⁻¹ k is kᵀ (JᵀJ)⁻¹ k, the variance of k·x.
     pub fn whiten(&self, right: &mut [T; N]) {
         for i in 0..self.unknowns {
             let Some((row, inverse)) = self.factor_row(i) else { return };

@@ -2,7 +2,8 @@
 //! Appendix ([`model`]), the iteration of Fig. 4 from a start estimate ([`iteration`]), and step 4 of its procedure, the
 //! verification on a second set ([`verification`]).
 //!
-//! The drive board does not go this way: it needs a start, and its error is larger. It stands here to be compared with.
+//! For comparison only: it needs a start, and its error is larger. The drive board uses the
+//! [`estimator`](crate::identification::estimator).
 
 pub mod iteration;
 pub mod model;

@@ -1,4 +1,5 @@
-//! What the last fit says of a pose, seen or not: its residuals, the centre that it predicts, the one that it reads.
+//! The last fit against any pose: its residuals by χ², the joint centre that the model predicts in it, and the one that
+//! its six lengths give.
 
 use super::Estimator;
 use super::fit::{Fit, SeenPose};
@@ -11,12 +12,12 @@ use crate::linear_algebra::{inverse_of_positive_definite, rounding};
 use crate::scalar::Real;
 use nalgebra::{Matrix3, Vector3};
 
-/// Three linear functions of the unknowns, a column an unknown.
+/// Three linear functions of the unknowns, one column for each unknown.
 pub type Rows<T> = [[T; MAX_UNKNOWNS]; 3];
 
 impl<T: Real> Estimator<T> {
-    /// The residuals of a pose about the estimated centre, held against the noise and what the estimate does not know.
-    /// `None` when no rotation fits its lengths.
+    /// Verifies a pose: its residuals about the estimated centre, tested against the noise and the covariance of the
+    /// estimate. `None` when no rotation fits its lengths.
     ///
     /// With g = S δ̂ of the pose and K the derivative of g with the unknowns, χ² = gᵀ (σ² S + K Σ Kᵀ)⁻¹ g.
     pub fn verify(&self, machine: &Machine<T>, pose: &Pose<T>) -> Option<VerifiedPose<T>> {
@@ -72,7 +73,7 @@ impl<T: Real> Fit<T> {
         Matrix3::from_fn(|i, j| product(&whitened[i], &whitened[j])) * (noise_mm * noise_mm)
     }
 
-    /// The centre that the model predicts at a rotation: derivative O0 + A φ(R) with the unknowns.
+    /// Derivative of the predicted centre O0 + A φ(R) with the unknowns.
     pub(super) fn path_rows(&self, machine: &Machine<T>, rotation: &Matrix3<T>) -> Rows<T> {
         let mut rows = [[T::zero(); MAX_UNKNOWNS]; 3];
         let in_machine = self.estimate.count(machine);
@@ -90,7 +91,7 @@ impl<T: Real> Fit<T> {
         rows
     }
 
-    /// The centre that a pose reads, R C + t: derivative with C.
+    /// Derivative of the centre that a pose's lengths give, R C + t, with C. That with the machine's constants is left out.
     fn live_rows(&self, rotation: &Matrix3<T>) -> Rows<T> {
         let mut rows = [[T::zero(); MAX_UNKNOWNS]; 3];
         let first = self.equations.unknowns() - 3;
@@ -109,7 +110,7 @@ fn set<T: Real>(row: &mut [T; MAX_UNKNOWNS], unknown: usize, value: T) {
     }
 }
 
-/// δ̂ = S⁻¹ g of a pose, mm; the ridge keeps a direction that the pose does not know.
+/// δ̂ = S⁻¹ g of a pose, mm; a small ridge bounds a direction that the pose does not determine.
 pub(super) fn own_centre<T: Real>(information: &Matrix3<T>, gradient_mm: &Vector3<T>) -> Vector3<T> {
     let ridge = Matrix3::from_diagonal_element(T::of(1e-6));
     inverse_of_positive_definite(&(information + ridge), T::zero()).map_or_else(Vector3::zeros, |v| v * gradient_mm)
