@@ -128,6 +128,16 @@ impl Bench {
         self.at = pose;
     }
 
+    /// Moves the encoders to other counts in 600 ms, in a straight line.
+    pub fn glide_to(&mut self, counts: [i32; 6]) {
+        let from = self.counts;
+        for step in 1..=60 {
+            let between = |k: usize| from[k] + (counts[k] - from[k]) * step / 60;
+            self.set_counts(std::array::from_fn(between));
+            self.pass(SAMPLE_MS);
+        }
+    }
+
     /// Presses the button while the arm moves to a pose and back all the time.
     pub fn press_while_moving(&mut self, pose: Pose, ms: u32) {
         let there = self.wearer.motion(&self.at, &pose, 600, SAMPLE_MS);
