@@ -24,6 +24,7 @@ impl Device {
     /// The board has looked into its flash. A centre that it finds there is not confirmed yet: yesterday's strap is not
     /// today's.
     pub(super) fn power_up(&mut self, loaded: Loaded, out: &mut impl FnMut(Action)) {
+        self.parameters_wrong = loaded.parameters.is_some();
         let journal = loaded.journal.unwrap_or_default();
         let last_run_id = match (loaded.journal, &loaded.record) {
             (None, Ok(record)) => record.run_id,
@@ -90,7 +91,7 @@ fn reason_of_load(error: LoadError) -> Reason {
     }
 }
 
-fn reason_of_store(error: StoreError) -> Reason {
+pub(super) fn reason_of_store(error: StoreError) -> Reason {
     match error {
         StoreError::Unfit => Reason::RecordUnfit,
         StoreError::EraseRefused | StoreError::WriteRefused => Reason::StoreRefused,
@@ -180,16 +181,16 @@ mod tests {
                 parameters: Parameters::from_array([2.0, 3.0, 4.0, 5.0, 6.0, 7.0]),
                 covariance_mm2: core::array::from_fn(|k| 100.0 + k as f32),
                 noise_mm: 8.0,
-                deviation_mm: 9.0,
-                deviations_mm: Vec::new(),
+                rms_residual_mm: 9.0,
+                rms_residuals_mm: Vec::new(),
                 iterations: 10,
                 termination: Termination::Settled,
                 poses: 11,
                 rejected: Vec::from_slice(&[Rejected { pose: 12, cables: 13 }, Rejected { pose: 14, cables: 15 }])
                     .unwrap(),
-                sway_rad: 16.0,
-                zeros_mm: [20.0, 21.0, 22.0, 23.0, 24.0, 25.0],
-                zero_sigmas_mm: [30.0, 31.0, 32.0, 33.0, 34.0, 35.0],
+                excitation_rad: 16.0,
+                offsets_mm: [20.0, 21.0, 22.0, 23.0, 24.0, 25.0],
+                offset_sigmas_mm: [30.0, 31.0, 32.0, 33.0, 34.0, 35.0],
             },
             verification: Verification { deviation_mm: 17.0, limit_mm: 18.0, poses: 19 },
         }
