@@ -2,9 +2,9 @@
 //! (observability about the most common axis).
 //!
 //! Every pose says δO = R δC (see [`marginal_information`](super::marginal_information)). The centre is free along `a`
-//! when all poses agree on it: R_m a' = a for one a'. How well they agree shows in the mean rotation R̄ = Σ R_m / m: with
-//! its singular values σ_i, the mean of |R_m a' - a|² over the poses is 2 (1 - σ_i) for the singular vectors a, a'.
-//! So a largest singular value of one means a common axis, and its left singular vector is that axis in {B}.
+//! when all poses agree on it: R_m a' = a for one a'. How well they agree shows in the mean rotation R̄ = Σ R_m / m:
+//! with its singular values σ_i, the mean of |R_m a' - a|² over the poses is 2 (1 - σ_i) for the singular vectors a,
+//! a'. So a largest singular value of one means a common axis, and its left singular vector is that axis in {B}.
 
 use crate::linear_algebra::{non_negative_root, symmetric_eigen, unit};
 use crate::scalar::Real;
@@ -24,8 +24,8 @@ pub struct Excitation<T> {
     pub axis: Vector3<T>,
     /// The same axis in {P}.
     pub axis_in_platform: Vector3<T>,
-    /// Root-mean-square length by which the poses move that axis (a unit vector), 0 to 2; for small angles, the angle in
-    /// rad. 0: all turn about it.
+    /// Root-mean-square length by which the poses move that axis (a unit vector), 0 to 2; for small angles, the angle
+    /// in rad. 0: all turn about it.
     pub least_rad: T,
     /// The same for the axis that they move second least. 0: the poses are all alike.
     pub second_rad: T,

@@ -1,15 +1,16 @@
 //! Fault isolation: which cable made a pose contradict the others?
 //!
 //! With the centre known a pose has three redundant lengths. So any one cable can be left out and the other five still
-//! be tested (two degrees of freedom): the cable without which the pose fits is faulty. When there is no such cable, each
-//! pair of cables is tested for an exchange (three degrees of freedom).
+//! be tested (two degrees of freedom): the cable without which the pose fits is faulty. When there is no such cable,
+//! each pair of cables is tested for an exchange (three degrees of freedom).
 
 use crate::kinematics::{AttitudeFit, AttitudeSolver, CableLengths, CableSet};
 use crate::rig::CABLES;
 use crate::scalar::Real;
 use nalgebra::UnitQuaternion;
 
-/// χ² with two degrees of freedom up to which the five other cables are sound; sound ones exceed it once in 8 000 poses.
+/// χ² with two degrees of freedom up to which the five other cables are sound; sound ones exceed it once in 8 000
+/// poses.
 const FIVE_CABLES_LIMIT: f64 = 18.0;
 /// The same for all six cables after an exchange, three degrees of freedom: once in 65 000.
 const EXCHANGE_LIMIT: f64 = 25.0;
@@ -22,8 +23,8 @@ pub type Cables = u8;
 /// Starts tried for each hypothesis: the known rotation, then each of the four assembly modes.
 const ATTEMPTS: u8 = 5;
 
-/// Fault isolation of one pose: the hypotheses are first that each cable is faulty, then that each pair was exchanged. One
-/// attempt at one hypothesis a slice.
+/// Fault isolation of one pose: the hypotheses are first that each cable is faulty, then that each pair was exchanged.
+/// One attempt at one hypothesis a slice.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Isolation<T> {
     /// The cables of the present hypothesis (from 0) are `first` and `first + apart`.
@@ -44,7 +45,8 @@ impl<T: Real> Default for Isolation<T> {
 }
 
 impl<T: Real> Isolation<T> {
-    /// One attempt. `Some` when it is the last one needed: the faulty cables, 0 when no cable or exchange explains the pose.
+    /// One attempt. `Some` when it is the last one needed: the faulty cables, 0 when no cable or exchange explains the
+    /// pose.
     ///
     /// `known`: the pose's rotation ({P} to {B}) by all cables, the first start. `variance_mm2`: of a length, mm².
     pub fn advance(

@@ -14,7 +14,8 @@ use nalgebra::{Matrix3, Vector3};
 /// without the others contradicting it, so such a set is refused by [`Refusal::NotRedundant`].
 pub const MIN_POSES: usize = 3;
 
-/// Minimum number of poses that remain when others are left out: a smaller set can agree by chance with a wrong pose in it.
+/// Minimum number of poses that remain when others are left out: a smaller set can agree by chance with a wrong pose in
+/// it.
 pub const MIN_POSES_AFTER_REJECTION: usize = 5;
 
 /// Share of the squared excitation above which one pose dominates it.
@@ -108,7 +109,8 @@ pub struct Accuracy<'a, T> {
     pub worst_offset: Option<(usize, T)>,
 }
 
-/// Refuses a standard deviation of the centre above `limit_mm`; names an encoder offset when the offsets alone cause it.
+/// Refuses a standard deviation of the centre above `limit_mm`; names an encoder offset when the offsets alone cause
+/// it.
 ///
 /// # Errors
 /// [`Refusal::Weak`], [`Refusal::OffsetNotDetermined`].

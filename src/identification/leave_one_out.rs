@@ -1,6 +1,7 @@
 //! Redundancy: would the result stand without any one of its poses? (Leave-one-out; internal reliability after Baarda.)
 //!
-//! If the standard deviation of the centre is far larger without a pose, the others cannot detect an error of that pose.
+//! If the standard deviation of the centre is far larger without a pose, the others cannot detect an error of that
+//! pose.
 
 use super::gates::MIN_POSES;
 use super::refusal::Refusal;
@@ -42,8 +43,9 @@ fn limit<T: Real>(used: usize) -> T {
 /// Refuses a set whose centre depends on pose `pose` alone. `sigma`, `without`: the centre's standard deviation in its
 /// worst direction with all poses, and without that one.
 ///
-/// With offsets or other parameters to be estimated, few poses hardly contradict each other, and the priors hide that by
-/// bounding the standard deviation without the pose. `has_parameters` therefore sets the stricter limit of many poses.
+/// With offsets or other parameters to be estimated, few poses hardly contradict each other, and the priors hide that
+/// by bounding the standard deviation without the pose. `has_parameters` therefore sets the stricter limit of many
+/// poses.
 ///
 /// # Errors
 /// [`Refusal::NotRedundant`].

@@ -66,8 +66,8 @@ impl<T: Real> MarginalInformation<T> {
         })
     }
 
-    /// The pose's own centre δ̂ as an observation of unit weight: the information becomes the identity, the gradient δ̂ and
-    /// the squares |δ̂|², mm². `ridge` is added to the information first, which may be singular.
+    /// The pose's own centre δ̂ as an observation of unit weight: the information becomes the identity, the gradient δ̂
+    /// and the squares |δ̂|², mm². `ridge` is added to the information first, which may be singular.
     pub fn into_own_centre(self, ridge: T) -> Self {
         let information = self.information + Matrix3::from_diagonal_element(ridge);
         let gradient_mm =

@@ -19,8 +19,8 @@ const PRIOR_FREEDOM: f64 = 6.0;
 /// Factor on the standard deviation when all residuals may come from one undetected bad reading (external reliability
 /// after Baarda).
 ///
-/// A reading with redundancy r that is off by b leaves a square of r b² and moves the centre by b times its share of the
-/// variance. Of the 6 m readings of m poses the mean redundancy is freedom / 6 m, the mean share 1 / 6 m. The whole
+/// A reading with redundancy r that is off by b leaves a square of r b² and moves the centre by b times its share of
+/// the variance. Of the 6 m readings of m poses the mean redundancy is freedom / 6 m, the mean share 1 / 6 m. The whole
 /// residual, freedom σ², in one reading of mean redundancy and six times the mean share adds 6 σ²: the root of 1 + 6.
 const WIDENING_FOR_ONE_BAD_READING: f64 = 2.65;
 
@@ -55,8 +55,8 @@ impl<T: Real> Residuals<T> {
             Noise::Known(noise) => chi_square_test(self.squares_mm2, self.freedom, noise * noise, T::of(FALSE_ALARM)),
             Noise::EstimatedUpTo(most) => {
                 let estimate = non_negative_root(self.squares_mm2 / self.freedom);
-                // A bad reading raises the RMS, and could hide in the noise estimated from it. So the median decides, but
-                // not below the noise that the rig states. Few poses have no meaningful median.
+                // A bad reading raises the RMS, and could hide in the noise estimated from it. So the median decides,
+                // but not below the noise that the rig states. Few poses have no meaningful median.
                 let typical = if poses >= POSES_TO_ESTIMATE {
                     smaller(self.typical_noise_mm(poses).max(self.rig_noise_mm), estimate)
                 } else {
@@ -91,12 +91,12 @@ impl<T: Real> Residuals<T> {
         self.noise_mm * non_negative_root(typical)
     }
 
-    /// The noise, and the one behind the reported standard deviation, which is larger where a bad reading may be hidden; 1σ,
-    /// mm.
+    /// The noise, and the one behind the reported standard deviation, which is larger where a bad reading may be
+    /// hidden; 1σ, mm.
     pub fn noise_of_result_mm(&self, noise: Noise<T>, poses: &[Pose<T>]) -> (T, T) {
         match noise {
-            // Residuals that only one sound set in twenty has widen the standard deviation (Birge ratio). Poses that were
-            // left out narrowly are included: without the worst of few poses the others look too good.
+            // Residuals that only one sound set in twenty has widen the standard deviation (Birge ratio). Poses that
+            // were left out narrowly are included: without the worst of few poses the others look too good.
             Noise::Known(noise) => {
                 let variance = noise * noise;
                 let is_narrowly_out =

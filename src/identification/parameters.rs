@@ -54,7 +54,8 @@ pub trait ParameterBlock<T: Real> {
     /// The column of the Jacobian of parameter `index`, from 0, in a pose.
     fn column(&self, index: usize, pose: &PoseAt<'_, T>) -> Column<T>;
 
-    /// Adds the prior of the parameters, times the noise's variance `variance_mm2`, mm². Their unknowns begin at `first`.
+    /// Adds the prior of the parameters, times the noise's variance `variance_mm2`, mm². Their unknowns begin at
+    /// `first`.
     fn add_prior(&self, equations: &mut Equations<T>, first: usize, variance_mm2: T);
 }
 

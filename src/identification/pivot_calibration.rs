@@ -2,8 +2,8 @@
 //! rotation estimation, SCoRE; Ehrig et al. 2006). Where the estimator begins; it needs no start itself.
 //!
 //! Every platform pose with rotation R and origin t says O - R C = t (see
-//! [`length_jacobian`](crate::kinematics::length_jacobian)). With the means R̄, t̄ and r̄ of R, t and Rᵀt over the poses
-//! the normal equations of (O, C) are
+//! [`length_jacobian`](crate::kinematics::length_jacobian)). With the means R̄, t̄ and r̄ of R, t and Rᵀt over the
+//! poses the normal equations of (O, C) are
 //!
 //! ```text
 //! | 1   -R̄ | |O|   | t̄ |

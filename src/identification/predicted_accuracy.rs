@@ -1,9 +1,9 @@
-//! Predicted accuracy: the standard deviation that the poses captured so far will give, updated with every pose (running
-//! covariance).
+//! Predicted accuracy: the standard deviation that the poses captured so far will give, updated with every pose
+//! (running covariance).
 //!
 //! The information of a pose depends on its geometry alone, so the covariance of a result can be predicted without
-//! residuals: after each pose the device reports how good the centre would be, and which direction is worst. A ball joint
-//! is assumed.
+//! residuals: after each pose the device reports how good the centre would be, and which direction is worst. A ball
+//! joint is assumed.
 
 use super::estimator::Model;
 use super::excitation::Excitation;

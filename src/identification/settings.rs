@@ -41,8 +41,8 @@ pub struct EstimatorSettings<T> {
     pub sigma_limit_mm: T,
     /// Smallest excitation about the most common axis, rad (see [`Excitation`](super::excitation::Excitation)).
     pub excitation_limit_rad: T,
-    /// Refuse a set whose centre depends on one pose alone, which no other could contradict if it were wrong. Every set of
-    /// three poses is one.
+    /// Refuse a set whose centre depends on one pose alone, which no other could contradict if it were wrong. Every set
+    /// of three poses is one.
     pub require_redundancy: bool,
     /// Smallest excitation about the second most common axis, rad: poses that stay below it are all alike.
     pub spread_limit_rad: T,
@@ -55,7 +55,8 @@ impl<T: Real> EstimatorSettings<T> {
             noise: Noise::Known(rig.length_noise_mm()),
             joint: JointChoice::Auto,
             require_redundancy: true,
-            // Single precision: 3e-3 mm, double: 1e-7 mm. The error after a step is about its square over the rig's size.
+            // Single precision: 3e-3 mm, double: 1e-7 mm. The error after a step is about its square over the rig's
+            // size.
             tolerance_mm: half_the_digits::<T>() * T::of(8.0),
             // A tenth of what the humeral head itself moves in elevation (2-6 mm).
             sigma_limit_mm: T::one(),
@@ -66,8 +67,8 @@ impl<T: Real> EstimatorSettings<T> {
         }
     }
 
-    /// The same with every invalid number (negative, NaN, a noise below [`MIN_NOISE_MM`]) replaced: a noise by its minimum,
-    /// a limit by the strictest.
+    /// The same with every invalid number (negative, NaN, a noise below [`MIN_NOISE_MM`]) replaced: a noise by its
+    /// minimum, a limit by the strictest.
     pub(super) fn sound(mut self) -> Self {
         let at_least = |value: T, least: T| if value >= least { value } else { least };
         let least_noise = T::of(MIN_NOISE_MM);

@@ -7,8 +7,8 @@ use crate::rig::Parameters;
 use crate::scalar::Real;
 use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3};
 
-/// Centre and radii of a joint centre, mm, and their covariance from that of O and C: dp_i = -(s_i - C)·dC / p_i, with the
-/// end-points s_i taken as exact.
+/// Centre and radii of a joint centre, mm, and their covariance from that of O and C: dp_i = -(s_i - C)·dC / p_i, with
+/// the end-points s_i taken as exact.
 ///
 /// `covariance`: of O and C, mm². Returns that of x, y, z, p1, p2, p3, mm², packed lower triangle.
 pub fn parameters_of<T: Real>(

@@ -1,5 +1,5 @@
-//! Verification on a second set of poses, which did not identify: χ² of their residuals about the estimated centre (step 4
-//! of the paper's procedure, with the estimator's own model).
+//! Verification on a second set of poses, which did not identify: χ² of their residuals about the estimated centre
+//! (step 4 of the paper's procedure, with the estimator's own model).
 
 use super::statistics::{FALSE_ALARM, chi_square_quantile};
 use crate::linear_algebra::non_negative_root;

@@ -90,9 +90,9 @@ impl<T: Real> AttitudeSolver<'_, T> {
         None
     }
 
-    /// Best rotation without a start: two end-points by trilateration from the known centre and their base points, on either
-    /// side of the plane of those; the best of the four assembly modes. `cables` may lack one cable: the two other end-points
-    /// serve then. `None` when no mode converges.
+    /// Best rotation without a start: two end-points by trilateration from the known centre and their base points, on
+    /// either side of the plane of those; the best of the four assembly modes. `cables` may lack one cable: the two
+    /// other end-points serve then. `None` when no mode converges.
     pub fn solve(&self, lengths: &CableLengths<T>, cables: CableSet) -> Option<AttitudeFit<T>> {
         // One bit for each of two end-points.
         (0..4)
@@ -115,8 +115,8 @@ impl<T: Real> AttitudeSolver<'_, T> {
     }
 
     /// End-point `i` from O, on one `side` (1 or -1) of the plane through O and its two base points: where the spheres
-    /// that its two cables and its radius allow meet. When they do not quite meet, a point near: a start to iterate from.
-    /// Not finite with O on the base edge's line.
+    /// that its two cables and its radius allow meet. When they do not quite meet, a point near: a start to iterate
+    /// from. Not finite with O on the base edge's line.
     fn apex(&self, i: usize, radius_mm: T, lengths: &CableLengths<T>, side: T) -> Vector3<T> {
         let (base_mm, mm) = (&self.geometry.base_mm, lengths.as_mm());
         let centres = [&self.centre.in_base_mm, &base_mm[2 * i], &base_mm[2 * i + 1]];

@@ -1,10 +1,11 @@
 //! Hinge coordinates: an end-point turns about its base edge like a door about its hinge.
 //!
-//! The two cables of end-point P_i run to the two ends of one base edge. Their lengths give its coordinate along the edge
-//! (ξ) and its distance from it (ρ); one angle is left. Nothing here depends on the joint centre.
+//! The two cables of end-point P_i run to the two ends of one base edge. Their lengths give its coordinate along the
+//! edge (ξ) and its distance from it (ρ); one angle is left. Nothing here depends on the joint centre.
 //!
-//! Points are given in the **axes of the base plane**: origin B1, x along the first edge, y towards the third attachment
-//! point, z towards the platform. Edges and their outward normals have no z there, which saves a third of all products.
+//! Points are given in the **axes of the base plane**: origin B1, x along the first edge, y towards the third
+//! attachment point, z towards the platform. Edges and their outward normals have no z there, which saves a third of
+//! all products.
 
 use super::cable_length::{CableLengths, LengthError};
 use crate::linear_algebra::{non_negative_root, triad};
@@ -72,7 +73,8 @@ impl<T: Real> BaseEdges<T> {
         self.axes.tr_mul(&(point_mm - self.origin_mm))
     }
 
-    /// The axes of the base plane as columns, in {B}. A left-handed triad when the attachment points are numbered clockwise.
+    /// The axes of the base plane as columns, in {B}. A left-handed triad when the attachment points are numbered
+    /// clockwise.
     pub fn axes(&self) -> &Matrix3<T> {
         &self.axes
     }

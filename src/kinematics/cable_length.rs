@@ -79,7 +79,8 @@ impl<T: Real> CableLengths<T> {
         Self::from_mean_counts(drum, counts, &[T::zero(); CABLES])
     }
 
-    /// Lengths from the mean over samples: `counts` of the first sample, and by how much the mean lies above it, in counts.
+    /// Lengths from the mean over samples: `counts` of the first sample, and by how much the mean lies above it, in
+    /// counts.
     ///
     /// # Errors
     /// The first cable whose length would not be positive.
@@ -91,8 +92,8 @@ impl<T: Real> CableLengths<T> {
         }))
     }
 
-    /// True lengths L from readings by the correction that commissioning found for `rig`: reading = home + scale (L - home) +
-    /// offset. Unchanged without one.
+    /// True lengths L from readings by the correction that commissioning found for `rig`: reading = home + scale (L -
+    /// home) + offset. Unchanged without one.
     ///
     /// # Errors
     /// The first cable whose length would not be positive.

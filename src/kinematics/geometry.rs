@@ -13,8 +13,8 @@ pub struct Geometry<T> {
     pub end_mm: [Vector3<T>; CABLES],
     /// The guide pulley of each cable.
     pub pulleys: Option<[Pulley<T>; CABLES]>,
-    /// Cables 1 and 2, 3 and 4, 5 and 6 end at one point each, and every base point serves two cables: the 3-3 machine of
-    /// the paper.
+    /// Cables 1 and 2, 3 and 4, 5 and 6 end at one point each, and every base point serves two cables: the 3-3 machine
+    /// of the paper.
     pub is_three_three: bool,
 }
 
@@ -81,9 +81,9 @@ pub fn straight<T: Real>(span: &Vector3<T>) -> Span<T> {
 /// A cable over a swivelling guide pulley (Pott 2012): it comes up along the swivel axis, runs round the pulley, which
 /// turns about that axis to face the cable's end, and leaves it on a tangent.
 ///
-/// In the plane of the swivel axis (z, from where the cable enters) and the end (x across): the pulley's centre stands at
-/// (r, 0), free = √((x - r)² + z² - r²), and the cable touches the rim over r (π - atan2(z, x - r) - atan2(free, r)).
-/// Not finite where the end lies inside the pulley.
+/// In the plane of the swivel axis (z, from where the cable enters) and the end (x across): the pulley's centre stands
+/// at (r, 0), free = √((x - r)² + z² - r²), and the cable touches the rim over r (π - atan2(z, x - r) - atan2(free,
+/// r)). Not finite where the end lies inside the pulley.
 pub fn over_pulley<T: Real>(pulley: &Pulley<T>, span: &Vector3<T>) -> Span<T> {
     let (r, axis) = (pulley.radius_mm, &pulley.axis);
     let z = span.dot(axis);

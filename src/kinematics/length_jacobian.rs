@@ -1,10 +1,10 @@
 //! The joint centre in both bodies, and the Jacobian of the six lengths about it.
 //!
 //! The centre is fixed in both bodies: at O in {B} and at C in {P}. With R the platform's rotation and s_k the end of
-//! cable k in {P}, that end stands at P_k = O + R (s_k - C), and the six cable lengths follow. Let O move by δO, C by δC
-//! and the platform turn by ω: P_k moves by δ + ω × w_k with w_k = R (s_k - C) and **δ = δO - R δC**, and a length with
-//! unit vector u along its cable changes by u·δ + (w × u)·ω. Lengths are smooth functions of O, C and R: nothing here is
-//! singular at a flat tetrahedron or at a singularity of the forward kinematics.
+//! cable k in {P}, that end stands at P_k = O + R (s_k - C), and the six cable lengths follow. Let O move by δO, C by
+//! δC and the platform turn by ω: P_k moves by δ + ω × w_k with w_k = R (s_k - C) and **δ = δO - R δC**, and a length
+//! with unit vector u along its cable changes by u·δ + (w × u)·ω. Lengths are smooth functions of O, C and R: nothing
+//! here is singular at a flat tetrahedron or at a singularity of the forward kinematics.
 
 use super::cable_length::CableLengths;
 use super::geometry::{Geometry, Span};

@@ -1,14 +1,14 @@
 //! Forward kinematics of the 3-3 Stewart-Gough platform: the platform's pose from six cable lengths, without the joint
 //! centre. Base triangle, platform triangle and six cables are an octahedron (Nanua, Waldron and Murthy 1990).
 //!
-//! Each end-point turns about its base edge (see [`base edges`](super::base_edges)), so three hinge angles are unknown and the
-//! three edges give three equations, |P_i - P_j|² = p_ij². Newton's method needs no trigonometric call: the cosine
-//! and sine of a hinge are turned by the step and renormalised, and each row of the 3x3 system has two entries.
+//! Each end-point turns about its base edge (see [`base edges`](super::base_edges)), so three hinge angles are unknown
+//! and the three edges give three equations, |P_i - P_j|² = p_ij². Newton's method needs no trigonometric call: the
+//! cosine and sine of a hinge are turned by the step and renormalised, and each row of the 3x3 system has two entries.
 //!
 //! The lengths admit up to sixteen assembly modes. The one wanted is connected with the home pose without passing a
-//! (type II) singularity (Gosselin and Angeles 1990), so the determinant of the system keeps the sign that it has at home.
-//! Beyond that singularity (0.9 % of poses at 60 degrees of tilt and torsion with the centre 60 mm off) the lengths alone
-//! cannot distinguish the two modes; there the joint centre of the other poses decides.
+//! (type II) singularity (Gosselin and Angeles 1990), so the determinant of the system keeps the sign that it has at
+//! home. Beyond that singularity (0.9 % of poses at 60 degrees of tilt and torsion with the centre 60 mm off) the
+//! lengths alone cannot distinguish the two modes; there the joint centre of the other poses decides.
 
 use super::base_edges::{BaseEdges, HingeCoordinates};
 use super::cable_length::{CableLengths, LengthError};
@@ -20,12 +20,13 @@ use nalgebra::{Matrix3, Vector3};
 /// Maximum number of Newton steps. A regular pose takes about five.
 const MAX_STEPS: usize = 20;
 
-/// Angle of every hinge from the base plane at which Newton's method begins: 78 degrees (cosine, sine). No pose up
-/// to 45 degrees of tilt and 30 degrees of torsion was lost from 60 to 80 degrees; the steps are fewer than from 75 or less.
+/// Angle of every hinge from the base plane at which Newton's method begins: 78 degrees (cosine, sine). No pose up to
+/// 45 degrees of tilt and 30 degrees of torsion was lost from 60 to 80 degrees; the steps are fewer than from 75 or
+/// less.
 const START: (f64, f64) = (0.207_911_690_817_759_45, 0.978_147_600_733_805_6);
 
-/// Smallest determinant of the system with normalised rows at which a pose counts as regular. Closer to the singularity the
-/// lengths determine the pose too poorly for a start.
+/// Smallest determinant of the system with normalised rows at which a pose counts as regular. Closer to the singularity
+/// the lengths determine the pose too poorly for a start.
 const REGULAR: f64 = 0.02;
 
 /// An end-point's arm, seen along its hinge, mm: length times cosine and sine of the angle from the base plane
@@ -41,10 +42,10 @@ struct HingeArm<T> {
     up: T,
 }
 
-/// A platform edge P_i P_j spans a corner of the base: hinge j begins where hinge i ends, turned by an angle γ. Seen from
-/// there, P_i is (-a, out_i, up_i) along hinge i, outward and upward, and P_j is (b, out_j, up_j) along hinge j; the
-/// cables from the corner to both, L and L', and the edge make a triangle. By the law of cosines
-/// -P_i·P_j + (L² + L'² - p_ij²)/2 = 0, where -P_i·P_j = (a b - out_i out_j) cos γ + (b out_i + a out_j) sin γ - up_i up_j.
+/// A platform edge P_i P_j spans a corner of the base: hinge j begins where hinge i ends, turned by an angle γ. Seen
+/// from there, P_i is (-a, out_i, up_i) along hinge i, outward and upward, and P_j is (b, out_j, up_j) along hinge j;
+/// the cables from the corner to both, L and L', and the edge make a triangle. By the law of cosines -P_i·P_j + (L² +
+/// L'² - p_ij²)/2 = 0, where -P_i·P_j = (a b - out_i out_j) cos γ + (b out_i + a out_j) sin γ - up_i up_j.
 #[derive(Clone, Copy, Debug)]
 struct Corner<T> {
     /// All in it that depends on no angle, mm².

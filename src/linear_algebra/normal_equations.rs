@@ -1,5 +1,5 @@
-//! Normal equations JᵀJ x = Jᵀe, summed equation by equation, so that the Jacobian of all poses (the paper's 3m x 6 matrix
-//! D~ of Eq. 14) is never stored; solved by Cholesky factorisation.
+//! Normal equations JᵀJ x = Jᵀe, summed equation by equation, so that the Jacobian of all poses (the paper's 3m x 6
+//! matrix D~ of Eq. 14) is never stored; solved by Cholesky factorisation.
 //!
 //! The matrix is a packed lower triangle, row by row. How many of the `N` unknowns take part is decided at run time.
 //! Its Cholesky factor takes its place, a few rows a call if wanted.
@@ -162,7 +162,8 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
         self.factor_rows(self.unknowns)
     }
 
-    /// The next `rows` rows of the factor, at most those that are left (Golub and Van Loan, algorithm 4.2.1, row by row).
+    /// The next `rows` rows of the factor, at most those that are left (Golub and Van Loan, algorithm 4.2.1, row by
+    /// row).
     ///
     /// # Errors
     /// [`Singular`] when a pivot is too small against the diagonal entry that it came from, or is not a number.
@@ -192,8 +193,8 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
         Ok(())
     }
 
-    /// The largest ratio of a diagonal entry to its pivot, 1 or more: an estimate of the condition number of the matrix with
-    /// unit diagonal.
+    /// The largest ratio of a diagonal entry to its pivot, 1 or more: an estimate of the condition number of the matrix
+    /// with unit diagonal.
     pub fn pivot_ratio(&self) -> T {
         self.pivot_ratio
     }
@@ -216,8 +217,8 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
         (self.squares - gained).max(T::zero())
     }
 
-    /// Solves with the part of the factor from unknown `from` on: the unknowns before it are eliminated. `right` is zero
-    /// before `from`.
+    /// Solves with the part of the factor from unknown `from` on: the unknowns before it are eliminated. `right` is
+    /// zero before `from`.
     pub fn solve_trailing(&self, right: &mut [T; N], from: usize) {
         let x = right;
         // Forwards: L y = right.
@@ -251,7 +252,8 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
         }
     }
 
-    /// Column `column` of the covariance (the inverse of JᵀJ) of the unknowns from `from` on, the ones before eliminated.
+    /// Column `column` of the covariance (the inverse of JᵀJ) of the unknowns from `from` on, the ones before
+    /// eliminated.
     pub fn covariance_column(&self, column: usize, from: usize) -> [T; N] {
         let mut unit = [T::zero(); N];
         if let Some(entry) = unit.get_mut(column) {

@@ -3,8 +3,8 @@
 use crate::scalar::Real;
 use nalgebra::Matrix3;
 
-/// The inverse, by the adjugate. `smallest`: the smallest pivot that counts as regular, as a share of the diagonal entry that
-/// it came from; `None` below it and for NaN.
+/// The inverse, by the adjugate. `smallest`: the smallest pivot that counts as regular, as a share of the diagonal
+/// entry that it came from; `None` below it and for NaN.
 pub fn inverse_of_positive_definite<T: Real>(matrix: &Matrix3<T>, smallest: T) -> Option<Matrix3<T>> {
     inverse_of_eliminated(matrix, matrix, smallest)
 }

@@ -7,8 +7,8 @@ use crate::rig::CABLES;
 use crate::scalar::Real;
 use nalgebra::{Matrix3, Vector3};
 
-/// χ² per degree of freedom up to which a cause explains the evidence. 1 is noise alone; the equations are linear in the
-/// slip, which adds a little at 3 mm.
+/// χ² per degree of freedom up to which a cause explains the evidence. 1 is noise alone; the equations are linear in
+/// the slip, which adds a little at 3 mm.
 const EXPLAINED: f64 = 4.0;
 
 /// A cause with more unknowns must leave a χ² smaller by this factor than a simpler one that explains the evidence.
@@ -118,8 +118,8 @@ impl<T: Real> Evidence<T> {
             let after = self.left(explained, unknowns) / variance_mm2;
             if after <= T::of(EXPLAINED) && after < best.chi_square[1] {
                 let first = best.cause == Cause::Unknown;
-                // A cause with more unknowns must explain clearly more. Differences below the usual χ² do not count: the
-                // noise and the error of the centre in use leave that much anyway.
+                // A cause with more unknowns must explain clearly more. Differences below the usual χ² do not count:
+                // the noise and the error of the centre in use leave that much anyway.
                 if first || after.max(usual) * T::of(CLEARLY) < best.chi_square[1] {
                     best = Warning { cause, chi_square: [before, after] };
                 }

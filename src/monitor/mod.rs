@@ -1,7 +1,7 @@
 //! Slip detection: does the centre in use still hold? Three of the six lengths are redundant at every instant.
 //!
-//! Once the centre is known, three angles explain six lengths; a residual beyond the noise says that something has moved.
-//! Each sample sees the displacement δ = δO - R δC of the centre (see
+//! Once the centre is known, three angles explain six lengths; a residual beyond the noise says that something has
+//! moved. Each sample sees the displacement δ = δO - R δC of the centre (see
 //! [`marginal_information`](crate::identification::marginal_information)), and over a motion the causes look different:
 //!
 //! | cause | what it leaves |
@@ -39,8 +39,8 @@ const MOVED_MM: f64 = 0.5;
 /// Weight of a new sample in the running mean of χ².
 const SHARE: f64 = 1.0 / 16.0;
 
-/// Weight of a new sample in the slow mean of χ², and the maximum that one sample counts there, so that the first samples
-/// of a slip hardly change it.
+/// Weight of a new sample in the slow mean of χ², and the maximum that one sample counts there, so that the first
+/// samples of a slip hardly change it.
 const USUAL_SHARE: f64 = 1.0 / 128.0;
 const MAX_USUAL: f64 = 4.0;
 
@@ -73,7 +73,8 @@ pub struct SlipDetector<T: Real> {
     attitude: Option<UnitQuaternion<T>>,
     counted: Option<CableLengths<T>>,
     chi_square: T,
-    /// Slow mean of χ² per degree of freedom while all is well: 1, and more where the centre in use is itself a little off.
+    /// Slow mean of χ² per degree of freedom while all is well: 1, and more where the centre in use is itself a little
+    /// off.
     usual: T,
     state: DetectorState,
     first: Vector3<T>,

@@ -83,7 +83,8 @@ impl<T: Real> PaperIteration<T> {
         }
     }
 
-    /// One slice: evaluates the next poses ([`POSES_A_SLICE`] at most) with the model; after the last pose takes a step. `poses` must be the same in every call.
+    /// One slice: evaluates the next poses ([`POSES_A_SLICE`] at most) with the model; after the last pose takes a
+    /// step. `poses` must be the same in every call.
     pub fn advance(&mut self, poses: &[CableLengths<T>]) -> Progress<Identified<T>> {
         if poses.len() < MIN_POSES {
             return Progress::Refused(Refusal::TooFewPoses { poses: poses.len() as u32 });

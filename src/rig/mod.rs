@@ -1,7 +1,8 @@
 //! Every constant of the machine, in one place: a [`Rig`] is a value, and another machine is another value.
 //!
 //! Frames: {B} is fixed to the base, its z axis points from the base towards the moving platform. Where the attachment
-//! points have a tolerance, {B} is the frame best fitted to the points as they are. {P} is fixed to the moving platform.
+//! points have a tolerance, {B} is the frame best fitted to the points as they are. {P} is fixed to the moving
+//! platform.
 
 mod error;
 mod named;

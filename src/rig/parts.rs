@@ -80,9 +80,9 @@ impl<T: Real> Tolerance<T> {
         Self { base_mm: zero, edges_mm: zero, offset_mm: zero, drum: zero }
     }
 
-    /// A wearable machine built and measured by hand: points and edges within 0.5 mm, homing within 0.3 mm (an index mark
-    /// passed by hand), drums turned to 0.1 %. Careful hand measurement reaches 1 to 3 mm on machines of a metre, half a
-    /// millimetre with a calliper on one that can be worn.
+    /// A wearable machine built and measured by hand: points and edges within 0.5 mm, homing within 0.3 mm (an index
+    /// mark passed by hand), drums turned to 0.1 %. Careful hand measurement reaches 1 to 3 mm on machines of a metre,
+    /// half a millimetre with a calliper on one that can be worn.
     pub fn hand_built() -> Self {
         let half = T::of(0.5);
         Self { base_mm: half, edges_mm: half, offset_mm: T::of(0.3), drum: T::of(0.001) }

@@ -1,4 +1,5 @@
-//! The gates of a moving centre: a slip between two poses, a joint that the model does not explain, too little accuracy.
+//! The gates of a moving centre: a slip between two poses, a joint that the model does not explain, too little
+//! accuracy.
 //!
 //! The slip is a test for a change between two poses (Chow 1960): the poses from one on may have another joint centre,
 //! six more unknowns ΔO and ΔC. Backwards over the poses; by how much χ² would fall follows from sums over the poses

@@ -24,10 +24,10 @@
 //! 1. **Place**: forward kinematics give each pose's rotation R and origin t without knowing the centre. The centre is
 //!    fixed in both bodies, O = R C + t, which is linear in O and C: pivot calibration (SCoRE) starts everything.
 //! 2. **Refine**: Gauss-Newton with each pose's marginal information (see
-//!    [`marginal_information`](super::marginal_information)); the pose's own rotation is refined on the way. This is the
-//!    maximum a posteriori estimate; its covariance is the inverse of the summed information. When the residuals are larger
-//!    than the noise, poses are weighted down by their χ² (graduated non-convexity) until those that contradict the others
-//!    stand out, and are left out.
+//!    [`marginal_information`](super::marginal_information)); the pose's own rotation is refined on the way. This is
+//!    the maximum a posteriori estimate; its covariance is the inverse of the summed information. When the residuals
+//!    are larger than the noise, poses are weighted down by their χ² (graduated non-convexity) until those that
+//!    contradict the others stand out, and are left out.
 //! 3. **Excite**: do the rotations determine the centre? Then the gate of accuracy. When the residuals refuse a fixed
 //!    centre and there are poses enough, Refine begins again with a centre that moves with the arm.
 //! 4. **Inspect**: the gates of a moving centre: a slip between two poses, residuals, accuracy.
@@ -88,8 +88,8 @@ enum Stage<T: Real> {
     Done(Result<(), Refusal>),
 }
 
-/// The estimator, resumable: each call of [`advance`](Self::advance) does a bounded slice of work, at most the placing of
-/// one pose. The poses stay with the caller.
+/// The estimator, resumable: each call of [`advance`](Self::advance) does a bounded slice of work, at most the placing
+/// of one pose. The poses stay with the caller.
 #[derive(Clone, Debug)]
 pub struct Estimator<T: Real> {
     stage: Stage<T>,
@@ -97,7 +97,8 @@ pub struct Estimator<T: Real> {
 }
 
 impl<T: Real> Estimator<T> {
-    /// An estimator at its beginning. `nominal`: where the centre is expected, only to fill the result until it is known.
+    /// An estimator at its beginning. `nominal`: where the centre is expected, only to fill the result until it is
+    /// known.
     pub fn new(machine: &Machine<T>, nominal: &Parameters<T>, settings: EstimatorSettings<T>) -> Self {
         Self { stage: Stage::Place(Place::default()), fit: Fit::new(machine, nominal, settings.sound()) }
     }
@@ -189,8 +190,8 @@ impl<T: Real> Estimator<T> {
         &self.fit.joint
     }
 
-    /// Column `unknown` of the covariance of all unknowns, for a noise of 1 mm, in the order: the machine's constants, the
-    /// joint's, O, C.
+    /// Column `unknown` of the covariance of all unknowns, for a noise of 1 mm, in the order: the machine's constants,
+    /// the joint's, O, C.
     pub fn covariance_column(&self, unknown: usize) -> [T; MAX_UNKNOWNS] {
         self.fit.equations.covariance_column(unknown, 0)
     }

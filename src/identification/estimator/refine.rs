@@ -194,8 +194,8 @@ impl<T: Real> Refine<T> {
     }
 
     /// Near a singularity two assembly modes fit to within the noise. Where the residuals of the other poses vanish
-    /// (noise-free lengths), one in the wrong mode stands out though it is no outlier: such poses are re-initialised once
-    /// from the known centre.
+    /// (noise-free lengths), one in the wrong mode stands out though it is no outlier: such poses are re-initialised
+    /// once from the known centre.
     fn converged(&self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &[Pose<T>]) -> Stage<T> {
         let limit = fit.residuals.chi_squares.median * T::of(STANDS_OUT);
         if self.reinitialised || count_within(poses, limit) >= fit.residuals.used {

@@ -31,8 +31,8 @@ impl<T: Real> Estimator<T> {
         Some(VerifiedPose { squares_mm2, chi_square })
     }
 
-    /// Where the joint centre is in a pose: by the joint's model from the pose's rotation, and as the pose's six lengths
-    /// read it (R C + t). `None` when no rotation fits.
+    /// Where the joint centre is in a pose: by the joint's model from the pose's rotation, and as the pose's six
+    /// lengths read it (R C + t). `None` when no rotation fits.
     pub fn predict(&self, machine: &Machine<T>, pose: &Pose<T>) -> Option<CentrePrediction<T>> {
         let fit = &self.fit;
         let placed = fit.place_about_centre(machine, pose)?;
@@ -91,7 +91,8 @@ impl<T: Real> Fit<T> {
         rows
     }
 
-    /// Derivative of the centre that a pose's lengths give, R C + t, with C. That with the machine's constants is left out.
+    /// Derivative of the centre that a pose's lengths give, R C + t, with C. That with the machine's constants is left
+    /// out.
     fn live_rows(&self, rotation: &Matrix3<T>) -> Rows<T> {
         let mut rows = [[T::zero(); MAX_UNKNOWNS]; 3];
         let first = self.equations.unknowns() - 3;

@@ -110,7 +110,8 @@ impl<T: Real> ArmFrame<T> {
     }
 }
 
-/// Steps of Newton's iteration to the nearest rotation. From poses within 60 degrees of their mean, five reach rounding.
+/// Steps of Newton's iteration to the nearest rotation. From poses within 60 degrees of their mean, five reach
+/// rounding.
 const POLAR_STEPS: usize = 12;
 
 /// The rotation nearest to a sum of rotations: the orthogonal polar factor, by Newton's iteration X ← (X + X⁻ᵀ) / 2

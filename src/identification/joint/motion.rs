@@ -9,7 +9,8 @@ use nalgebra::Matrix2;
 /// Minimum number of poses for a centre that moves: 54 equations for 24 unknowns.
 pub const MIN_MOVING_POSES: usize = 18;
 
-/// Smallest standard deviations of tilt in its widest and its narrowest plane, and of torsion, rad (6, 4 and 5 degrees).
+/// Smallest standard deviations of tilt in its widest and its narrowest plane, and of torsion, rad (6, 4 and 5
+/// degrees).
 const MIN_TILT_RAD: f64 = 0.105;
 const MIN_SECOND_TILT_RAD: f64 = 0.070;
 const MIN_TORSION_RAD: f64 = 0.087;

@@ -1,8 +1,8 @@
 //! A joint centre that moves with the arm: O(R) = O0 + A φ(R), with a scatter of its own.
 //!
-//! One direction is invisible to lengths (a gauge freedom): C and O0 along the arm by 1 mm equal A = identity by 1 mm/rad.
-//! It is fixed by a prior on T = tr(A)/3 of the direction's part of A, and by a prior on C from poses in which the shoulder
-//! blade was held.
+//! One direction is invisible to lengths (a gauge freedom): C and O0 along the arm by 1 mm equal A = identity by 1
+//! mm/rad. It is fixed by a prior on T = tr(A)/3 of the direction's part of A, and by a prior on C from poses in which
+//! the shoulder blade was held.
 
 use super::arm_frame::{ArmFrame, FEATURES};
 use super::scatter::Scatter;
@@ -14,9 +14,9 @@ use nalgebra::{Matrix3, Vector3};
 /// Unknowns of A.
 pub const MAX_JOINT: usize = 3 * FEATURES;
 
-/// The isotropic part of A against the norm N of the rest, mm/rad: T = SLOPE max(N - FROM, 0), with a standard deviation of
-/// √((SHARE N)² + FLOOR²). Measured over three anatomies (bone pins; scapulohumeral rhythm of de Groot and Brand; a
-/// musculoskeletal model) and three mountings of the base.
+/// The isotropic part of A against the norm N of the rest, mm/rad: T = SLOPE max(N - FROM, 0), with a standard
+/// deviation of √((SHARE N)² + FLOOR²). Measured over three anatomies (bone pins; scapulohumeral rhythm of de Groot and
+/// Brand; a musculoskeletal model) and three mountings of the base.
 const SLOPE: f64 = 0.29;
 const FROM: f64 = 1.5;
 const SHARE: f64 = 0.08;
@@ -80,8 +80,8 @@ impl<T: Real> MovingCentre<T> {
         equations.add_squares(weight * residual * residual);
     }
 
-    /// Variance that φ does not explain, along each axis, mm²: (0.4 of the scatter)². Without it a 99 % region covers 95 %
-    /// of the path of some anatomies.
+    /// Variance that φ does not explain, along each axis, mm²: (0.4 of the scatter)². Without it a 99 % region covers
+    /// 95 % of the path of some anatomies.
     pub fn lack_of_fit_mm2(&self) -> T {
         self.scatter.variance_mm2() * T::of(0.16)
     }

@@ -12,7 +12,8 @@ use crate::scalar::Real;
 pub struct MachineEstimate<T> {
     /// The ends as they are estimated.
     geometry: Geometry<T>,
-    /// Coefficients of the modes, mm; offsets, mm; scales less one in units of [`SCALE_UNIT`]. In the order of [`Machine::parameter`].
+    /// Coefficients of the modes, mm; offsets, mm; scales less one in units of [`SCALE_UNIT`]. In the order of
+    /// [`Machine::parameter`].
     values: [T; MAX_MACHINE],
     /// The parameters are left as they are.
     is_held: bool,
@@ -64,8 +65,8 @@ impl<T: Real> MachineEstimate<T> {
         core::array::from_fn(|k| values.and_then(|values| values.get(k)).copied().unwrap_or_else(T::zero))
     }
 
-    /// The lengths corrected by the present estimate: home + (reading - home - offset) / scale. Unchanged if a corrected
-    /// length would not be positive.
+    /// The lengths corrected by the present estimate: home + (reading - home - offset) / scale. Unchanged if a
+    /// corrected length would not be positive.
     pub fn corrected(&self, machine: &Machine<T>, lengths: &CableLengths<T>) -> CableLengths<T> {
         if machine.first_offset().is_none() && machine.first_scale().is_none() {
             return *lengths;

@@ -98,8 +98,8 @@ impl<T: Real> Machine<T> {
         machine
     }
 
-    /// The same machine with priors that are correlated, as commissioning leaves them: the packed lower triangle of their
-    /// precision (inverse covariance) in the order of [`parameter`](Self::parameter).
+    /// The same machine with priors that are correlated, as commissioning leaves them: the packed lower triangle of
+    /// their precision (inverse covariance) in the order of [`parameter`](Self::parameter).
     #[must_use]
     pub fn with_precision(mut self, precision: &[T]) -> Self {
         self.precision = [T::zero(); MACHINE_PACKED];

@@ -26,8 +26,8 @@ impl<T: Real> ShapeModes<T> {
         Self { count: 0, modes: [[Vector3::zeros(); CABLES]; MAX_MODES] }
     }
 
-    /// Three points, each the end of two cables: `of_cable` names the point (from 0) of each. Three orthonormal modes: when
-    /// every coordinate of a point has the same standard deviation, so has every mode.
+    /// Three points, each the end of two cables: `of_cable` names the point (from 0) of each. Three orthonormal modes:
+    /// when every coordinate of a point has the same standard deviation, so has every mode.
     pub fn of_triangle(points_mm: &[Vector3<T>; POINTS], of_cable: &[usize]) -> Self {
         Self::none().with_modes(points_mm, |mode, cable| {
             of_cable.get(cable).and_then(|point| mode.get(*point)).copied().unwrap_or_else(Vector3::zeros)
