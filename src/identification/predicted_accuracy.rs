@@ -10,7 +10,7 @@ use super::excitation::Excitation;
 use super::joint::Joint;
 use super::machine::{MAX_MACHINE, Machine, MachineEstimate};
 use super::marginal_information::MarginalInformation;
-use super::parameters::{CENTRE_UNKNOWNS, Equations, ParameterBlock, PoseAt, Scattered, add_pose};
+use super::parameters::{CENTRE_UNKNOWNS, Equations, ParameterBlock, PoseAt, add_pose};
 use super::pivot_calibration::PivotCalibration;
 use super::pose::Pose;
 use super::uncertainty::worst_direction_of_point;
@@ -65,8 +65,7 @@ impl<T: Real> PredictedAccuracy<T> {
         let Ok(information) = MarginalInformation::new(&jacobian) else { return };
         let at = PoseAt { rotation: &rotation, lengths: pose.lengths(), jacobian: &jacobian };
         let model = Model { machine, estimate: &self.estimate, joint: &Joint::Ball, features: None };
-        let scattered = Scattered::new(&information, T::zero());
-        add_pose(&mut self.information, &model, &at, &scattered, T::one() / pose.relative_variance);
+        add_pose(&mut self.information, &model, &at, &information, T::one() / pose.relative_variance);
         self.poses += 1;
     }
 

@@ -66,18 +66,27 @@ impl<T: Real> LengthJacobian<T> {
     ) -> Self {
         let measured = lengths.as_mm();
         let mut arm = Vector3::zeros();
-        let rows = core::array::from_fn(|cable| {
+        let zero = LengthRow { translation: arm, rotation_mm: arm, residual_mm: T::zero() };
+        let mut jacobian = Self { rows: [zero; CABLES] };
+        for (cable, row) in jacobian.rows.iter_mut().enumerate() {
             // The second cable of an end-point of the 3-3 machine has the arm of the first.
             if !geometry.is_three_three || cable % 2 == 0 {
                 arm = rotation * (geometry.end_mm[cable] - centre.in_platform_mm);
             }
             let Span { length_mm, direction } = geometry.span(cable, &(centre.in_base_mm + arm));
-            LengthRow {
-                translation: direction,
-                rotation_mm: arm.cross(&direction),
-                residual_mm: measured[cable] - length_mm,
-            }
-        });
-        Self { rows }
+            row.translation = direction;
+            row.rotation_mm = arm.cross(&direction);
+            row.residual_mm = measured[cable] - length_mm;
+        }
+        jacobian
+    }
+
+    /// The same where the joint centre moves with the rotation, by `turning` ω for a small ω, mm/rad.
+    #[must_use]
+    pub fn with_moving_centre(mut self, turning: &Matrix3<T>) -> Self {
+        for row in &mut self.rows {
+            row.rotation_mm += turning.tr_mul(&row.translation);
+        }
+        self
     }
 }

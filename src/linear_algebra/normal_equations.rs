@@ -5,7 +5,7 @@
 //! Its Cholesky factor takes its place, a few rows a call if wanted.
 
 use crate::scalar::Real;
-use nalgebra::SMatrix;
+use nalgebra::{SMatrix, Vector3};
 
 /// The smallest pivot that counts as regular, as a share of the diagonal entry that it came from: below it the weakest
 /// combination of the unknowns has a standard deviation a thousand times larger than the others.
@@ -104,6 +104,20 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
             *gradient += *a * value;
         }
         self.squares += value * value;
+    }
+
+    /// Adds three equations at once, `weight` times: Σ `columns[i]` x_i = `values`.
+    pub fn add_equations(&mut self, columns: &[Vector3<T>], values: &Vector3<T>, weight: T) {
+        let mut entries = self.matrix.iter_mut();
+        let unknowns = columns.iter().take(self.unknowns).enumerate();
+        for ((i, column), gradient) in unknowns.zip(&mut self.gradient) {
+            let a = column * weight;
+            for (b, entry) in columns.iter().take(i + 1).zip(entries.by_ref()) {
+                *entry += a.dot(b);
+            }
+            *gradient += a.dot(values);
+        }
+        self.squares += values.norm_squared() * weight;
     }
 
     /// Adds to one entry of JᵀJ, row `i`, column `j <= i`. Does nothing outside the triangle.

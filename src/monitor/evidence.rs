@@ -1,7 +1,6 @@
 //! The evidence of a suspicious stretch of motion, fitted with each possible cause.
 
 use crate::identification::marginal_information::MarginalInformation;
-use crate::kinematics::LengthJacobian;
 use crate::linear_algebra::{NormalEquations, inverse_of_positive_definite};
 use crate::rig::CABLES;
 use crate::scalar::Real;
@@ -73,19 +72,18 @@ impl<T: Real> Evidence<T> {
     }
 
     /// Adds a sample with the arm's rotation ({P} to {B}).
-    pub fn add(&mut self, rotation: &Matrix3<T>, jacobian: &LengthJacobian<T>, pose: &MarginalInformation<T>) {
+    pub fn add(&mut self, rotation: &Matrix3<T>, pose: &MarginalInformation<T>) {
         self.samples = self.samples.saturating_add(1);
-        self.squares += pose.squares_mm2;
-        let (information, gradient) = (&pose.information, &pose.gradient_mm);
+        self.squares += pose.squares_mm2();
+        let (information, gradient) = (&pose.information(), &pose.gradient_mm());
         self.strap.0 += information;
         self.strap.1 += gradient;
         self.cuff.0 += rotation.tr_mul(&(information * rotation));
         self.cuff.1 -= rotation.tr_mul(gradient);
         self.add_growing(information, gradient, elevation(rotation));
-        for ((weight, gradient), row) in self.cables.iter_mut().zip(&jacobian.rows) {
-            let g = &row.rotation_mm;
-            *weight += T::one() - g.dot(&(pose.rotation_covariance * g));
-            *gradient += row.residual_mm - g.dot(&pose.turn);
+        for ((weight, gradient), column) in self.cables.iter_mut().zip(&pose.projector()) {
+            *weight += column.norm_squared();
+            *gradient += column.dot(&pose.residuals_mm);
         }
     }
 

@@ -159,7 +159,7 @@ impl<T: Real> SlipDetector<T> {
         let rotation = rotation_of(&fit.attitude);
         let jacobian = LengthJacobian::new(&self.geometry, &self.centre, &rotation, &lengths);
         let pose = MarginalInformation::new(&jacobian).ok()?;
-        let chi_square = pose.squares_mm2 / (self.variance_mm2 * T::of(3.0));
+        let chi_square = pose.squares_mm2() / (self.variance_mm2 * T::of(3.0));
         self.chi_square += (chi_square - self.chi_square) * T::of(SHARE);
         if self.state == DetectorState::Quiet {
             self.usual += (chi_square.min(T::of(MAX_USUAL)) - self.usual) * T::of(USUAL_SHARE);
@@ -175,7 +175,7 @@ impl<T: Real> SlipDetector<T> {
             DetectorState::Suspicious => {
                 let turned = (fit.attitude.scaled_axis() - self.first).norm();
                 self.span = self.span.max(turned);
-                self.evidence.add(&rotation, &jacobian, &pose);
+                self.evidence.add(&rotation, &pose);
                 self.judge()
             }
             DetectorState::Quiet | DetectorState::Warned => None,

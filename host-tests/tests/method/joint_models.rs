@@ -9,7 +9,7 @@ use glenoid::identification::excitation::MeanRotation;
 use glenoid::identification::joint::{ArmFrame, FEATURES, Joint, MAX_JOINT, MovingCentre};
 use glenoid::identification::machine::MachineEstimate;
 use glenoid::identification::marginal_information::MarginalInformation;
-use glenoid::identification::parameters::{Column, Equations, ParameterBlock, PoseAt, Scattered, add_pose, sensitivity};
+use glenoid::identification::parameters::{Column, Equations, ParameterBlock, PoseAt, add_pose, sensitivity};
 use glenoid::identification::Machine;
 use glenoid::kinematics::{CableLengths, JointCentre, LengthJacobian};
 use glenoid::rig::{Rig, Tolerance};
@@ -245,7 +245,8 @@ fn scatter_and_rotation_are_eliminated_as_in_the_dense_problem() {
 
             let at = scene.at();
             let information = MarginalInformation::new(&scene.jacobian).expect("a pose has a rotation");
-            let scattered = Scattered::new(&information, scatter);
+            let mut scattered = information;
+            scattered.add_scatter(scatter);
             let unknowns = rows.ncols();
             let mut equations = Equations::<f64>::new(unknowns);
             let model = scene.model(&at);

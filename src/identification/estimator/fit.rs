@@ -7,9 +7,7 @@ use crate::identification::machine::{Machine, MachineEstimate};
 use crate::identification::marginal_information::MarginalInformation;
 use crate::identification::noise::Residuals;
 use crate::identification::outcome::{Identified, rms_residual};
-use crate::identification::parameters::{
-    CENTRE_UNKNOWNS, Equations, ParameterBlock, PoseAt, Scattered, add_pose, sensitivity,
-};
+use crate::identification::parameters::{CENTRE_UNKNOWNS, Equations, ParameterBlock, PoseAt, add_pose, sensitivity};
 use crate::identification::pose::{Pose, PoseState};
 use crate::identification::refusal::Refusal;
 use crate::identification::settings::{EstimatorSettings, Noise};
@@ -56,9 +54,9 @@ pub(super) struct Fit<T: Real> {
 pub(super) struct SeenPose<T> {
     /// Rotation from {P} to {B}.
     pub rotation: Matrix3<T>,
-    /// Its information on δ.
-    pub scattered: Scattered<T>,
-    /// S before the scatter was eliminated, for a noise of 1 mm.
+    /// Its information, rotation and scatter eliminated.
+    pub scattered: MarginalInformation<T>,
+    /// S before the scatter was eliminated.
     pub unscattered: Matrix3<T>,
     /// Derivative of S δ̂ with the unknowns.
     pub sensitivity: Rows<T>,
@@ -174,12 +172,11 @@ impl<T: Real> Fit<T> {
         pose.refine_attitude(turned(pose.attitude(), &information.turn));
         let variance = self.variance_mm2() * pose.relative_variance;
         if let Weights::OwnCentres { .. } = weights {
-            information = information.into_own_centre(T::of(OWN_CENTRE_RIDGE));
-            pose.chi_square = information.squares_mm2;
-        }
-        let scattered = Scattered::new(&information, self.joint.scatter_mm2() / variance);
-        if !matches!(weights, Weights::OwnCentres { .. }) {
-            pose.chi_square = scattered.information.squares_mm2 / variance;
+            information.become_own_centre(T::of(OWN_CENTRE_RIDGE));
+            pose.chi_square = information.squares_mm2();
+        } else {
+            information.add_scatter(self.joint.scatter_mm2() / variance);
+            pose.chi_square = information.squares_mm2() / variance;
         }
         let weight = weights.weight(index, pose.chi_square, was_used) / pose.relative_variance;
         // Neither zero nor NaN.
@@ -188,25 +185,22 @@ impl<T: Real> Fit<T> {
                 pose.state = PoseState::Used;
             }
             pass.used += 1;
-            let gradient = &scattered.information.gradient_mm;
-            pass.squared_gradients += gradient.norm_squared() * weight;
+            pass.squared_gradients += information.gradient_mm().norm_squared() * weight;
             let at = PoseAt { rotation: &rotation, lengths: &lengths, jacobian: &jacobian };
             let features = self.joint.features(&at);
             let model = Model { machine, estimate: &self.estimate, joint: &self.joint, features };
-            add_pose(&mut self.equations, &model, &at, &scattered, weight);
+            add_pose(&mut self.equations, &model, &at, &information, weight);
         }
     }
 
     /// The Jacobian of a pose at the present estimate. For a moving centre its motion with the rotation is included.
     pub fn jacobian(&self, rotation: &Matrix3<T>, lengths: &CableLengths<T>) -> LengthJacobian<T> {
         let centre = self.joint.centre_at(&self.centre, rotation);
-        let mut jacobian = LengthJacobian::new(self.estimate.geometry(), &centre, rotation, lengths);
-        if let Some(turning) = self.joint.turning(rotation) {
-            for row in &mut jacobian.rows {
-                row.rotation_mm += turning.tr_mul(&row.translation);
-            }
+        let jacobian = LengthJacobian::new(self.estimate.geometry(), &centre, rotation, lengths);
+        match self.joint.turning(rotation) {
+            None => jacobian,
+            Some(turning) => jacobian.with_moving_centre(&turning),
         }
-        jacobian
     }
 
     /// A pose at the present estimate, rotation and scatter eliminated; `None` without a rotation.
@@ -216,16 +210,17 @@ impl<T: Real> Fit<T> {
         let jacobian = self.jacobian(&rotation, &lengths);
         let information = MarginalInformation::new(&jacobian).ok()?;
         let variance = self.variance_mm2() * pose.relative_variance;
-        let scattered = Scattered::new(&information, self.joint.scatter_mm2() / variance);
+        let mut scattered = information;
+        scattered.add_scatter(self.joint.scatter_mm2() / variance);
         let at = PoseAt { rotation: &rotation, lengths: &lengths, jacobian: &jacobian };
         let features = self.joint.features(&at);
         let model = Model { machine, estimate: &self.estimate, joint: &self.joint, features };
         Some(SeenPose {
             rotation,
             sensitivity: sensitivity(&model, &at, &scattered),
-            own_centre_mm: own_centre(&information.information, &information.gradient_mm),
-            unscattered: information.information,
-            squares_mm2: information.squares_mm2,
+            own_centre_mm: own_centre(&information.information(), &information.gradient_mm()),
+            unscattered: information.information(),
+            squares_mm2: information.squares_mm2(),
             scattered,
         })
     }

@@ -92,8 +92,8 @@ impl<T: Real> Inspect<T> {
 
     fn add(&mut self, fit: &Fit<T>, machine: &Machine<T>, seen: &SeenPose<T>) {
         let rotation = &seen.rotation;
-        let information = seen.scattered.information.information;
-        let gradient = seen.scattered.information.gradient_mm;
+        let information = seen.scattered.information();
+        let gradient = seen.scattered.gradient_mm();
         let turned = information * rotation;
         let in_platform = rotation.tr_mul(&turned);
         let gradient_in_platform = rotation.tr_mul(&gradient);

@@ -25,8 +25,8 @@ impl<T: Real> Estimator<T> {
         let placed = fit.place_about_centre(machine, pose)?;
         let SeenPose { scattered, sensitivity, squares_mm2, .. } = fit.seen(machine, &placed)?;
         let variance = fit.result_variance_mm2() * pose.relative_variance;
-        let g = scattered.information.gradient_mm;
-        let expected = scattered.information.information * variance + fit.covariance_of(&sensitivity);
+        let g = scattered.gradient_mm();
+        let expected = scattered.information() * variance + fit.covariance_of(&sensitivity);
         let chi_square = g.dot(&(inverse_of_positive_definite(&expected, rounding())? * g));
         Some(VerifiedPose { squares_mm2, chi_square })
     }
