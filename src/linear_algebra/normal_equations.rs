@@ -127,11 +127,6 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
         }
     }
 
-    /// The part of row `i` of JᵀJ from column `from` to the diagonal, to be added to.
-    pub fn row_mut(&mut self, i: usize, from: usize) -> impl Iterator<Item = &mut T> {
-        self.matrix.get_mut(packed_index(i, from)..=packed_index(i, i)).unwrap_or_default().iter_mut()
-    }
-
     /// Adds to Jᵀe of unknown `i`.
     pub fn add_to_gradient(&mut self, i: usize, value: T) {
         if let Some(gradient) = self.gradient.get_mut(i) {
