@@ -33,7 +33,7 @@ use self::selection::RowsUsed;
 /// Without `--noise`, residuals up to this many times the noise expected of the rig are taken for noise of the cables:
 /// 0.35 mm for the shoulder, which uniform noise within ±0.6 mm gives. What is left of a rig file that is wrong by a
 /// centimetre, or of a strap that slips, is larger.
-const MOST_TIMES_EXPECTED_NOISE: f64 = 6.0;
+const MAX_TIMES_EXPECTED_NOISE: f64 = 6.0;
 
 /// What is to be identified, and how.
 #[derive(Clone, Debug, PartialEq)]
@@ -138,7 +138,7 @@ fn setting(request: &Request, machine: &RigFile, rows: usize) -> Setting {
         start: (!full).then(|| start(request, machine)),
         given_noise_mm: request.noise_mm.filter(|_| full),
         expected_noise_mm,
-        noise_limit_mm: expected_noise_mm * MOST_TIMES_EXPECTED_NOISE,
+        noise_limit_mm: expected_noise_mm * MAX_TIMES_EXPECTED_NOISE,
     }
 }
 

@@ -45,7 +45,7 @@ pub enum Told {
 }
 
 /// Largest noise that is still taken for noise when it is not known, mm: five times the paper's.
-const MOST_NOISE_MM: f64 = 0.3;
+const MAX_NOISE_MM: f64 = 0.3;
 
 /// An accepted answer, in double precision.
 #[derive(Debug, Clone, PartialEq)]
@@ -135,7 +135,7 @@ pub fn solve_with_zeros<T: Precision>(
     let rig = T::rig(scene);
     let mut settings = EstimatorSettings::for_rig(rig);
     if told == Told::Nothing {
-        settings.noise = Noise::EstimatedUpTo(T::of(MOST_NOISE_MM));
+        settings.noise = Noise::EstimatedUpTo(T::of(MAX_NOISE_MM));
     }
     settings.require_redundancy = told != Told::NoiseAndSoundPoses;
     let machine = Machine::with_offset_prior(rig, T::of(zero_prior_mm));
