@@ -1,6 +1,6 @@
 //! `cargo identify`: the board's identification on a recorded log, for the researcher's desk.
 //!
-//! A log and a rig are read ([`lengths_file`], [`rig_file`]; anything that cannot be read is told by file, line and
+//! A log and a rig are read ([`lengths_file`], [`rig_file`]; anything that cannot be read is reported by file, line and
 //! column), the library's solver is run in the precision asked for ([`calculation`]), and the outcome is one [`report`]
 //! that is printed as JSON or as a [`summary`] with a remedy for every refusal.
 
@@ -163,7 +163,7 @@ fn unused(request: &Request) -> Vec<String> {
         warnings.push("--zeros is not used: the paper's method takes the zeros for known".to_owned());
     }
     if request.method == Method::Paper && request.noise_mm.is_some() {
-        warnings.push("--noise is not used: the paper's method takes its error bar from its own residuals".to_owned());
+        warnings.push("--noise is not used: the paper's method takes its standard deviation from its own residuals".to_owned());
     }
     warnings
 }

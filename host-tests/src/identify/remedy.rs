@@ -61,7 +61,7 @@ pub fn remedy(report: &Report, refusal: &RefusalDetail) -> String {
     };
     match refusal {
         RefusalDetail::TooFewPoses { .. } => {
-            "Record at least five poses that turn the arm about different axes; ten or more give a useful error bar."
+            "Record at least five poses that turn the arm about different axes; ten or more give a useful standard deviation."
                 .to_owned()
         }
         RefusalDetail::BadLength { .. } => format!("Correct or delete that line, and check the cable.{other_method}"),

@@ -1,4 +1,4 @@
-//! Is it millimetres? A log or a rig in another unit is told, not solved.
+//! Is it millimetres? A log or a rig in another unit is reported, not solved.
 
 use super::lengths_file::Row;
 use nalgebra::Vector3;
