@@ -57,6 +57,7 @@ impl<T: Real> Arm<'_, T> {
     /// Best rotation for the cables in `cables` from a start nearby: for tracking, the rotation of the sample before.
     ///
     /// `None` when the iteration meets a singular arrangement or does not settle.
+    #[cfg_attr(feature = "ccm", inline(never), unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
     pub fn fit_from(&self, start: UnitQuaternion<T>, lengths: &CableLengths<T>, cables: CableSet) -> Option<Fit<T>> {
         let mut attitude = start;
         let mut equations = LengthEquations::empty();

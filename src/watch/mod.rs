@@ -138,8 +138,7 @@ impl<T: Real> Watch<T> {
     ///
     /// Cost: comparing six lengths while the arm is still; else one rotation fit from the sample before and one
     /// elimination. A sample that fits no rotation at all is counted as a large misfit.
-    // a function of its own wherever it is called, so that a board can place it (`hot.x`)
-    #[inline(never)]
+    #[cfg_attr(feature = "ccm", inline(never), unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
     pub fn sample(&mut self, lengths: &CableLengths<T>) -> Option<Warning<T>> {
         if !self.has_moved(lengths) {
             return None;

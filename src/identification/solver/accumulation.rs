@@ -32,7 +32,7 @@ impl<T: Real> PassSum<T> {
     }
 
     /// Adds a pose, if it is placed, with the weight of its misfit, and refines its rotation.
-    #[inline(never)]
+    #[cfg_attr(feature = "ccm", inline(never), unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
     pub fn add(
         &mut self,
         placement: &mut Placement<T>,
