@@ -3,6 +3,7 @@
 pub mod command_line;
 pub mod debugger;
 pub mod emulator;
+pub mod estimation;
 pub mod firmware;
 pub mod flash;
 pub mod identify;

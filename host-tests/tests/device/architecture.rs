@@ -147,6 +147,16 @@ fn the_map_is_what_the_modules_import() {
     }
 }
 
+/// The stages of the estimator, each of which names the stage that may follow it: the one circle that is meant, and drawn
+/// in `src/identification/estimator/mod.rs`.
+const STAGES: [&str; 6] = ["place", "refine", "excite", "inspect", "check", "isolate"];
+
+/// `to` is a stage of the state machine that `from` belongs to.
+fn is_next_stage(from: &Module, to: &Module) -> bool {
+    let [.., machine, stage] = to.as_slice() else { return false };
+    machine == "estimator" && STAGES.contains(&stage.as_str()) && from.contains(machine)
+}
+
 #[test]
 fn no_two_files_lean_on_each_other() {
     for root in ["src", "host-tests/src", "tools/image/src", "tools/audit/src", "tools/oracle/src", "tools/speed/src"] {
@@ -154,7 +164,7 @@ fn no_two_files_lean_on_each_other() {
         // a module and the parts that it is made of are one thing
         let is_family = |a: &Module, b: &Module| a.starts_with(b) || b.starts_with(a);
         for (module, targets) in &mut imports {
-            targets.retain(|target| !is_family(module, target));
+            targets.retain(|target| !is_family(module, target) && !is_next_stage(module, target));
         }
         // what imports nothing, or is imported by nothing, stands in no circle
         loop {
@@ -162,7 +172,9 @@ fn no_two_files_lean_on_each_other() {
             let free = imports.iter().find(|(name, targets)| targets.is_empty() || !imported.contains(name));
             let Some(free) = free.map(|(name, _)| name.clone()) else { break };
             imports.remove(&free);
-            imports.values_mut().for_each(|targets| drop(targets.remove(&free)));
+            imports.values_mut().for_each(|targets| {
+                targets.remove(&free);
+            });
         }
         assert!(
             imports.is_empty(),
