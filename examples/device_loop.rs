@@ -20,7 +20,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         Action::Stop(cause) => println!("restart the board: {cause:?}"),
         Action::Log(entry) => println!("log  {entry:?}"),
     };
-    device.handle(now_ms, Event::PowerUp(Err(LoadError::Nothing)), &mut out);
+    device.handle(now_ms, Event::PowerUp(Err(LoadError::Nothing).into()), &mut out);
     // Half a second at rest, then a press of one second and a half: the calibration starts.
     for _ in 0..2_500 {
         now_ms += 1;

@@ -16,7 +16,9 @@
 //! | 136 | 24 + 24 | encoder zeros and their 1σ, mm |
 //! | 184 | 4 · 5 | noise, δE, sway (rad), δE of the second set, its limit, mm |
 //! | 204 | 25 · 2 | poses left out: pose, faulty cables |
-//! | 254 | 62 | zero; for later versions |
+//! | 254 | 2 + 2 | boot, wearer |
+//! | 258 | 4 | serial number of the board |
+//! | 262 | 54 | zero; for later versions |
 //! | 316 | 4 | CRC-32 of a constant and all bytes before |
 //!
 //! Magic, version, sequence and CRC keep their places in every version, so that a record of another version can be
@@ -25,17 +27,17 @@
 use super::content::Record;
 use crate::identification::Rejected;
 use crate::rig::Parameters;
-use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
+use crc::{CRC_32_ISO_HDLC, Crc, Table};
 
 /// Length of the image, bytes: 40 flash words of the drive board.
 pub const IMAGE_LEN: usize = 320;
 
 /// Version of the table above.
-pub const VERSION: u16 = 1;
+pub const VERSION: u16 = 2;
 
 const MAGIC: [u8; 4] = *b"GLNR";
 const CRC_LEN: usize = 4;
-const RESERVED_LEN: usize = 62;
+const RESERVED_LEN: usize = 54;
 
 /// Goes into the CRC before the image, so that no run of equal bytes is ever a record, and no other program's CRC-32.
 const SALT: [u8; 4] = *b"\xA5gle";
@@ -79,6 +81,9 @@ pub fn encode(record: &Record, sequence: u32) -> Image {
         // no set has more poses than a byte counts
         writer.put([rejected.pose as u8, rejected.cables]);
     }
+    writer.put(record.boot.to_le_bytes());
+    writer.put(record.wearer.to_le_bytes());
+    writer.put(record.serial.to_le_bytes());
     writer.put([0; RESERVED_LEN]);
     let sum = checksum(&writer.image);
     writer.put(sum.to_le_bytes());
@@ -121,8 +126,14 @@ pub fn decode(image: &Image) -> Record {
         let [pose, cables] = reader.take();
         Rejected { pose: u32::from(pose), cables }
     });
+    let boot = u16::from_le_bytes(reader.take());
+    let wearer = u16::from_le_bytes(reader.take());
+    let serial = u32::from_le_bytes(reader.take());
     Record {
         run_id,
+        boot,
+        wearer,
+        serial,
         rig,
         firmware,
         parameters,
@@ -145,8 +156,8 @@ pub fn decode(image: &Image) -> Record {
 
 /// CRC-32 (ISO-HDLC, as in zip) of the salt and the image without its last four bytes.
 pub fn checksum(image: &Image) -> u32 {
-    // Bit by bit: a kilobyte less flash than by table, and 2 ms a page are soon enough.
-    const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
+    // By table, a kilobyte of flash: it is formed with every heartbeat.
+    const CRC: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
     let mut digest = CRC.digest();
     digest.update(&SALT);
     digest.update(image.get(..IMAGE_LEN - CRC_LEN).unwrap_or_default());

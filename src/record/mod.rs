@@ -30,9 +30,15 @@
 
 mod content;
 pub mod image;
+mod journal;
+mod loaded;
 mod page;
+mod storage;
 mod store;
 
 pub use content::{Record, Unfit};
 pub use image::IMAGE_LEN;
+pub use journal::{Journal, JournalEntry};
+pub use loaded::Loaded;
+pub use storage::{STORAGE_PAGES, Storage};
 pub use store::{LoadError, RecordStore, StoreError};

@@ -226,11 +226,11 @@ fn choose([first, second]: &[Reading; 2]) -> Option<(usize, Header)> {
     }
 }
 
-/// Why no page counts. A page without a commit word was never completed and says nothing.
+/// Why no page counts. What is neither erased nor a record was one, or is no record of ours.
 fn why_nothing(readings: &[Reading; 2]) -> LoadError {
     if readings.iter().any(|reading| reading.content == Content::Unreadable) {
         LoadError::Unreadable
-    } else if readings.iter().any(|reading| reading.content == Content::Broken && reading.committed) {
+    } else if readings.iter().any(|reading| reading.content == Content::Broken) {
         LoadError::Damaged
     } else {
         LoadError::Nothing

@@ -79,7 +79,7 @@ pub fn reset_cause(scene: &mut Scene) -> Result<ResetCause, Failed> {
 /// A calibration that is accepted; gives the centre in use.
 pub fn calibrate(scene: &mut Scene) -> Result<Vec<Parameter>, Failed> {
     let run_id = scene.run_to_review(6)?;
-    assert_eq!(scene.ask(Opcode::Accept, run_id, 0)?.code, Reason::Fine);
+    assert_eq!(scene.accept(run_id)?.code, Reason::Fine);
     assert_eq!(scene.ask(Opcode::Acknowledge, run_id, 0)?.code, Reason::Fine);
     let live = live(scene)?;
     assert_eq!(live.len(), 6, "{live:?}");

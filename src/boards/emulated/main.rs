@@ -27,7 +27,7 @@ use cortex_m::interrupt::free;
 use cortex_m::{Peripherals, asm, singleton};
 use glenoid::device::{Action, BlinkPattern, Config, Device, Event, LogEntry, fingerprint};
 use glenoid::identification::{Estimator, PoseBuffer};
-use glenoid::record::{RecordStore, StoreError};
+use glenoid::record::Storage;
 use glenoid::restart::{CrashRecord, ResetCause, Restart};
 use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, Rig};
 use glenoid::rig_link::{RigLink, Signal};
@@ -51,9 +51,9 @@ struct Outside {
     adapter: Adapter,
     led: Option<BlinkPattern>,
     log: Log<Entry>,
-    record: RecordStore<FileFlash>,
-    /// How the store of the record went, which the device is still to be told.
-    stored: Option<Result<(), StoreError>>,
+    storage: Storage<FileFlash>,
+    /// How the last storing went, which the device is still to hear.
+    stored: Option<Event>,
     /// The deepest calls of this firmware lie just behind us.
     measure_stack: bool,
 }
@@ -71,7 +71,12 @@ impl Outside {
                 self.led = Some(pattern);
                 self.log.push(now_ms, Entry::StatusLed(pattern));
             }
-            Action::Store(record) => self.stored = Some(self.record.store(&record)),
+            Action::Store(record) => self.stored = Some(Event::Stored(self.storage.store(&record))),
+            Action::Journal(entry) => {
+                if let Err(error) = self.storage.append(&entry) {
+                    self.stored = Some(Event::JournalFailed(error));
+                }
+            }
             Action::Stop(cause) => faults::stop(cause, 0, 0, format_args!("the centre in use changed in memory")),
             Action::Log(entry) => {
                 self.measure_stack |= matches!(entry, LogEntry::Identified { .. });
@@ -114,7 +119,7 @@ impl Board {
                 adapter: Adapter::new(),
                 led: None,
                 log: Log::new(),
-                record: RecordStore::new(FileFlash::open(), 0),
+                storage: Storage::new(FileFlash::open(), 0),
                 stored: None,
                 measure_stack: false,
             },
@@ -125,7 +130,7 @@ impl Board {
             watchdog: Watchdog::start(),
         };
         tell_start(&config.restart);
-        let loaded = board.outside.record.load(fingerprint(&config.rig));
+        let loaded = board.outside.storage.load(fingerprint(&config.rig), None);
         board.handle(board.last_tick_ms, Event::PowerUp(loaded));
         let memory = Entry::Memory {
             device: size_of::<Device>(),
@@ -143,7 +148,7 @@ impl Board {
         let mut next = Some(event);
         while let Some(event) = next {
             device.handle(now_ms, event, &mut |action| outside.carry_out(now_ms, action));
-            next = outside.stored.take().map(Event::Stored);
+            next = outside.stored.take();
         }
     }
 

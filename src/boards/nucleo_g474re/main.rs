@@ -27,7 +27,7 @@ use glenoid::can::health::BusHealth;
 use glenoid::device::{Action, BlinkPattern, Config, Device, Event, LogEntry, fingerprint};
 use glenoid::drive_board::flash_layout::{EccVerdict, ecc_verdict};
 use glenoid::drive_board::reset;
-use glenoid::record::{LoadError, RecordStore, StoreError};
+use glenoid::record::{LoadError, Storage, StoreError};
 use glenoid::restart::{CrashRecord, ResetCause};
 use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, Rig};
 
@@ -50,9 +50,9 @@ struct Outside {
     bus: Bus,
     led_pattern: BlinkPattern,
     /// None: the flash is divided otherwise than expected.
-    record: Option<RecordStore<ChipFlash>>,
-    /// How the store of the record went, which the device is still to be told.
-    stored: Option<Result<(), StoreError>>,
+    storage: Option<Storage<ChipFlash>>,
+    /// How the last storing went, which the device is still to hear.
+    stored: Option<Event>,
     /// The deepest calls of this firmware, or its longest standstill, lie just behind us.
     measure: bool,
 }
@@ -63,8 +63,16 @@ impl Outside {
             Action::Send(frame) => self.bus.send(frame),
             Action::StatusLed(pattern) => self.led_pattern = pattern,
             Action::Store(record) => {
-                let result = self.record.as_mut().map_or(Err(StoreError::FlashLayout), |store| store.store(&record));
-                self.stored = Some(result);
+                let stored =
+                    self.storage.as_mut().map_or(Err(StoreError::FlashLayout), |storage| storage.store(&record));
+                self.stored = Some(Event::Stored(stored));
+            }
+            Action::Journal(entry) => {
+                let stored =
+                    self.storage.as_mut().map_or(Err(StoreError::FlashLayout), |storage| storage.append(&entry));
+                if let Err(error) = stored {
+                    self.stored = Some(Event::JournalFailed(error));
+                }
             }
             Action::Stop(cause) => faults::stop(cause, 0, 0, format_args!("the centre in use changed in memory")),
             Action::Log(entry) => {
@@ -107,8 +115,8 @@ impl Board {
             cable_5: (chip.TIM5, chip.PB2, chip.PC12),
             cable_6: (chip.TIM8, chip.PC6, chip.PC7),
         });
-        let record = match ChipFlash::open(chip.FLASH) {
-            Ok((flash, from)) => Some(RecordStore::new(flash, from)),
+        let storage = match ChipFlash::open(chip.FLASH) {
+            Ok((flash, from)) => Some(Storage::new(flash, from)),
             Err(error) => {
                 defmt::error!("flash: {}, so nothing is kept", error);
                 None
@@ -117,7 +125,7 @@ impl Board {
         let bus = Bus::join(chip.FDCAN1, chip.PA11, chip.PA12, config.base)?;
         let mut board = Self {
             device,
-            outside: Outside { bus, led_pattern: BlinkPattern::Ready, record, stored: None, measure: false },
+            outside: Outside { bus, led_pattern: BlinkPattern::Ready, storage, stored: None, measure: false },
             led: Output::new(chip.PA5, Level::Low, Speed::Low),
             watchdog: IndependentWatchdog::new(chip.IWDG, PATIENCE_US),
             bus_health: BusHealth::default(),
@@ -138,8 +146,10 @@ impl Board {
         if let Some(words) = config.restart.crash_record {
             defmt::warn!("board: its crash record says: {=str}, at {=u32:#x}", words.text(), words.address);
         }
-        let record = self.outside.record.as_mut();
-        let loaded = record.map_or(Err(LoadError::FlashLayout), |store| store.load(fingerprint(&config.rig)));
+        let loaded = match self.outside.storage.as_mut() {
+            Some(storage) => storage.load(fingerprint(&config.rig), None),
+            None => Err(LoadError::FlashLayout).into(),
+        };
         self.handle(0, Event::PowerUp(loaded));
         let usage = stack::usage();
         defmt::info!("board: ready, {=usize} of {=usize} bytes of stack used", usage.used_bytes, usage.size_bytes);
@@ -151,7 +161,7 @@ impl Board {
         while let Some(event) = next {
             let Self { device, outside, .. } = self;
             device.handle(now_ms, event, &mut |action| outside.carry_out(action));
-            next = self.outside.stored.take().map(Event::Stored);
+            next = self.outside.stored.take();
         }
     }
 
