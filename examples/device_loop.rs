@@ -14,11 +14,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut device = Device::new(Config::for_rig(rig));
     let mut now_ms = 0;
     let mut out = |action: Action| match action {
-        Action::Send(frame) => println!("send {:?}", frame),
+        Action::Send(frame) => println!("send {frame:?}"),
         Action::StatusLed(pattern) => println!("LED  {pattern:?}"),
-        Action::Store(_) => println!("store the record, then answer with Event::Stored"),
-        Action::Stop(cause) => println!("restart the board: {cause:?}"),
-        Action::Log(entry) => println!("log  {entry:?}"),
+        // a board answers a store with Event::Stored
+        other => println!("{other:?}"),
     };
     device.handle(now_ms, Event::PowerUp(Err(LoadError::Nothing).into()), &mut out);
     // Half a second at rest, then a press of one second and a half: the calibration starts.
