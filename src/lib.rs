@@ -53,6 +53,7 @@ pub mod line;
 pub mod linear_algebra;
 pub mod monitor;
 pub mod paper;
+pub mod parameters;
 pub mod procedure;
 pub mod record;
 pub mod restart;
