@@ -21,6 +21,7 @@ mod chart;
 mod frame;
 mod heat;
 mod letters;
+mod marker;
 mod palette;
 mod png;
 mod sheet;

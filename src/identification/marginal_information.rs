@@ -167,3 +167,9 @@ fn inverse_of_factor<T: Real>(m: &Matrix3<T>) -> Matrix3<T> {
     let d = -(l31 * a + l32 * b) * f;
     Matrix3::new(a, zero, zero, b, c, zero, d, -l32 * c * f, f)
 }
+
+/// δ̂ = S⁻¹ g of a pose, mm; a small ridge bounds a direction that the pose does not determine.
+pub fn own_centre<T: Real>(information: &Matrix3<T>, gradient_mm: &Vector3<T>) -> Vector3<T> {
+    let ridge = Matrix3::from_diagonal_element(T::of(1e-6));
+    inverse_of_positive_definite(&(information + ridge), T::zero()).map_or_else(Vector3::zeros, |v| v * gradient_mm)
+}

@@ -7,17 +7,13 @@ use crate::scalar::Real;
 use heapless::Vec;
 
 pub use super::refusal::Refusal;
+pub use super::uncertainty::{RESULT_PACKED, RESULT_UNKNOWNS};
 
 /// Maximum number of iterations of any method; the RMS residual of each is kept.
 pub const MAX_ITERATIONS: usize = 30;
 
 /// Maximum number of rejected poses that a result lists: a fifth of the default buffer.
 pub const MAX_REJECTED: usize = 25;
-
-/// x, y, z, p1, p2, p3.
-pub const RESULT_UNKNOWNS: usize = 6;
-/// Entries of their packed covariance.
-pub const RESULT_PACKED: usize = 21;
 
 /// Why an iteration ended well.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -17,6 +17,9 @@ use nalgebra::{Matrix3, Vector3};
 const MAX_PARAMETERS: usize = 54;
 /// Maximum number of unknowns.
 pub const MAX_UNKNOWNS: usize = MAX_PARAMETERS + CENTRE_UNKNOWNS;
+
+/// Three linear functions of the unknowns, one column for each unknown.
+pub type Rows<T> = [[T; MAX_UNKNOWNS]; 3];
 /// O and C.
 pub const CENTRE_UNKNOWNS: usize = 6;
 /// Entries of the packed normal matrix.

@@ -1,11 +1,15 @@
 //! From the covariance of O and C to that of the paper's six unknowns, and to standard deviations.
 
-use super::outcome::{RESULT_PACKED, RESULT_UNKNOWNS};
 use crate::kinematics::{Geometry, JointCentre};
 use crate::linear_algebra::{largest_eigenpair, non_negative_root, packed_index, unit};
 use crate::rig::Parameters;
 use crate::scalar::Real;
 use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3};
+
+/// x, y, z, p1, p2, p3.
+pub const RESULT_UNKNOWNS: usize = 6;
+/// Entries of their packed covariance.
+pub const RESULT_PACKED: usize = 21;
 
 /// Centre and radii of a joint centre, mm, and their covariance from that of O and C: dp_i = -(s_i - C)·dC / p_i, with
 /// the end-points s_i taken as exact.

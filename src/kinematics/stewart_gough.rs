@@ -110,6 +110,7 @@ impl<T: Real> ForwardKinematics<T> {
     ///
     /// # Errors
     /// [`PlatformError`] when a cable triangle is broken or no regular assembly is found.
+    #[cfg_attr(feature = "ccm", inline(never), unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
     pub fn solve(&self, lengths: &CableLengths<T>) -> Result<PlatformPose<T>, PlatformError> {
         let (edges, mm) = (self.base.as_array(), lengths.as_mm());
         let mut arms = core::array::from_fn(|i| HingeArm::at_start(&edges[i].coordinates(mm[2 * i], mm[2 * i + 1])));

@@ -138,8 +138,8 @@ impl<T: Real> SlipDetector<T> {
     /// Takes in a sample of raw lengths. Returns a warning once, when a decision falls for one.
     ///
     /// Cost: comparing six lengths while the arm is still; else one rotation fit from the sample before and one
-    /// elimination. A sample that fits no rotation is not counted; the next
-    /// one is solved without a start.
+    /// elimination. A sample that fits no rotation is not counted; the next one is solved without a start.
+    #[cfg_attr(feature = "ccm", inline(never), unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
     pub fn sample(&mut self, lengths: &CableLengths<T>) -> Option<Warning<T>> {
         if !self.has_moved(lengths) {
             return None;

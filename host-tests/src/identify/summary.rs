@@ -4,6 +4,7 @@ use super::lengths_file::LengthsFile;
 use super::remedy;
 use super::report::{Method, Precision, RejectedCable, Report, Setting};
 use super::verification::Verification;
+use super::wording::{counted, direction, fixed, pose, small};
 use std::fmt::Write;
 
 /// Noise this many times above what the rig should have makes one look twice.
@@ -27,20 +28,6 @@ pub fn of(report: &Report, log: &LengthsFile, second: Option<&LengthsFile>) -> S
         let _ = line(&mut text, "verification", &verified(verification, second));
     }
     text
-}
-
-/// A pose by its number and its line in the log.
-pub fn pose(pose: usize, log: &LengthsFile) -> String {
-    match log.rows().get(pose) {
-        Some(row) => format!("pose {pose} (line {})", row.line),
-        None => format!("pose {pose}"),
-    }
-}
-
-/// A direction in the base's frame.
-pub fn direction(unit: &[f64; 3]) -> String {
-    let [x, y, z] = unit.map(|component| fixed(component, 2));
-    format!("({x}, {y}, {z}) in {{B}}")
 }
 
 fn table(text: &mut String, report: &Report) -> std::fmt::Result {
@@ -196,23 +183,4 @@ fn line(text: &mut String, name: &str, value: &str) -> std::fmt::Result {
         column += width;
     }
     writeln!(text)
-}
-
-/// A number of things.
-pub fn counted(count: usize, what: &str) -> String {
-    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
-}
-
-/// A length in mm; one that would print as zero is printed as small.
-fn small(value: f64) -> String {
-    if value > 0.0 && value < 5e-5 { "<0.0001".to_owned() } else { fixed(value, 4) }
-}
-
-/// Fixed decimals, and no minus before a zero.
-fn fixed(value: f64, decimals: usize) -> String {
-    let text = format!("{value:.decimals$}");
-    match text.strip_prefix('-') {
-        Some(zero) if zero.chars().all(|c| c == '0' || c == '.') => zero.to_owned(),
-        _ => text,
-    }
 }

@@ -2,7 +2,7 @@
 
 use super::Stage;
 use super::fit::{Fit, Pass};
-use super::result::Isolate;
+use super::isolate::Isolate;
 use crate::identification::leave_one_out::{Candidates, require_redundancy};
 use crate::identification::machine::Machine;
 use crate::identification::pose::Pose;

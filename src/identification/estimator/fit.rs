@@ -1,13 +1,14 @@
 //! The fit under way: the unknowns, the normal equations of a pass, and the residuals that it leaves.
 
 use super::model::Model;
-use super::verify::{Rows, own_centre};
 use crate::identification::joint::{HeldCentre, Joint};
 use crate::identification::machine::{Machine, MachineEstimate};
-use crate::identification::marginal_information::MarginalInformation;
+use crate::identification::marginal_information::{MarginalInformation, own_centre};
 use crate::identification::noise::Residuals;
 use crate::identification::outcome::{Identified, rms_residual};
-use crate::identification::parameters::{CENTRE_UNKNOWNS, Equations, ParameterBlock, PoseAt, add_pose, sensitivity};
+use crate::identification::parameters::{
+    CENTRE_UNKNOWNS, Equations, ParameterBlock, PoseAt, Rows, add_pose, sensitivity,
+};
 use crate::identification::pose::{Pose, PoseState};
 use crate::identification::refusal::Refusal;
 use crate::identification::settings::{EstimatorSettings, Noise};

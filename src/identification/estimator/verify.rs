@@ -5,15 +5,12 @@ use super::Estimator;
 use super::fit::{Fit, SeenPose};
 use crate::identification::joint::Joint;
 use crate::identification::machine::Machine;
-use crate::identification::parameters::{CENTRE_UNKNOWNS, MAX_UNKNOWNS};
+use crate::identification::parameters::{CENTRE_UNKNOWNS, MAX_UNKNOWNS, Rows};
 use crate::identification::pose::Pose;
 use crate::identification::verification::{CentrePrediction, VerifiedPose};
 use crate::linear_algebra::{inverse_of_positive_definite, rounding};
 use crate::scalar::Real;
-use nalgebra::{Matrix3, Vector3};
-
-/// Three linear functions of the unknowns, one column for each unknown.
-pub type Rows<T> = [[T; MAX_UNKNOWNS]; 3];
+use nalgebra::Matrix3;
 
 impl<T: Real> Estimator<T> {
     /// Verifies a pose: its residuals about the estimated centre, tested against the noise and the covariance of the
@@ -109,10 +106,4 @@ fn set<T: Real>(row: &mut [T; MAX_UNKNOWNS], unknown: usize, value: T) {
     if let Some(entry) = row.get_mut(unknown) {
         *entry = value;
     }
-}
-
-/// δ̂ = S⁻¹ g of a pose, mm; a small ridge bounds a direction that the pose does not determine.
-pub(super) fn own_centre<T: Real>(information: &Matrix3<T>, gradient_mm: &Vector3<T>) -> Vector3<T> {
-    let ridge = Matrix3::from_diagonal_element(T::of(1e-6));
-    inverse_of_positive_definite(&(information + ridge), T::zero()).map_or_else(Vector3::zeros, |v| v * gradient_mm)
 }
