@@ -1,9 +1,9 @@
 //! The unknowns of the estimator and their normal equations.
 //!
 //! Every pose sees O and C. Whatever else is unknown (the machine's constants, how the joint centre moves) is a
-//! [`ParameterBlock`]: it says how the lengths of a pose change with each of its parameters, and what is known of them
-//! beforehand. The unknowns stand in the order: block, O, C, so that elimination of the block
-//! leaves the normal equations of O and C at the end of the factor.
+//! [`ParameterBlock`]: it gives the Jacobian column of each of its parameters in a pose, and their prior. The unknowns
+//! stand in the order block, O, C, so that elimination of the block leaves the normal equations of O and C at the end of
+//! the factor.
 
 use super::marginal_information::MarginalInformation;
 use crate::kinematics::{CableLengths, LengthJacobian};

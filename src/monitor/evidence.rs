@@ -24,7 +24,7 @@ pub enum Cause<T> {
     CableSlipped {
         /// Cable, 1 to 6.
         cable: u8,
-        /// What its length reads too much, mm.
+        /// Error of its length (reading minus true), mm.
         error_mm: T,
     },
     /// The centre moves with the arm's elevation: not a ball joint. Movement per 10 degrees, mm, axes of {B}.
