@@ -109,6 +109,26 @@ fn another_board_finds_what_it_is_told_to_look_at() {
     }
 }
 
+/// Every step of the method is found in the code by the name that the document gives it.
+#[test]
+fn the_method_names_what_exists() {
+    let text = read("docs/method.md");
+    let code = code(&workspace().join("src"));
+    let is_defined = |name: &str| {
+        ["fn ", "struct ", "enum ", "trait ", "const "].iter().any(|kind| {
+            let ends_there = |rest: &str| !rest.starts_with(|c: char| c.is_alphanumeric() || c == '_');
+            code.split(&format!("{kind}{name}")).skip(1).any(ends_there)
+        })
+    };
+    let is_variant = |name: &str| code.contains(&format!("\n    {name}("));
+    let is_code = |quoted: &&str| !quoted.contains(['/', '.']) && !["f32", "f64"].contains(quoted);
+    let names: Vec<&str> = quoted(&text).into_iter().filter(is_code).flat_map(|quoted| quoted.split("::")).collect();
+    assert!(names.len() >= 40, "{names:?}");
+    for name in names {
+        assert!(is_defined(name) || is_variant(name), "docs/method.md names {name}, which does not exist");
+    }
+}
+
 #[test]
 fn every_link_leads_to_a_file() {
     let documents = fs::read_dir(workspace().join("docs")).unwrap().map(|entry| entry.unwrap().path());
