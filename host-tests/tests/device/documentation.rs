@@ -89,7 +89,7 @@ fn another_board_finds_what_it_is_told_to_look_at() {
         ("pub const ", "BOARDS", &all),
         ("pub const ", "MAX_FRAMES", &all),
         ("pub struct ", "Storage", &all),
-        ("pub fn ", "for_rig", &all),
+        ("pub fn ", "config", &all),
     ] {
         assert!(text.contains(name), "the page does not speak of {name}");
         let found = at.split(&format!("{kind}{name}")).nth(1).and_then(|rest| rest.chars().next());
