@@ -2,6 +2,7 @@
 
 pub mod estimation;
 pub mod command_line;
+pub mod commission;
 pub mod debugger;
 pub mod emulator;
 pub mod firmware;
