@@ -11,6 +11,7 @@ mod bus_log;
 mod foreign;
 mod header;
 mod number;
+mod repeated;
 mod table;
 mod text;
 

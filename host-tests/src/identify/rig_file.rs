@@ -3,7 +3,7 @@
 
 mod cables;
 mod machine;
-mod source;
+pub mod source;
 
 use self::source::Source;
 use super::input_error::{self, InputError};
