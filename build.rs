@@ -1,10 +1,8 @@
-//! Link arguments of the firmware images, and the speed image's problem. The library and everything on the host need
-//! neither.
+//! Link arguments of the firmware images. The library and everything on the host need none of it.
 //!
 //! `memory.x` and `hot.x` are taken from the root of the package: rustc links there, and a linker looks into its working
 //! directory first. What differs between the boards is passed as symbols.
 
-use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::{env, fs, io};
 
@@ -26,9 +24,6 @@ const EMULATOR: Origins = Origins { flash: 0x0000_0000, ccm: 0x2001_8000 };
 
 /// Links the panic-free image although it is not, so that the ways to a panic can be looked at.
 const LINK_ANYWAY: &str = "GLENOID_LINK_ANYWAY";
-
-/// The problem that the speed figures are measured on: cable lengths, and the rig with start and truth.
-const PROBLEM: [&str; 2] = ["host-tests/data/speed-problem.csv", "host-tests/data/speed-problem.toml"];
 
 fn main() -> io::Result<()> {
     println!("cargo::rerun-if-changed=build.rs");
@@ -54,15 +49,6 @@ fn main() -> io::Result<()> {
         fs::write(out_dir.join("device.x"), DEVICE_X)?;
         link_hot_code("emulated");
         link_image("emulated", EMULATOR, Some(&out_dir));
-        link_image("speed", EMULATOR, Some(&out_dir));
-        let [lengths, rig] = PROBLEM;
-        println!("cargo::rerun-if-changed={lengths}");
-        println!("cargo::rerun-if-changed={rig}");
-        let problem = problem(&fs::read_to_string(lengths)?, &fs::read_to_string(rig)?);
-        fs::write(
-            out_dir.join("speed_problem.rs"),
-            problem.ok_or_else(|| io::Error::other("malformed speed problem"))?,
-        )?;
     }
     Ok(())
 }
@@ -87,32 +73,4 @@ fn link_image(name: &str, origins: Origins, scripts: Option<&Path>) {
     ] {
         println!("cargo::rustc-link-arg-bin={name}={argument}");
     }
-}
-
-/// The problem as Rust constants, in mm. The digits are handed over as they stand: the image's own compiler reads them.
-fn problem(lengths: &str, rig: &str) -> Option<String> {
-    let rows: Vec<&str> = lengths.lines().skip(1).map(str::trim).filter(|row| !row.is_empty()).collect();
-    let mut text = format!("pub const POSES: usize = {};\n", rows.len());
-    writeln!(text, "pub const LENGTHS_MM: [[f64; 6]; POSES] = [").ok()?;
-    for row in rows {
-        writeln!(text, "    [{row}],").ok()?;
-    }
-    writeln!(text, "];").ok()?;
-    // the TOML is this project's own and has one list a line
-    let mut section = "";
-    for line in rig.lines().map(|line| line.split_once('#').map_or(line, |(before, _)| before).trim()) {
-        if let Some(name) = line.strip_prefix('[').and_then(|rest| rest.strip_suffix(']')) {
-            section = name;
-        } else if let Some((name, list)) = line.split_once('=') {
-            let (constant, shape) = match (section, name.trim()) {
-                ("", "base") => ("BASE_MM", "[[f64; 3]; 3]"),
-                ("", "edges") => ("EDGES_MM", "[f64; 3]"),
-                ("start", "values") => ("START_MM", "[f64; 6]"),
-                ("truth", "values") => ("TRUTH_MM", "[f64; 6]"),
-                _ => return None,
-            };
-            writeln!(text, "pub const {constant}: {shape} = {};", list.trim()).ok()?;
-        }
-    }
-    Some(text)
 }

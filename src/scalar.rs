@@ -108,15 +108,15 @@ impl Real for f64 {
     }
 }
 
-#[cfg(not(all(target_arch = "arm", target_os = "none")))]
+#[cfg(not(all(target_arch = "arm", target_os = "none", target_abi = "eabihf")))]
 #[inline(always)]
 fn sqrt_f32(value: f32) -> f32 {
     libm::sqrtf(value)
 }
 
-/// The only unsafe code of the library. `libm::sqrtf` is a software routine on this target although the core has
-/// the instruction, and the compiler refuses `sreg` operands, so the value travels through a core register.
-#[cfg(all(target_arch = "arm", target_os = "none"))]
+/// The only unsafe code of the library. `libm::sqrtf` is a software routine although a core with a floating-point unit
+/// has the instruction, and the compiler refuses `sreg` operands, so the value travels through a core register.
+#[cfg(all(target_arch = "arm", target_os = "none", target_abi = "eabihf"))]
 #[inline(always)]
 #[allow(unsafe_code)]
 fn sqrt_f32(value: f32) -> f32 {

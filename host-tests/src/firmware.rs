@@ -20,28 +20,32 @@ pub const TOOLCHAIN_VARIABLE: &str = "GLENOID_TOOLCHAIN";
 /// Debian's Rust, its sources and its linker.
 const DEBIAN_PACKAGES: [&str; 4] = ["rustc-web", "cargo-web", "rust-web-src", "lld-22"];
 
-/// A firmware image by its name: the binary and the feature that switches its board on.
+/// The package of the boards' images.
+const LIBRARY: &str = "glenoid";
+
+/// A firmware image by its name: the binary, its package and the feature that switches it on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Image {
+    package: &'static str,
     binary: &'static str,
     feature: &'static str,
 }
 
 impl Image {
     /// The emulated drive board (QEMU mps2-an386).
-    pub const EMULATED: Self = Self { binary: "emulated", feature: "emulated" };
+    pub const EMULATED: Self = Self { package: LIBRARY, binary: "emulated", feature: "emulated" };
 
     /// The real drive board (NUCLEO-G474RE).
-    pub const NUCLEO_G474RE: Self = Self { binary: "nucleo-g474re", feature: "nucleo-g474re" };
+    pub const NUCLEO_G474RE: Self = Self { package: LIBRARY, binary: "nucleo-g474re", feature: "nucleo-g474re" };
 
     /// The images that make a drive board, real or emulated.
     pub const BOARDS: [Self; 2] = [Self::EMULATED, Self::NUCLEO_G474RE];
 
     /// The speed figures of the library on that board (see `tools/audit`).
-    pub const SPEED: Self = Self { binary: "speed", feature: "emulated" };
+    pub const SPEED: Self = Self { package: "speed-image", binary: "speed", feature: "image" };
 
     /// The whole library, for `cargo panic-free`; never run.
-    pub const PANIC_FREE: Self = Self { binary: "panic-free", feature: "panic-free" };
+    pub const PANIC_FREE: Self = Self { package: LIBRARY, binary: "panic-free", feature: "panic-free" };
 
     /// The name of its binary.
     pub const fn name(self) -> &'static str {
@@ -160,7 +164,7 @@ pub fn build_with_environment(
     let status = cargo
         .current_dir(workspace())
         // "-p": without it the host side's features are unified with the image's, a heap among them
-        .args(["build", "--quiet", "--package", "glenoid", "--profile", "firmware", "--target", TARGET])
+        .args(["build", "--quiet", "--package", image.package, "--profile", "firmware", "--target", TARGET])
         .args(["--bin", image.binary, "--features", image.feature])
         .arg("--target-dir")
         .arg(&target_dir)

@@ -6,6 +6,7 @@
 
 pub mod calculation;
 pub mod input_error;
+mod known_keys;
 pub mod lengths_file;
 pub mod refusal;
 pub mod remedy;
@@ -60,7 +61,7 @@ pub struct Finding {
     pub report: Report,
     /// The same for people.
     pub summary: String,
-    /// What was asked for or written but not used, in words.
+    /// What was asked for but not used, in words.
     pub warnings: Vec<String>,
     /// What the files were taken for, in words.
     pub notes: Vec<String>,
@@ -71,7 +72,7 @@ pub struct Finding {
 /// # Errors
 /// [`InputError`] names the place that cannot be read. A refusal is not an error: it is a [`Finding`].
 pub fn run(request: &Request) -> Result<Finding, InputError> {
-    let (machine, mut warnings) = machine(request.rig.as_deref())?;
+    let machine = machine(request.rig.as_deref())?;
     let log = log(&request.lengths, &machine.rig)?;
     let second = match request.verify.as_deref() {
         Some(path) => Some(self::log(path, &machine.rig)?),
@@ -80,11 +81,10 @@ pub fn run(request: &Request) -> Result<Finding, InputError> {
     };
     let logs = [Some(&log), second.as_ref()].into_iter().flatten();
     let notes = logs.flat_map(|log| log.notes().iter().map(|note| format!("{}: {note}", log.file()))).collect();
-    warnings.extend(unused(request));
     let setting = setting(request, &machine, log.rows().len());
     let report = Problem { rig: &machine.rig, log: &log, setting, second: second.as_ref() }.solve()?;
     let summary = summary::of(&report, &log, second.as_ref());
-    Ok(Finding { report, summary, warnings, notes })
+    Ok(Finding { report, summary, warnings: unused(request), notes })
 }
 
 /// Tells six numbers that cannot be a start: x, y, z, p1, p2, p3, mm.
@@ -99,14 +99,10 @@ pub fn start_complaint(start_mm: &[f64; 6]) -> Option<String> {
     }
 }
 
-fn machine(path: Option<&Path>) -> Result<(RigFile, Vec<String>), InputError> {
+fn machine(path: Option<&Path>) -> Result<RigFile, InputError> {
     match path {
-        Some(path) => {
-            let mut machine = RigFile::read(path)?;
-            let warnings = std::mem::take(&mut machine.warnings);
-            Ok((machine, warnings))
-        }
-        None => Ok((RigFile { rig: rig_file::default_rig()?, start_mm: None, warnings: Vec::new() }, Vec::new())),
+        Some(path) => RigFile::read(path),
+        None => Ok(RigFile { rig: rig_file::default_rig()?, start_mm: None }),
     }
 }
 

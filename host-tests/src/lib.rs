@@ -6,6 +6,7 @@ pub mod emulator;
 pub mod firmware;
 pub mod flash;
 pub mod identify;
+pub mod live;
 mod monitor;
 pub mod packages;
 pub mod plot;
@@ -13,8 +14,8 @@ pub mod power_cut;
 pub mod rehearse;
 pub mod slcan_client;
 pub mod study;
-pub mod vocabulary;
 pub mod wearer;
 
 /// The paper written out the long way.
 pub use paper_oracle as literal;
+pub use vocabulary;

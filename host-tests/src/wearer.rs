@@ -180,6 +180,19 @@ impl Wearer {
             .collect()
     }
 
+    /// Rotations on the way from one to another, one every `period_ms`, at the speed of [`motion`](Self::motion).
+    pub fn path(
+        from: Rotation3<f64>,
+        to: Rotation3<f64>,
+        duration_ms: u32,
+        period_ms: u32,
+    ) -> impl Iterator<Item = Rotation3<f64>> {
+        motion::samples(duration_ms, period_ms).map(move |share| match share {
+            1.0 => to,
+            _ => motion::between(&from, &to, share),
+        })
+    }
+
     /// One sample of the encoders with the arm at a rotation from home and fresh noise, in a machine where the joint
     /// centre is elsewhere by `strap_mm` (axes of {B}) and a cable (from 0) reads too much by so many mm.
     pub fn sample(

@@ -1,15 +1,19 @@
 //! `cargo emulate`: boots the emulated drive board and leaves it running for any SLCAN client.
 
 use std::error::Error;
+use std::io;
+use std::net::{Ipv4Addr, TcpListener};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::mpsc::{self, RecvTimeoutError};
+use std::thread;
 use std::time::Duration;
 
 use clap::Parser;
 use host_tests::command_line;
 use host_tests::emulator::{self, Emulator, Options};
 use host_tests::firmware::{self, Image};
+use host_tests::live::{Order, Patient, Person, PersonKind, SharedBus, serve_slcan};
 use host_tests::packages::Consent;
 
 /// Boot the emulated drive board and leave it running; its log goes to the error output. Ctrl-C ends it.
@@ -26,6 +30,18 @@ struct Arguments {
     /// without a centre and keeps none
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
+    /// Let a virtual person sit at the arm, who moves when the board asks for another pose
+    #[arg(long)]
+    wearer: bool,
+    /// The shoulder of that person: a ball joint, or one whose centre moves with the arm
+    #[arg(long, value_enum, default_value_t = PersonKind::Ball)]
+    person: PersonKind,
+    /// Seed of that person's poses and centre
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// How long that person holds a pose, ms
+    #[arg(long, value_name = "MS", default_value_t = 700)]
+    hold: u32,
     /// Install what is missing without asking
     #[arg(long)]
     yes: bool,
@@ -50,25 +66,22 @@ fn run(arguments: &Arguments) -> Result<ExitCode, Box<dyn Error>> {
     })?;
     emulator::ensure_installed(consent)?;
     let image = firmware::build(Image::EMULATED, consent)?;
+    let shared = TcpListener::bind((Ipv4Addr::LOCALHOST, arguments.can_port))?;
     let options = Options {
-        can_port: Some(arguments.can_port),
         rig_port: Some(arguments.rig_port),
         record: arguments.record.clone(),
         show_log: true,
+        monitor: true,
         ..Options::default()
     };
     let mut board = Emulator::start(&image, &options)?;
-    let (can, rig) = (board.can_address(), board.rig_address());
-    println!("CAN bus (SLCAN)  {can}");
-    println!(
-        r#"  python-can:    can.Bus(interface="slcan", channel="socket://{can}", bitrate=500000, sleep_after_open=0)"#
-    );
-    println!("  or:            python -m can.logger -i slcan -c socket://{can} -b 500000");
-    println!("rig link         {rig}");
-    println!("  for example:   e 0 0 0 0 0 0   (six encoder counts)   b 1   b 0   (button down, up)");
-    println!("Ctrl-C ends the board.");
+    let bus = SharedBus::new(board.can_address());
+    serve_slcan(bus.clone(), shared);
+    let patient = arguments.person().map(|person| Patient::sit_down(person, board.rig_address(), &bus)).transpose()?;
+    introduce(arguments, patient.as_ref());
+    let words = words_of_the_terminal();
     loop {
-        match stopped.recv_timeout(Duration::from_millis(200)) {
+        match stopped.recv_timeout(Duration::from_millis(100)) {
             Ok(()) | Err(RecvTimeoutError::Disconnected) => return Ok(ExitCode::SUCCESS),
             Err(RecvTimeoutError::Timeout) => {}
         }
@@ -76,5 +89,61 @@ fn run(arguments: &Arguments) -> Result<ExitCode, Box<dyn Error>> {
             eprintln!("cargo emulate: the board ended by itself ({status})");
             return Ok(ExitCode::FAILURE);
         }
+        while let Ok(word) = words.try_recv() {
+            match (word.trim(), Order::parse(&word), &patient) {
+                ("", ..) => {}
+                ("reset", ..) => board.reset()?,
+                (_, Some(order), Some(patient)) => patient.order(order),
+                (word, Some(_), None) => eprintln!("{word:?} needs --wearer"),
+                (word, ..) => eprintln!("{word:?}: press, release, silent, sound and reset are known"),
+            }
+        }
     }
+}
+
+impl Arguments {
+    fn person(&self) -> Option<Person> {
+        let person = Person { kind: self.person, seed: self.seed, noise_mm: 0.1, hold_ms: self.hold, move_ms: 500 };
+        self.wearer.then_some(person)
+    }
+}
+
+/// Says how to reach the board.
+fn introduce(arguments: &Arguments, patient: Option<&Patient>) {
+    let (can, rig) = (format!("127.0.0.1:{}", arguments.can_port), format!("127.0.0.1:{}", arguments.rig_port));
+    println!("CAN bus (SLCAN)  {can}, for any number of clients");
+    println!("  calibrate:     python -m glenoid calibrate -i slcan -c socket://{can}");
+    println!(
+        r#"  python-can:    can.Bus(interface="slcan", channel="socket://{can}", bitrate=500000, sleep_after_open=0)"#
+    );
+    println!("  or:            python -m can.logger -i slcan -c socket://{can} -b 500000");
+    match patient {
+        Some(patient) => {
+            let [x, y, z] = patient.truth_mm();
+            println!(
+                "person           moves when the board asks for another pose; true centre {x:.3} {y:.3} {z:.3} mm"
+            );
+            println!("  type           press, release (the button), silent, sound (the encoders), reset (the board)");
+        }
+        None => {
+            println!("rig link         {rig}, for one client");
+            println!("  for example:   e 0 0 0 0 0 0   (six encoder counts)   b 1   b 0   (button down, up)");
+            println!("  nobody moves the arm: with --wearer a virtual person does");
+            println!("  type           reset (the board)");
+        }
+    }
+    println!("Ctrl-C ends the board.");
+}
+
+/// Lines that are typed, as they come.
+fn words_of_the_terminal() -> mpsc::Receiver<String> {
+    let (sender, words) = mpsc::channel();
+    thread::spawn(move || {
+        for line in io::stdin().lines().map_while(Result::ok) {
+            if sender.send(line).is_err() {
+                break;
+            }
+        }
+    });
+    words
 }

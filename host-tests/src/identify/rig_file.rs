@@ -1,17 +1,14 @@
 //! A rig from a file: `base = [[x, y, z], ..]` and `edges = [p12, p23, p31]`, mm, in TOML.
 
 use super::input_error::{self, InputError, quoted};
-use super::units;
+use super::{known_keys, units};
 use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, Drum, POINTS, Parameters, Rig, RigError};
 use glenoid::scalar::Real;
 use nalgebra::Vector3;
 use std::ops::Range;
 use std::path::Path;
 use toml::Spanned;
-use toml::de::{DeString, DeTable, DeValue};
-
-/// What the rest of a rig file may hold: sections that data files carry for people and other programs.
-const TOLERATED: [&str; 2] = ["start", "truth"];
+use toml::de::{DeTable, DeValue};
 
 /// A rig, and what its file says beyond it.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,8 +17,6 @@ pub struct RigFile {
     pub rig: Rig<f64>,
     /// `values` of the section `[start]`: x, y, z, p1, p2, p3, mm.
     pub start_mm: Option<[f64; 6]>,
-    /// What was not understood, in words.
-    pub warnings: Vec<String>,
 }
 
 /// The rig that is meant when none is given: the shoulder over its assumed base.
@@ -86,6 +81,9 @@ impl<'a> Source<'a> {
             self.error(error.span().unwrap_or(end..end), error.message())
         })?;
         let table = table.get_ref();
+        if let Some((place, complaint)) = known_keys::unknown(table) {
+            return Err(self.error(place, complaint));
+        }
         let base = self.value(table, "base", "[[x, y, z], [x, y, z], [x, y, z]]")?;
         let edges = self.value(table, "edges", "[p12, p23, p31]")?;
         let mut base_mm = [Vector3::zeros(); POINTS];
@@ -94,7 +92,7 @@ impl<'a> Source<'a> {
         }
         let edges_mm = self.numbers(edges, "edges")?;
         let start_mm = self.start(table)?;
-        Ok(RigFile { rig: self.rig(base, base_mm, edges, edges_mm)?, start_mm, warnings: self.unknown_keys(table) })
+        Ok(RigFile { rig: self.rig(base, base_mm, edges, edges_mm)?, start_mm })
     }
 
     /// The checked rig; complaints point at the constant that is to blame.
@@ -134,16 +132,6 @@ impl<'a> Source<'a> {
             Some(complaint) => Err(self.error(values.span(), complaint)),
             None => Ok(Some(numbers)),
         }
-    }
-
-    fn unknown_keys(&self, table: &DeTable<'a>) -> Vec<String> {
-        let known = |key: &str| ["base", "edges"].contains(&key) || TOLERATED.contains(&key);
-        let mut unknown: Vec<_> = table.iter().map(|(key, _)| key).filter(|key| !known(key.get_ref())).collect();
-        unknown.sort_by_key(|key| key.span().start);
-        let warning = |key: &&Spanned<DeString<'a>>| {
-            self.error(key.span(), format!("unknown key {}, not used", quoted(key.get_ref()))).to_string()
-        };
-        unknown.iter().map(warning).collect()
     }
 
     fn value<'t>(

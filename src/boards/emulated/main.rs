@@ -16,6 +16,7 @@ mod cortex;
 mod device_entry;
 mod entry;
 mod flash;
+mod interrupt;
 mod log;
 mod losses;
 mod uart;

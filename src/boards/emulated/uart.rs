@@ -15,7 +15,7 @@ use cortex_m::peripheral::NVIC;
 use heapless::spsc::{Consumer, Producer, Queue};
 
 use super::cmsdk::UartRegisters;
-use super::vectors::Interrupt;
+use super::interrupt::Interrupt;
 
 /// Bytes that wait for the main loop: 10 ms of the fastest sender that the emulator serves (45 kB/s).
 const RECEIVE_CAPACITY: usize = 512;

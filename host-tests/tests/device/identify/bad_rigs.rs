@@ -66,8 +66,20 @@ fn each_complaint_names_its_place() {
             "line 4, column 10: the radii p1, p2, p3 of the start must be positive",
         ),
         (
-            format!("{BASE}{EDGES}[start]\nx = 1\n"),
+            format!("{BASE}{EDGES}[start]\n"),
             "line 3, column 1: start: a section with values = [x, y, z, p1, p2, p3] is wanted",
+        ),
+        (
+            format!("{BASE}{EDGES}\nbsae = 3\n[drum2]\nradius = 15\n"),
+            "line 4, column 1: unknown key \"bsae\": the file may hold base, edges, start, truth",
+        ),
+        (
+            format!("# a misspelt key is refused, not taken for a missing one\nBase = 1\n{EDGES}"),
+            "line 2, column 1: unknown key \"Base\": the file may hold base, edges, start, truth",
+        ),
+        (
+            format!("{BASE}{EDGES}[start]\nvalues = [0, 0, 148, 140, 140, 140]\nvaleus = 1\n"),
+            "line 5, column 1: unknown key \"valeus\": start may hold values",
         ),
     ];
     for (rig, expected) in cases {

@@ -59,8 +59,12 @@ fn measure(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     let consent = if arguments.yes { Consent::Given } else { Consent::Ask };
     emulator::ensure_installed(consent)?;
     let toolchain = firmware::choose_toolchain(consent)?;
-    let image = flash::build(toolchain, None)?;
-    let paths = run::paths(&image)?;
+    // Each image takes the place of the one before.
+    let mut double = run::paths(&flash::build(toolchain, flash::DOUBLE)?)?;
+    let image = flash::build(toolchain, flash::SINGLE)?;
+    let mut paths = run::paths(&image)?;
+    paths.retain(|path| path.precision == flash::SINGLE);
+    double.retain(|path| path.precision == flash::DOUBLE);
     let trace = trace::single_precision(&image)?;
     let traced = agreement::assign(&paths, &trace)?;
     if let Some(name) = &arguments.profile {
@@ -69,12 +73,13 @@ fn measure(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
         print_profile(&image, &trace, counts)?;
         return Ok(true);
     }
-    // The whole image first: the images of the parts take its place.
     let modules = flash::by_module(&image)?;
     let parts = flash::parts(toolchain)?;
     let (literal, traced_literal) = literal_for_speed(toolchain)?;
     let name = toolchain.name_and_version()?;
-    let record = Record::of_run(&name, &[paths, literal].concat(), &[traced, traced_literal].concat(), &parts);
+    let untraced = vec![None; double.len()];
+    let paths = [paths, double, literal].concat();
+    let record = Record::of_run(&name, &paths, &[traced, untraced, traced_literal].concat(), &parts);
     print_and_save(&record, &name, &modules)?;
     keep_or_check(arguments, &record)
 }

@@ -13,6 +13,11 @@ const ONLY: &str = "GLENOID_SPEED_ONLY";
 pub const PARTS: [&str; 8] =
     ["paper-f32", "free-f32", "zeros-f32", "full-f32", "paper-f64", "free-f64", "zeros-f64", "full-f64"];
 
+/// The images of all paths, one for each precision: both at once would not fit the board's flash.
+pub const SINGLE: &str = "f32";
+/// The same in double precision, without the device.
+pub const DOUBLE: &str = "f64";
+
 /// The image of the paper as it is printed, alone.
 const LITERAL: &str = "literal";
 /// Overrides how the image's profile is compiled; the speed of code that is unrolled is bought with its size.
@@ -24,19 +29,19 @@ const FOR_SPEED: (&str, &str) = ("CARGO_PROFILE_FIRMWARE_OPT_LEVEL", "3");
 /// [`FirmwareError`] or [`ElfError`], as text.
 pub fn parts(toolchain: Toolchain) -> Result<Vec<(String, u64)>, String> {
     let size = |only: &str| -> Result<u64, String> {
-        let image = build(toolchain, Some(only)).map_err(|error| error.to_string())?;
+        let image = build(toolchain, only).map_err(|error| error.to_string())?;
         flash_bytes(&Elf::read(&image).map_err(text)?).map_err(text)
     };
     let without = size("none")?;
     PARTS.iter().map(|part| Ok(((*part).to_owned(), size(part)?.saturating_sub(without)))).collect()
 }
 
-/// Builds the speed image, whole or with one part.
+/// Builds the speed image with all paths of one precision, or with one part of them.
 ///
 /// # Errors
 /// [`FirmwareError::BuildFailed`].
-pub fn build(toolchain: Toolchain, only: Option<&str>) -> Result<std::path::PathBuf, FirmwareError> {
-    firmware::build_with_environment(toolchain, Image::SPEED, &[(ONLY, only)])
+pub fn build(toolchain: Toolchain, only: &str) -> Result<std::path::PathBuf, FirmwareError> {
+    firmware::build_with_environment(toolchain, Image::SPEED, &[(ONLY, Some(only))])
 }
 
 /// Builds the image of the literal form compiled for speed: what a laboratory would hold the library against.

@@ -1,7 +1,9 @@
 //! The messages of `glenoid.dbc` by name and field, for tests against other codecs and for display.
 
+#[cfg(feature = "random")]
 mod random;
 
+#[cfg(feature = "random")]
 pub use random::{KINDS, random_message};
 
 use glenoid::can::health::{BusHealth, LastStop, StopText};

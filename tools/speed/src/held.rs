@@ -3,8 +3,12 @@
 
 use super::measure::Number;
 
-/// `none`, `literal`, and for each precision `paper-f32`, `free-f32`, `zeros-f32`, `full-f32`; not set: everything.
-const ONLY: Option<&str> = option_env!("GLENOID_SPEED_ONLY");
+/// For each precision `f32` (all its paths, those of the device with it), `paper-f32`, `free-f32`, `zeros-f32`,
+/// `full-f32`; `literal`, `none`. Both precisions at once would not fit the board's flash.
+const ONLY: &str = match option_env!("GLENOID_SPEED_ONLY") {
+    Some(only) => only,
+    None => "f32",
+};
 
 /// A group of paths that is held together.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -26,21 +30,21 @@ pub enum Part {
 }
 
 /// Is the image there to be weighed? Its paths are called once then: what counting and preparing take is no part of them.
-pub const WEIGHED: bool = match ONLY {
-    Some(only) => !same(only, "literal"),
-    None => false,
-};
+pub const WEIGHED: bool = !same(ONLY, "literal") && !same(ONLY, "f32") && !same(ONLY, "f64");
 
 /// Is this part in the image, in this precision?
 pub const fn holds<T: Number>(part: Part) -> bool {
-    let Some(only) = ONLY else { return true };
+    if same(ONLY, T::NAME) {
+        return !matches!(part, Part::Device) || same(ONLY, "f32");
+    }
+    let full = same(ONLY, T::FULL);
     match part {
-        Part::Literal => same(only, "literal"),
-        Part::Paper => same(only, T::PAPER) || same(only, T::FULL),
-        Part::Free => same(only, T::FREE) || same(only, T::FULL),
-        Part::Zeros => same(only, T::ZEROS) || same(only, T::FULL),
-        Part::Samples => same(only, T::FREE) || same(only, T::ZEROS) || same(only, T::FULL),
-        Part::InUse => same(only, T::FULL),
+        Part::Literal => same(ONLY, "literal"),
+        Part::Paper => same(ONLY, T::PAPER) || full,
+        Part::Free => same(ONLY, T::FREE) || full,
+        Part::Zeros => same(ONLY, T::ZEROS) || full,
+        Part::Samples => same(ONLY, T::FREE) || same(ONLY, T::ZEROS) || full,
+        Part::InUse => full,
         Part::Device => false,
     }
 }

@@ -24,11 +24,6 @@ mod report;
 mod stack;
 mod startup;
 
-#[path = "../../../../tools/oracle/src/lib.rs"]
-// measured, not tested: the image calls less of it than the tests do
-#[allow(dead_code, unused_imports)]
-mod literal;
-
 use core::hint::black_box;
 
 use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};

@@ -2,10 +2,10 @@
 //! stacked rows in static memory.
 
 use super::Bench;
-use crate::literal::{self, Ending, Estimate, Machine, Workspace};
 use crate::measure::{Answer, Number};
 use crate::problem::POSES;
 use glenoid::rig::Parameters;
+use paper_oracle::{Ending, Estimate, Machine, Workspace};
 
 /// Four steps are needed.
 const STEP_CAP: usize = 20;
@@ -32,7 +32,8 @@ pub fn run<T: Number>(bench: &mut Bench<T>) -> Option<Answer<T>> {
     let start = Estimate { centre_mm: problem.start.centre_mm, radii_mm: problem.start.radii_mm };
     let Rows { d, y_mm, deviations_mm } = &mut bench.rows;
     let mut workspace = Workspace { d, y_mm, deviations_mm };
-    let outcome = literal::identify(&machine, &problem.lengths_mm, start, T::of(EPSILON_MM), STEP_CAP, &mut workspace);
+    let outcome =
+        paper_oracle::identify(&machine, &problem.lengths_mm, start, T::of(EPSILON_MM), STEP_CAP, &mut workspace);
     let parameters = Parameters { centre_mm: outcome.estimate.centre_mm, radii_mm: outcome.estimate.radii_mm };
     (outcome.ending == Ending::Converged).then_some(Answer { parameters, steps: outcome.iterations as u8 })
 }

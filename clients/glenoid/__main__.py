@@ -1,0 +1,134 @@
+"""python -m glenoid: the device from a terminal.
+
+Exit status of `calibrate`: 0 only when the board says that the new centre is in use; 2 when the run ended otherwise;
+1 when the board could not be talked to or the command line is wrong; 130 after Ctrl-C.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+
+from . import __doc__ as package_doc
+from .ask import Asker
+from .calibration import calibrate
+from .device import Device, DeviceError, open_device
+from .interrupt import after_interrupt
+from .recording import read_poses, read_runs, write_csv
+from .watching import record, watch
+
+ACCEPTED, TROUBLE, NOT_ACCEPTED, INTERRUPTED = 0, 1, 2, 130
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs one command; returns its exit status."""
+    options = _parser().parse_args(arguments)
+    try:
+        return int(options.run(options))
+    except DeviceError as error:
+        print(f"glenoid: {error}", file=sys.stderr)
+        return TROUBLE
+    except BrokenPipeError:
+        return TROUBLE
+    except KeyboardInterrupt:
+        print("interrupted", file=sys.stderr)
+        return INTERRUPTED
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="python -m glenoid", description=(package_doc or "").split("\n")[0])
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+
+    def command(name: str, run: object, text: str, bus: bool = True) -> argparse.ArgumentParser:
+        sub = commands.add_parser(name, help=text, description=text)
+        sub.set_defaults(run=run)
+        if bus:
+            sub.add_argument("-i", "--interface", default="slcan", help="python-can's interface (default: slcan)")
+            sub.add_argument(
+                "-c", "--channel", default="socket://127.0.0.1:5601",
+                help="its channel (default: the emulated board, socket://127.0.0.1:5601)",
+            )
+            sub.add_argument("-b", "--bitrate", type=int, default=500_000, help="bit/s (default: 500000)")
+        return sub
+
+    sub = command("calibrate", _calibrate, "Run a calibration, or join the one under way, and decide on its result.")
+    sub.add_argument("--yes", action="store_true", help="accept a verified centre without asking")
+    sub.add_argument("--new", action="store_true", help="abort a run under way and start another")
+
+    sub = command("watch", _watch, "Show what the board says.")
+    sub.add_argument("--all", action="store_true", help="every message, heartbeats too")
+    sub.add_argument("--seconds", type=float, help="end after so long")
+
+    sub = command("record", _record, "Record the bus into a file: .log, .asc, .blf, .trc, .csv, by its name.")
+    sub.add_argument("file")
+    sub.add_argument("--seconds", type=float, help="end after so long")
+
+    sub = command("poses", _poses, "The poses of a recorded run as a table for cargo identify.", bus=False)
+    sub.add_argument("recording")
+    sub.add_argument("-o", "--output", help="file for the table (default: the standard output)")
+    sub.add_argument("--set", choices=("1", "2", "both"), default="1", help="1 identifies (default), 2 verifies")
+    sub.add_argument("--run", dest="number", type=int, help="number of the run (default: the last with poses)")
+    return parser
+
+
+def _open(options: argparse.Namespace) -> Device:
+    return open_device(options.interface, options.channel, options.bitrate)
+
+
+def _say(text: str) -> None:
+    print(text, flush=True)
+
+
+def _calibrate(options: argparse.Namespace) -> int:
+    asker = Asker(always=options.yes, say=_say)
+    with _open(options) as device:
+        under_way = device.heartbeat is not None and device.heartbeat["state"] in (
+            "Collecting", "Identifying", "Verifying", "Review",
+        )
+        joined = under_way and not options.new
+        try:
+            result = calibrate(device, asker.decide, say=_say, anew=options.new)
+        except KeyboardInterrupt:
+            _say(after_interrupt(device, joined))
+            return INTERRUPTED
+    if result.accepted:
+        centre = " ".join(f"{value:.3f}" for value in result.centre_mm or ())
+        _say(f"run {result.run}: accepted, in use now: {centre} mm".rstrip())
+        for note in result.notes:
+            _say(f"  but note: {note}, see docs/reasons.md")
+        return ACCEPTED
+    print(f"run {result.run} ended with {result.reason}, see docs/reasons.md; nothing was accepted", file=sys.stderr)
+    return NOT_ACCEPTED
+
+
+def _watch(options: argparse.Namespace) -> int:
+    with _open(options) as device:
+        watch(device, _say, every=options.all, seconds=options.seconds)
+    return 0
+
+
+def _record(options: argparse.Namespace) -> int:
+    with _open(options) as device:
+        frames = record(device.bus, options.file, options.seconds)
+    _say(f"{frames} frames in {options.file}")
+    return 0
+
+
+def _poses(options: argparse.Namespace) -> int:
+    held_out = {"1": False, "2": True, "both": None}[options.set]
+    runs = [run for run in read_runs(options.recording) if run.whole_poses()]
+    poses = read_poses(options.recording, options.number, held_out)
+    if options.output:
+        with open(options.output, "w", encoding="utf-8", newline="\n") as out:
+            write_csv(poses, out)
+    else:
+        write_csv(poses, sys.stdout)
+    chosen = options.number or runs[-1].number
+    others = f", the last of {len(runs)} runs" if len(runs) > 1 and not options.number else ""
+    print(f"{options.recording}: run {chosen}{others}, {len(poses)} poses", file=sys.stderr)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,137 @@
+"""Recordings of the bus: what a run sent, read back.
+
+Every format that python-can reads will do: candump's .log, .asc, .blf, .trc, .csv, .db, .mf4.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import IO
+
+import can
+
+from .device import DeviceError
+from .vocabulary import Message, decode
+
+CABLES = 6
+
+
+@dataclass
+class Pose:
+    """One captured pose: L1 to L6 as the device used them, mm; whether it was held out to verify."""
+
+    index: int
+    held_out: bool
+    lengths_mm: list[float | None] = field(default_factory=lambda: [None] * CABLES)
+
+    @property
+    def is_whole(self) -> bool:
+        return all(length is not None for length in self.lengths_mm)
+
+
+@dataclass
+class Run:
+    """What a recording holds of one run."""
+
+    number: int
+    poses: dict[tuple[bool, int], Pose] = field(default_factory=dict)
+    outcome: Message | None = None
+    centre_mm: dict[str, float] = field(default_factory=dict)
+
+    def whole_poses(self, held_out: bool | None = None) -> list[Pose]:
+        """Poses with all six lengths, in order; of one set or of both."""
+        return [
+            pose
+            for (second, _), pose in sorted(self.poses.items())
+            if pose.is_whole and (held_out is None or second == held_out)
+        ]
+
+
+def read_messages(path: str | Path) -> Iterable[Message]:
+    """The device's messages in a recording, in order."""
+    path = Path(path)
+    if not path.is_file():
+        raise DeviceError(f"{path}: no such file")
+    frames = ours = 0
+    try:
+        with can.LogReader(path) as reader:
+            for frame in reader:
+                frames += 1
+                if (message := decode(frame)) is not None:
+                    ours += 1
+                    yield message
+    except DeviceError:
+        raise
+    except ValueError as error:
+        if frames == 0:
+            raise DeviceError(f"{path}: not a recording that python-can reads ({error})") from error
+        if ours == 0:
+            raise DeviceError(f"{path}: damaged after {frames} frames ({error})") from error
+        # A recording that was cut: what stands before the cut is sound.
+    except Exception as error:
+        if frames == 0:
+            raise DeviceError(f"{path}: not a recording that python-can reads ({error})") from error
+    if frames == 0:
+        raise DeviceError(f"{path}: no frame in it; is it a recording of the bus?")
+    if ours == 0:
+        raise DeviceError(f"{path}: {frames} frames, but none of the board (identifiers 300 to 31F)")
+
+
+def read_runs(path: str | Path) -> list[Run]:
+    """All runs in a recording, in order. Raises `DeviceError` for a file that holds none."""
+    runs: list[Run] = []
+    for message in read_messages(path):
+        if message.name not in ("RawLength", "Outcome", "CandidateCentre") or message["run_id"] == 0:
+            continue
+        run = _run_of(runs, message)
+        if message.name == "RawLength" and 1 <= message["cable"] <= CABLES:
+            key = (bool(message["held_out"]), int(message["index"]))
+            run.poses.setdefault(key, Pose(key[1], key[0])).lengths_mm[message["cable"] - 1] = message["length"]
+        elif message.name == "Outcome":
+            run.outcome = message
+        elif message.name == "CandidateCentre":
+            run.centre_mm[message["axis"]] = message["value"]
+    if not any(run.whole_poses() for run in runs):
+        raise DeviceError(
+            f"{path}: no pose with all six lengths: record during the calibration (python -m glenoid record)"
+        )
+    return runs
+
+
+def _run_of(runs: list[Run], message: Message) -> Run:
+    """The run that a message belongs to. A length that contradicts one of the same number begins another run."""
+    if runs and runs[-1].number == message["run_id"]:
+        if message.name != "RawLength":
+            return runs[-1]
+        pose = runs[-1].poses.get((bool(message["held_out"]), int(message["index"])))
+        known = pose.lengths_mm[message["cable"] - 1] if pose and 1 <= message["cable"] <= CABLES else None
+        if known is None or known == message["length"]:
+            return runs[-1]
+    runs.append(Run(int(message["run_id"])))
+    return runs[-1]
+
+
+def read_poses(path: str | Path, run: int | None = None, held_out: bool | None = False) -> list[Pose]:
+    """The whole poses of one run (the last one with any, if `run` is None).
+
+    `held_out` chooses the set: False the first, which identifies; True the second, which verifies; None both.
+    """
+    runs = [r for r in read_runs(path) if r.whole_poses() and (run is None or r.number == run)]
+    if not runs:
+        raise DeviceError(f"{path}: no whole pose of run {run}")
+    return runs[-1].whole_poses(held_out)
+
+
+def write_csv(poses: Iterable[Pose], out: IO[str]) -> None:
+    """A table that `cargo identify` reads, mm."""
+    out.write("set,pose,l1,l2,l3,l4,l5,l6\n")
+    for pose in poses:
+        lengths = ",".join(_digits(length) for length in pose.lengths_mm)
+        out.write(f"{2 if pose.held_out else 1},{pose.index},{lengths}\n")
+
+
+def _digits(length: float | None) -> str:
+    # The length came as an integer times 2^-20 mm: twelve digits behind the point hold that exactly enough.
+    return "" if length is None else f"{length:.12f}".rstrip("0").rstrip(".")

@@ -1,0 +1,127 @@
+"""The emulated board with a person at its arm, for tests of the client."""
+
+from __future__ import annotations
+
+import re
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+EMULATE = ROOT / "target" / "release" / "emulate"
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+class Board:
+    """A running `cargo emulate --wearer`."""
+
+    def __init__(self, *arguments: str) -> None:
+        self.can_port = free_port()
+        command = [EMULATE, "--yes", "--wearer", "--can-port", str(self.can_port), "--rig-port", str(free_port())]
+        self.process = subprocess.Popen(
+            [*command, *arguments], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+        )
+        assert self.process.stdout is not None
+        self.said = ""
+        for line in self.process.stdout:
+            self.said += line
+            if "Ctrl-C ends" in line:
+                break
+        match = re.search(r"true centre (\S+) (\S+) (\S+) mm", self.said)
+        assert match, self.said
+        self.truth = tuple(float(number) for number in match.groups())
+
+    @property
+    def channel(self) -> str:
+        return f"socket://127.0.0.1:{self.can_port}"
+
+    def order(self, word: str) -> None:
+        """press, release, silent, sound, reset."""
+        assert self.process.stdin is not None
+        self.process.stdin.write(word + "\n")
+        self.process.stdin.flush()
+
+    def press(self, seconds: float) -> None:
+        self.order("press")
+        time.sleep(seconds)
+        self.order("release")
+
+    def end(self) -> None:
+        self.process.send_signal(signal.SIGINT)
+        self.process.wait(20)
+
+
+class Client:
+    """A running `python -m glenoid COMMAND` on a board."""
+
+    def __init__(self, board: Board, *arguments: str, command: str = "calibrate", answers: bool = False) -> None:
+        self.process = subprocess.Popen(
+            [sys.executable, "-u", "-m", "glenoid", command, "-i", "slcan", "-c", board.channel, *arguments],
+            stdin=subprocess.PIPE if answers else subprocess.DEVNULL,
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, cwd=ROOT / "clients",
+            # a shell that runs the tests in the background lets them ignore Ctrl-C
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL) and None,
+        )
+        self.said = ""
+        self.reader = threading.Thread(target=self.read, daemon=True)
+        self.reader.start()
+
+    def wait_for(self, text: str, seconds: float = 90) -> None:
+        end = time.monotonic() + seconds
+        while text not in self.said:
+            if self.process.poll() is not None or time.monotonic() > end:
+                self.reader.join(1)
+                assert text in self.said, f"{text!r} is not said (exit {self.process.poll()}): {self.said}"
+            time.sleep(0.05)
+
+    def answer(self, text: str) -> None:
+        assert self.process.stdin is not None
+        self.process.stdin.write(text + "\n")
+        self.process.stdin.flush()
+
+    def end(self, seconds: float = 90) -> int:
+        """The exit status, when it has ended by itself."""
+        end = time.monotonic() + seconds
+        while self.process.poll() is None:
+            assert time.monotonic() < end, f"the client does not end: {self.said}"
+            time.sleep(0.05)
+        self.reader.join(1)
+        return self.process.returncode
+
+    def read(self) -> None:
+        assert self.process.stdout is not None
+        for line in self.process.stdout:
+            self.said += line
+
+
+@pytest.fixture
+def boards() -> Iterator[Callable[..., Board]]:
+    """Starts boards that end with the test."""
+    if not EMULATE.exists():
+        pytest.fail(f"{EMULATE} is not built: cargo build --release --package host-tests --bin emulate")
+    running: list[Board] = []
+
+    def start(*arguments: str) -> Board:
+        running.append(Board(*arguments))
+        return running[-1]
+
+    yield start
+    for board in running:
+        board.end()
+
+
+@pytest.fixture
+def board(boards: Callable[..., Board]) -> Board:
+    return boards()

@@ -1,0 +1,170 @@
+"""`python -m glenoid calibrate` against the emulated board: exit 0 for an accepted centre and for nothing else."""
+
+from __future__ import annotations
+
+import signal
+import time
+from collections.abc import Callable
+
+import pytest
+from conftest import Board, Client
+
+import glenoid
+
+
+def state(board: Board) -> str:
+    with glenoid.open_device("slcan", board.channel) as device:
+        assert device.heartbeat is not None
+        return str(device.heartbeat["state"])
+
+
+def live_run(board: Board) -> int | None:
+    """The run whose centre is in use."""
+    with glenoid.open_device("slcan", board.channel) as device:
+        device.ask("Query")
+        for message in device.listen(1):
+            if message.name == "LiveCentre":
+                return int(message["run_id"])
+    return None
+
+
+def centre_said(client: Client) -> list[float]:
+    words = client.said.split("in use now: ")[1].split()
+    return [float(word) for word in words[:3]]
+
+
+def assert_near_truth(centre: list[float], board: Board) -> None:
+    # 12 poses at 0.1 mm: sigma 0.05 mm in the worst direction; ten times that is certainly another centre
+    assert all(abs(a - b) < 0.5 for a, b in zip(centre, board.truth, strict=True)), (centre, board.truth)
+
+
+def test_a_whole_run_asks_and_ends_with_the_true_centre(board: Board) -> None:
+    client = Client(board, answers=True)
+    client.wait_for("Accept this centre?")
+    assert state(board) == "Review"
+    client.answer("perhaps")
+    client.answer("y")
+    assert client.end() == 0, client.said
+    assert_near_truth(centre_said(client), board)
+    assert live_run(board) == 1
+
+
+def test_a_rejected_centre_is_not_in_use(board: Board) -> None:
+    client = Client(board, answers=True)
+    client.wait_for("Accept this centre?")
+    client.answer("n")
+    assert client.end() == 2, client.said
+    assert "Rejected" in client.said and live_run(board) is None
+
+
+@pytest.mark.parametrize("when", ["has begun", "pose 5 taken", "pose 2 held out", "Accept this centre?"])
+def test_a_client_killed_and_started_again_joins_the_run(board: Board, when: str) -> None:
+    first = Client(board, answers=True)
+    first.wait_for(when)
+    first.process.kill()
+    first.process.wait()
+    second = Client(board, "--yes")
+    assert second.end() == 0, second.said
+    assert "run 1 is under way" in second.said and "joined" in second.said
+    assert_near_truth(centre_said(second), board)
+
+
+def test_ctrl_c_aborts_the_run_that_this_client_started(board: Board) -> None:
+    client = Client(board)
+    client.wait_for("pose 3 taken")
+    client.process.send_signal(signal.SIGINT)
+    assert client.end() == 130, client.said
+    assert "run 1 is aborted; the centre in use stays as it is" in client.said
+    assert "Traceback" not in client.said
+    assert state(board) == "Idle" and live_run(board) is None
+
+
+def test_ctrl_c_of_one_who_joined_leaves_the_run_alone_and_says_how_to_join(board: Board) -> None:
+    first = Client(board)
+    first.wait_for("pose 3 taken")
+    second = Client(board)
+    second.wait_for("joined")
+    second.process.send_signal(signal.SIGINT)
+    assert second.end() == 130, second.said
+    assert "goes on at the board: start python -m glenoid calibrate again to join it" in second.said
+    assert state(board) == "Collecting"
+    first.process.kill()
+
+
+def test_a_board_that_is_reset_loses_the_run_and_the_client_says_so(board: Board) -> None:
+    client = Client(board, "--yes")
+    client.wait_for("pose 4 taken")
+    board.order("reset")
+    assert client.end() == 2, client.said
+    assert "run 1 is lost: the board was restarted" in client.said
+    assert live_run(board) is None
+
+
+def test_the_button_starts_and_accepts_and_the_client_joins_and_sees_it(board: Board) -> None:
+    board.press(1.6)
+    client = Client(board)
+    client.wait_for("joined")
+    client.wait_for("nobody answers here: decide with the button")
+    board.press(1.6)
+    assert client.end() == 0, client.said
+    assert_near_truth(centre_said(client), board)
+
+
+def test_two_clients_follow_one_run(board: Board) -> None:
+    one = Client(board, answers=True)
+    one.wait_for("pose 2 taken")
+    two = Client(board)
+    two.wait_for("run 1 is complete")
+    one.wait_for("Accept this centre?")
+    one.answer("y")
+    assert (one.end(), two.end()) == (0, 0), one.said + two.said
+
+
+def test_a_run_that_failed_before_is_told_and_does_not_stop_the_next(board: Board) -> None:
+    client = Client(board, "--yes")
+    client.wait_for("pose 2 taken")
+    board.order("silent")
+    client.wait_for("EncoderSilent")
+    client.process.kill()
+    client.process.wait()
+    time.sleep(1)
+    board.order("sound")
+    again = Client(board, "--yes")
+    assert again.end() == 0, again.said
+
+
+def test_silent_encoders_are_told_and_waited_for(board: Board) -> None:
+    board.order("silent")
+    time.sleep(1.5)
+    client = Client(board, "--yes")
+    client.wait_for("cannot start yet: EncoderSilent")
+    board.order("sound")
+    assert client.end() == 0, client.said
+
+
+def test_a_board_that_is_switched_off_is_told(board: Board) -> None:
+    client = Client(board, "--yes")
+    client.wait_for("pose 2 taken")
+    board.process.kill()
+    assert client.end() == 1, client.said
+    assert "start this again to join it" in client.said and "Traceback" not in client.said
+
+
+def test_no_board_is_told_in_words() -> None:
+    from glenoid.__main__ import main
+
+    assert main(["calibrate", "-i", "slcan", "-c", "socket://127.0.0.1:9"]) == 1
+    with pytest.raises(glenoid.DeviceError, match="cargo emulate"):
+        glenoid.open_device("slcan", "socket://127.0.0.1:9")
+
+
+def test_another_version_of_the_vocabulary_is_refused(board: Board, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("glenoid.device.PROTOCOL", glenoid.PROTOCOL + 1)
+    with pytest.raises(glenoid.OtherProtocol, match="install the client that came with"):
+        glenoid.open_device("slcan", board.channel)
+
+
+@pytest.mark.slow
+def test_forty_seconds_a_pose(boards: Callable[..., Board]) -> None:
+    client = Client(boards("--hold", "40000"), "--yes")
+    assert client.end(1800) == 0, client.said

@@ -1,0 +1,129 @@
+"""Recordings of every format give the poses back, and a damaged one says what is wrong."""
+
+from __future__ import annotations
+
+import io
+import subprocess
+from pathlib import Path
+
+import can
+import pytest
+from conftest import ROOT, Board, Client
+
+import glenoid
+from glenoid.__main__ import main
+
+FORMATS = ["log", "asc", "blf", "trc", "csv", "db"]
+
+
+def raw_length(run: int, index: int, cable: int, held_out: bool, length: float) -> can.Message:
+    """RawLength (783) written out by hand: run, index, cable and set, length in 2^-20 mm."""
+    data = run.to_bytes(2, "little") + bytes([index, cable | held_out << 4]) + int(length * 2**20).to_bytes(4, "little")
+    return can.Message(arbitration_id=0x30F, is_extended_id=False, data=data, timestamp=1.7e9 + index + cable / 10)
+
+
+def run_frames(number: int, poses: int, held_out: int, offset: float = 0.0) -> list[can.Message]:
+    frames = []
+    for index in range(poses + held_out):
+        second = index >= poses
+        for cable in range(1, 7):
+            length = 200 + 10 * cable + index + offset + 0.25
+            frames.append(raw_length(number, index - poses * second, cable, second, length))
+            frames.append(can.Message(arbitration_id=0x181, is_extended_id=False, data=b"\1\2", timestamp=1.7e9))
+    return frames
+
+
+def write(path: Path, frames: list[can.Message]) -> Path:
+    with can.Logger(str(path)) as logger:
+        for frame in frames:
+            logger(frame)
+    return path
+
+
+@pytest.mark.parametrize("ending", FORMATS)
+def test_every_format_gives_the_poses(tmp_path: Path, ending: str) -> None:
+    path = write(tmp_path / f"run.{ending}", run_frames(3, 4, 2))
+    first, both = glenoid.read_poses(path), glenoid.read_poses(path, held_out=None)
+    assert [pose.index for pose in first] == [0, 1, 2, 3]
+    assert first[2].lengths_mm == [212.25, 222.25, 232.25, 242.25, 252.25, 262.25]
+    assert [pose.held_out for pose in both] == [False] * 4 + [True] * 2
+
+
+def test_the_last_run_is_taken_and_any_can_be_asked_for(tmp_path: Path) -> None:
+    path = write(tmp_path / "two.log", run_frames(3, 4, 0) + run_frames(4, 2, 0, 5.0))
+    assert len(glenoid.read_poses(path)) == 2
+    assert len(glenoid.read_poses(path, run=3)) == 4
+    # a board that was reset may use a number twice
+    again = write(tmp_path / "again.log", run_frames(3, 4, 0) + run_frames(3, 2, 0, 5.0))
+    assert [len(run.whole_poses()) for run in glenoid.read_runs(again)] == [4, 2]
+
+
+def test_the_table_is_read_by_cargo_identify_and_by_people(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = write(tmp_path / "run.blf", run_frames(3, 2, 1))
+    assert main(["poses", str(path), "-o", str(tmp_path / "poses.csv")]) == 0
+    assert (tmp_path / "poses.csv").read_text().splitlines() == [
+        "set,pose,l1,l2,l3,l4,l5,l6",
+        "1,0,210.25,220.25,230.25,240.25,250.25,260.25",
+        "1,1,211.25,221.25,231.25,241.25,251.25,261.25",
+    ]
+    assert "run 3, 2 poses" in capsys.readouterr().err
+    assert main(["poses", str(path), "--set", "2"]) == 0
+    assert capsys.readouterr().out.splitlines()[1].startswith("2,0,212.25")
+
+
+def test_a_length_comes_back_to_the_last_bit() -> None:
+    out, step = io.StringIO(), 2.0**-20
+    poses = [glenoid.Pose(0, False, [210 + k * step for k in (1, 3, 12345, 999_999, 2**19 + 1, 0)])]
+    glenoid.write_csv(poses, out)
+    numbers = [float(cell) for cell in out.getvalue().splitlines()[1].split(",")[2:]]
+    assert [round(number / step) for number in numbers] == [round(length / step) for length in poses[0].lengths_mm if length]
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "told"),
+    [
+        ("a.log", b"", "no frame in it"),
+        ("a.log", b"(1.0) can0 181#0102\n", "none of the board"),
+        ("a.log", b"(1.0) can0 302#0000000000000000\n", "no pose with all six lengths"),
+        ("a.txt", b"hello", "not a recording that python-can reads"),
+        ("a.blf", b"this is no BLF file at all" * 10, "not a recording that python-can reads"),
+        ("a.log", b"\x00\x01\x02 nonsense", "not a recording that python-can reads"),
+    ],
+)
+def test_a_file_that_is_no_recording_says_so(tmp_path: Path, name: str, content: bytes, told: str) -> None:
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(glenoid.DeviceError, match=told):
+        glenoid.read_poses(tmp_path / name)
+    assert main(["poses", str(tmp_path / name)]) == 1
+
+
+def test_a_recording_that_was_cut_gives_what_stands_before_the_cut(tmp_path: Path) -> None:
+    path = write(tmp_path / "run.log", run_frames(3, 4, 2))
+    text = path.read_text()
+    path.write_text(text[: len(text) * 2 // 3 - 7])
+    assert 1 < len(glenoid.read_poses(path, held_out=None)) < 6
+
+
+def test_a_recorded_run_identifies_the_centre_that_the_board_found(board: Board, tmp_path: Path) -> None:
+    """What `record` wrote during a run: `poses` and `cargo identify` give the board's own centre."""
+    path = tmp_path / "run.log"
+    recorder = Client(board, str(path), command="record")
+    client = Client(board, "--yes")
+    assert client.end() == 0, client.said
+    # The board sends a pose's lengths by itself, or when it is asked.
+    with glenoid.open_device("slcan", board.channel) as device:
+        for held_out, count in ((0, 12), (256, 5)):
+            for index in range(count):
+                device.ask("ReadPose", 1, held_out + index)
+                list(device.listen(0.1))
+    recorder.process.send_signal(2)
+    assert recorder.end() == 0, recorder.said
+    centre = [float(word) for word in client.said.split("in use now: ")[1].split()[:3]]
+    csv = tmp_path / "poses.csv"
+    assert main(["poses", str(path), "-o", str(csv)]) == 0
+    for log in (csv, path):
+        identify = ROOT / "target" / "release" / "identify"
+        ran = subprocess.run([identify, log, "--json", "--noise", "0.0577"], capture_output=True, text=True)
+        assert ran.returncode == 0, ran
+        found = __import__("json").loads(ran.stdout)["centre_mm"]
+        assert all(abs(a - b) < 2e-3 for a, b in zip(found, centre, strict=True)), (found, centre)

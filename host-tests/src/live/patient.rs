@@ -1,0 +1,190 @@
+//! The person at the arm of an emulated board: moves when the board asks for another pose, holds still otherwise.
+
+use super::{Port, SharedBus};
+use crate::wearer::{Wearer, WearerSettings};
+use clap::ValueEnum;
+use glenoid::can::status::Heartbeat;
+use glenoid::can::{BaseId, Message};
+use glenoid::procedure::{Guidance, StateName};
+use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, CABLES, Rig};
+use nalgebra::{Matrix3, Rotation3, Vector3};
+use std::io::{self, Write};
+use std::net::{SocketAddr, TcpStream};
+use std::sync::mpsc::{self, Receiver, Sender, TryRecvError};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// Time between two samples of the encoders, ms.
+const PERIOD_MS: u32 = 10;
+
+/// How far the centre of a living shoulder moves with the arm's rotation, mm for each radian about x, y and z: a few
+/// millimetres up and forward in an elevation of 45 degrees, as in the cadavers of Meskers (1998) and later studies.
+const MIGRATION_MM_PER_RAD: Matrix3<f64> = Matrix3::new(0.0, 6.0, 1.0, -6.0, 0.0, 1.0, 2.0, 2.0, 0.0);
+
+/// What kind of shoulder sits in what kind of machine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum PersonKind {
+    /// A joint that is a ball, in the machine of the drawing.
+    Ball,
+    /// A shoulder whose centre moves with the arm.
+    Moving,
+}
+
+/// Who sits in the machine.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Person {
+    /// The shoulder and the machine.
+    pub kind: PersonKind,
+    /// Seed of the poses and of the true centre.
+    pub seed: u64,
+    /// Largest error of a cable length, mm.
+    pub noise_mm: f64,
+    /// How long a pose is held, ms.
+    pub hold_ms: u32,
+    /// How long a movement takes, ms.
+    pub move_ms: u32,
+}
+
+/// What the person, or the machine around the person, is to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Order {
+    /// Press the button, or let go.
+    Button(bool),
+    /// The encoders fall silent, or count again.
+    Encoders(bool),
+}
+
+impl Order {
+    /// An order as a terminal writes it: `press`, `release`, `silent`, `sound`.
+    pub fn parse(line: &str) -> Option<Self> {
+        match line.trim() {
+            "press" => Some(Self::Button(true)),
+            "release" => Some(Self::Button(false)),
+            "silent" => Some(Self::Encoders(false)),
+            "sound" => Some(Self::Encoders(true)),
+            _ => None,
+        }
+    }
+}
+
+/// A person who plays until the process ends.
+#[derive(Debug)]
+pub struct Patient {
+    orders: Sender<Order>,
+    truth_mm: [f64; 3],
+}
+
+impl Patient {
+    /// Sits a person into the machine whose rig link is at this address.
+    ///
+    /// # Errors
+    /// When the rig link cannot be reached.
+    pub fn sit_down(person: Person, rig: SocketAddr, bus: &SharedBus) -> io::Result<Self> {
+        let drawn = Rig::shoulder(ASSUMED_BASE_RADIUS_MM).map_err(|error| io::Error::other(error.text()))?;
+        let settings = WearerSettings { seed: person.seed, noise_mm: person.noise_mm, ..WearerSettings::default() };
+        let wearer = Wearer::new(drawn, settings);
+        let [x, y, z, ..] = wearer.truth().to_array();
+        let stream = TcpStream::connect(rig)?;
+        stream.set_nodelay(true)?;
+        let (orders, from_outside) = mpsc::channel();
+        let link = Link { address: rig, stream, orders: from_outside, silent: false, next: Instant::now() };
+        let mut play = Play { person, wearer, link, port: bus.attach(), heartbeat: None, at: Rotation3::identity() };
+        thread::spawn(move || while play.go_on().is_ok() {});
+        Ok(Self { orders, truth_mm: [x, y, z] })
+    }
+
+    /// The true centre with the arm at home, mm, axes of {B}: what a calibration should find.
+    pub fn truth_mm(&self) -> [f64; 3] {
+        self.truth_mm
+    }
+
+    /// Passes an order on.
+    pub fn order(&self, order: Order) {
+        // A person who is gone takes no orders.
+        let _ = self.orders.send(order);
+    }
+}
+
+struct Play {
+    person: Person,
+    wearer: Wearer,
+    link: Link,
+    port: Port,
+    heartbeat: Option<Heartbeat>,
+    at: Rotation3<f64>,
+}
+
+impl Play {
+    /// Holds the pose; then moves on if the board wants that.
+    fn go_on(&mut self) -> io::Result<()> {
+        for _ in 0..(self.person.hold_ms / PERIOD_MS).max(1) {
+            self.sample(self.at)?;
+        }
+        if self.is_to_move() {
+            let to = self.wearer.next_pose().rotation;
+            for rotation in Wearer::path(self.at, to, self.person.move_ms, PERIOD_MS) {
+                self.sample(rotation)?;
+            }
+            self.at = to;
+        }
+        Ok(())
+    }
+
+    fn is_to_move(&mut self) -> bool {
+        while let Some(frame) = self.port.try_receive() {
+            if let Ok(Message::Heartbeat(heartbeat)) = Message::unpack(&frame, BaseId::DEFAULT) {
+                self.heartbeat = Some(heartbeat);
+            }
+        }
+        self.heartbeat.is_some_and(|heartbeat| {
+            let in_a_set = matches!(heartbeat.state, StateName::Collecting | StateName::Verifying);
+            in_a_set && !matches!(heartbeat.guidance, Guidance::Wait | Guidance::Nothing)
+        })
+    }
+
+    fn sample(&mut self, rotation: Rotation3<f64>) -> io::Result<()> {
+        let migration_mm = match self.person.kind {
+            PersonKind::Ball => Vector3::zeros(),
+            PersonKind::Moving => MIGRATION_MM_PER_RAD * rotation.scaled_axis(),
+        };
+        let counts = self.wearer.sample(&rotation, migration_mm, None);
+        self.link.sample(&counts)
+    }
+}
+
+struct Link {
+    address: SocketAddr,
+    stream: TcpStream,
+    orders: Receiver<Order>,
+    silent: bool,
+    next: Instant,
+}
+
+impl Link {
+    /// Obeys what was ordered, and sends one sample when its time has come.
+    fn sample(&mut self, counts: &[i32; CABLES]) -> io::Result<()> {
+        thread::sleep(self.next.saturating_duration_since(Instant::now()));
+        // A host that fell behind does not catch up: the board would see an arm that leaps.
+        self.next = (self.next + Duration::from_millis(PERIOD_MS.into())).max(Instant::now());
+        loop {
+            match self.orders.try_recv() {
+                Ok(Order::Button(down)) => self.write(&format!("b {}\n", u8::from(down)))?,
+                Ok(Order::Encoders(sound)) => self.silent = !sound,
+                Err(TryRecvError::Empty) => break,
+                Err(TryRecvError::Disconnected) => return Err(io::ErrorKind::BrokenPipe.into()),
+            }
+        }
+        let [c1, c2, c3, c4, c5, c6] = counts;
+        if self.silent { Ok(()) } else { self.write(&format!("e {c1} {c2} {c3} {c4} {c5} {c6}\n")) }
+    }
+
+    /// One write for one line: a pause within it would delay the sample. A board that was switched off and on again is
+    /// found again.
+    fn write(&mut self, line: &str) -> io::Result<()> {
+        if self.stream.write_all(line.as_bytes()).is_err() {
+            self.stream = TcpStream::connect(self.address)?;
+            self.stream.set_nodelay(true)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,143 @@
+// The library, compiled to WebAssembly: codec and mathematics of the firmware itself.
+
+/** A message of the device: its name in the DBC and its fields; codes are numbers. */
+export interface Message {
+  name: string;
+  [field: string]: number | string;
+}
+
+/** Where the platform stands: rotation from {P} to {B} row by row, origin in {B} (mm). */
+export interface Placed {
+  rotation: number[];
+  origin: number[];
+  /** What each cable leaves, mm; only once a centre is determined. */
+  residuals?: number[];
+  /** The centre as this pose alone shows it, mm. */
+  centre?: number[];
+}
+
+export interface Identification {
+  refusal: string | null;
+  centre: number[] | null;
+  sigma?: number[];
+  radii?: number[];
+  /** xx, yx, yy, zx, zy, zz, mm². */
+  covariance?: number[];
+  noise?: number;
+  rejected?: [number, number][];
+  sigma_after: (number | null)[];
+  poses: (Placed | null)[];
+  next: { axis: number[]; torsion: number; sigma: number } | null;
+}
+
+export interface Machine {
+  base: number[][];
+  platform: number[][];
+  nominal: number[];
+}
+
+export interface Words {
+  protocol: number;
+  reasons: [number, string, string, string][];
+  guidance: [number, string][];
+  states: [number, string][];
+  opcodes: [number, string][];
+}
+
+interface Exports {
+  memory: WebAssembly.Memory;
+  input(): number;
+  input_size(): number;
+  output(): number;
+  receive(len: number): number;
+  decode(len: number): number;
+  command(opcode: number, run: number, argument: number, nonce: number): number;
+  words(): number;
+  machine(): number;
+  place(len: number): number;
+  identify(len: number): number;
+}
+
+export class Library {
+  readonly words: Words;
+  readonly machine: Machine;
+  private readonly text = new TextDecoder();
+
+  private constructor(private readonly wasm: Exports) {
+    this.words = this.json(wasm.words()) as Words;
+    this.machine = this.json(wasm.machine()) as Machine;
+  }
+
+  static async load(bytes: BufferSource | Promise<Response>): Promise<Library> {
+    const source = await bytes;
+    const { instance } =
+      source instanceof Response
+        ? await WebAssembly.instantiateStreaming(source)
+        : await WebAssembly.instantiate(source);
+    return new Library(instance.exports as unknown as Exports);
+  }
+
+  /** Bytes of an SLCAN line to the messages in them. */
+  receive(bytes: Uint8Array): Message[] {
+    const messages: Message[] = [];
+    for (let at = 0; at < bytes.length; at += this.wasm.input_size()) {
+      const part = this.put(bytes.subarray(at, at + this.wasm.input_size()));
+      messages.push(...(this.json(this.wasm.receive(part)) as Message[]));
+    }
+    return messages;
+  }
+
+  /** One frame to the message in it. */
+  decode(id: number, data: Uint8Array): Message | null {
+    const frame = new Uint8Array(2 + data.length);
+    frame.set([id & 0xff, id >> 8]);
+    frame.set(data, 2);
+    const len = this.wasm.decode(this.put(frame));
+    return len === 0 ? null : (this.json(len) as Message);
+  }
+
+  /** A command as a line of SLCAN. */
+  command(opcode: string, run: number, argument: number, nonce: number): Uint8Array {
+    const code = this.words.opcodes.find(([, name]) => name === opcode)?.[0] ?? 0;
+    return this.bytes(this.wasm.command(code, run, argument, nonce)).slice();
+  }
+
+  place(lengths: number[]): Placed | null {
+    return this.json(this.wasm.place(this.put(singles([lengths])))) as Placed | null;
+  }
+
+  identify(poses: number[][]): Identification {
+    return this.json(this.wasm.identify(this.put(singles(poses)))) as Identification;
+  }
+
+  reason(code: number): { name: string; text: string; remedy: string } {
+    const found = this.words.reasons.find(([known]) => known === code);
+    return { name: found?.[1] ?? `code ${code}`, text: found?.[2] ?? "", remedy: found?.[3] ?? "" };
+  }
+
+  guidance(code: number): string {
+    return this.words.guidance.find(([known]) => known === code)?.[1] ?? "";
+  }
+
+  state(code: number): string {
+    return this.words.states.find(([known]) => known === code)?.[1] ?? `state ${code}`;
+  }
+
+  private put(bytes: Uint8Array): number {
+    const len = Math.min(bytes.length, this.wasm.input_size());
+    new Uint8Array(this.wasm.memory.buffer, this.wasm.input(), len).set(bytes.subarray(0, len));
+    return len;
+  }
+
+  private bytes(len: number): Uint8Array {
+    return new Uint8Array(this.wasm.memory.buffer, this.wasm.output(), len);
+  }
+
+  private json(len: number): unknown {
+    return JSON.parse(this.text.decode(this.bytes(len)));
+  }
+}
+
+function singles(poses: number[][]): Uint8Array {
+  return new Uint8Array(new Float32Array(poses.flat()).buffer);
+}

@@ -1,0 +1,304 @@
+// The page: messages in, model and mathematics, picture and words out, commands back.
+
+import { accuracyChart, residualChart } from "./charts.ts";
+import { Device } from "./device.ts";
+import { Library, type Identification, type Message, type Placed } from "./library.ts";
+import { Model } from "./model.ts";
+import { boardList, centreTable, element, faultList, guidance, sentence, stateLine, write, type Situation } from "./panel.ts";
+import { ArmScene, MAGNIFIED } from "./scene.ts";
+import { framesUntil, readRecording, type Recording } from "./source/recording.ts";
+import type { Listener, Source } from "./source/source.ts";
+import { openSerial, type SerialLike } from "./source/webserial.ts";
+import { openWebSocket } from "./source/websocket.ts";
+import { words } from "./words.ts";
+
+/** The heartbeat comes every 100 ms; without one for so long the board is called silent. */
+const SILENCE_MS = 2000;
+/** A pose's lengths come by themselves; a board that does not send them is asked after so long. */
+const ASK_FOR_POSE_MS = 300;
+const BUTTONS = ["Start", "Accept", "Reject", "Abort", "Acknowledge"] as const;
+type Button = (typeof BUTTONS)[number];
+
+class Page {
+  private model = new Model();
+  private device: Device | null = null;
+  private source: Source | null = null;
+  private recording: Recording | null = null;
+  private playing: number | null = null;
+  private found: Identification | null = null;
+  private computed = -1;
+  private drawn = "";
+  private heard = performance.now();
+  private asked = 0;
+  private notice = "";
+  private readonly situation: Situation = { connected: false, silent: false, recording: false, complaint: "" };
+  private readonly scene: ArmScene | null;
+
+  constructor(private readonly library: Library) {
+    const home = this.home();
+    let scene: ArmScene | null = null;
+    try {
+      scene = new ArmScene(element("arm"), library.machine, home);
+    } catch {
+      write("scene-note", words.scene.noWebgl);
+    }
+    this.scene = scene;
+    this.wire();
+  }
+
+  start(): void {
+    if (location.protocol.startsWith("http")) this.connect();
+    const frame = () => {
+      this.update();
+      this.scene?.frame();
+      requestAnimationFrame(frame);
+    };
+    requestAnimationFrame(frame);
+  }
+
+  /** Frames drawn so far, for whoever measures. */
+  get frames(): number {
+    return this.scene?.frames ?? 0;
+  }
+
+  private connect(): void {
+    this.leave();
+    const scheme = location.protocol === "https:" ? "wss" : "ws";
+    this.arrive(openWebSocket(`${scheme}://${location.host}/bus`, this.listener()));
+  }
+
+  private async connectSerial(): Promise<void> {
+    const serial = (navigator as unknown as { serial?: SerialLike }).serial;
+    this.leave();
+    const opened = await openSerial(serial, this.listener());
+    if (typeof opened === "string") this.situation.complaint = opened;
+    else this.arrive(opened);
+  }
+
+  private async openRecording(file: File): Promise<void> {
+    this.leave();
+    const opened = readRecording(await file.text());
+    if (typeof opened === "string") {
+      this.situation.complaint = opened;
+      return;
+    }
+    this.recording = opened;
+    this.situation.connected = this.situation.recording = true;
+    this.notice = opened.cut ? words.sources.cut : "";
+    const slider = element<HTMLInputElement>("slider");
+    slider.max = String(opened.times.at(-1) ?? 0);
+    slider.value = slider.max;
+    this.seek(Number(slider.max));
+  }
+
+  private arrive(source: Source): void {
+    this.source = source;
+    this.device = new Device(this.library, (bytes) => source.send?.(bytes));
+  }
+
+  /** Leaves the source; everything that was known of it is forgotten. */
+  private leave(): void {
+    this.source?.close();
+    this.source = this.device = this.recording = this.playing = null;
+    this.model = new Model();
+    this.found = null;
+    this.computed = -1;
+    this.notice = "";
+    Object.assign(this.situation, { connected: false, silent: false, recording: false, complaint: "" });
+  }
+
+  private listener(): Listener {
+    return {
+      bytes: (bytes) => this.library.receive(bytes).forEach((message) => this.take(message)),
+      opened: () => {
+        this.situation.connected = true;
+        this.heard = performance.now();
+        void this.device?.ask("Query");
+      },
+      gone: (reason) => {
+        this.leave();
+        this.situation.complaint = `${reason} ${words.sources.goneRemedy}`;
+      },
+    };
+  }
+
+  private take(message: Message): void {
+    if (message.name === "Heartbeat") this.heard = performance.now();
+    this.device?.take(message);
+    this.model.take(message);
+    const versions = this.model.versions;
+    if (message.name === "Versions" && versions !== null && Number(versions["protocol"]) !== this.library.words.protocol) {
+      const complaint = words.sources.protocol(Number(versions["protocol"]), this.library.words.protocol);
+      this.leave();
+      this.situation.complaint = complaint;
+    }
+  }
+
+  /** How things stood at a moment of the recording. */
+  private seek(seconds: number): void {
+    const recording = this.recording;
+    if (recording === null) return;
+    this.model = new Model();
+    for (const index of framesUntil(recording, seconds)) {
+      const data = recording.data.subarray(8 * index, 8 * index + recording.lengths[index]!);
+      const message = this.library.decode(recording.ids[index]!, data);
+      if (message !== null) this.model.take(message);
+    }
+    this.computed = -1;
+    const minutes = Math.floor(seconds / 60);
+    write("time", `${minutes}:${(seconds % 60).toFixed(1).padStart(4, "0")}`);
+  }
+
+  private update(): void {
+    const { model, situation } = this;
+    situation.silent = this.source !== null && situation.connected && performance.now() - this.heard > SILENCE_MS;
+    this.play();
+    this.askForLengths();
+    if (this.computed !== model.evidence) {
+      this.computed = model.evidence;
+      this.compute();
+    }
+    const state = JSON.stringify([model.revision, situation, this.notice, this.computed]);
+    if (state !== this.drawn) {
+      this.drawn = state;
+      this.draw();
+    }
+  }
+
+  private compute(): void {
+    const poses = this.model.whole(false).map((pose) => pose.lengths as number[]);
+    this.found = poses.length === 0 ? null : this.library.identify(poses);
+    const last = [...this.model.whole(false), ...this.model.whole(true)].at(-1);
+    const placed = last === undefined ? this.home() : this.library.place(last.lengths as number[]);
+    if (placed !== null) this.scene?.moveTo(placed);
+    const live = this.model.live.every((value) => value !== null) ? this.model.live.map((value) => value!.value) : null;
+    this.scene?.show(this.found, live);
+  }
+
+  private draw(): void {
+    const { model, library, situation } = this;
+    const advice = guidance(model, library, situation);
+    const state = model.heartbeat === null ? "" : library.state(Number(model.heartbeat["state"]));
+    document.body.dataset["state"] = situation.silent || situation.complaint !== "" ? "Trouble" : state;
+    write("guidance", advice.text);
+    write("detail", advice.detail);
+    write("state", stateLine(model, library));
+    write("notice", this.notice);
+    const progress = Number(model.heartbeat?.["progress"] ?? 0);
+    element<HTMLProgressElement>("progress").value = progress;
+    write("percent", model.heartbeat === null ? "" : `${progress} %`);
+    write("centre", centreTable(model, this.found));
+    write("faults", faultList(model, library));
+    write("board", boardList(model));
+    write("accuracy", accuracyChart(this.found?.sigma_after ?? []));
+    write("residuals", residualChart(this.found));
+    this.scene?.setNextVisible(state === "Collecting");
+    element("recorded").hidden = !situation.recording;
+    const can: Record<Button, boolean> = {
+      Start: state === "Idle" || state === "Failed",
+      Accept: state === "Review",
+      Reject: state === "Review",
+      Abort: ["Collecting", "Identifying", "Verifying"].includes(state),
+      Acknowledge: state === "Failed" || Number(model.heartbeat?.["unacknowledged"] ?? 0) === 1 && state === "Idle",
+    };
+    for (const name of BUTTONS) {
+      const button = element<HTMLButtonElement>(name);
+      button.disabled = !can[name] || this.source === null;
+      button.hidden = !can[name];
+    }
+  }
+
+  /** Lengths that did not come by themselves, one pose after the other. */
+  private askForLengths(): void {
+    const now = performance.now();
+    const missing = this.device === null || now - this.asked < ASK_FOR_POSE_MS ? undefined : this.model.missing();
+    if (missing !== undefined) {
+      this.asked = now;
+      void this.device?.ask("ReadPose", this.model.run, missing.index + (missing.heldOut ? 256 : 0));
+    }
+  }
+
+  private async command(name: Button): Promise<void> {
+    const run = this.model.run;
+    if (name === "Accept" && !(await this.confirmed())) return;
+    if (name === "Start" && this.model.heartbeat !== null && Number(this.model.heartbeat["unacknowledged"]) === 1) {
+      await this.device?.ask("Acknowledge", Number(this.model.heartbeat["run_id"]));
+    }
+    const code = await this.device?.ask(name, name === "Start" ? 0 : run);
+    if (code === null || code === undefined) this.notice = words.actions.noAnswer;
+    else {
+      const reason = this.library.reason(code);
+      const refused = `${words.actions.refused(words.actions[name])}: ${sentence(reason.text)} ${sentence(reason.remedy)}`;
+      this.notice = reason.name === "Fine" ? "" : refused;
+    }
+  }
+
+  private confirmed(): Promise<boolean> {
+    const dialog = element<HTMLDialogElement>("confirm");
+    write("confirm-centre", centreTable(this.model, this.found));
+    dialog.showModal();
+    return new Promise((resolve) => {
+      dialog.onclose = () => resolve(dialog.returnValue === "yes");
+    });
+  }
+
+  private play(): void {
+    if (this.playing === null) return;
+    const slider = element<HTMLInputElement>("slider");
+    const now = performance.now();
+    const seconds = Number(slider.value) + (now - this.playing) / 1000;
+    this.playing = seconds >= Number(slider.max) ? null : now;
+    slider.value = String(seconds);
+    this.seek(Number(slider.value));
+    write("play", this.playing === null ? words.time.play : words.time.pause);
+  }
+
+  private home(): Placed {
+    const [a, b, c] = this.library.machine.platform as [number[], number[], number[]];
+    const middle = [0, 1, 2].map((k) => (a[k]! + b[k]! + c[k]!) / 3);
+    // P1 at 60 degrees in the base's frame, the cuff 96 mm beyond the nominal centre
+    const [cos, sin] = [Math.cos((5 * Math.PI) / 6 + Math.PI / 3), Math.sin((5 * Math.PI) / 6 + Math.PI / 3)];
+    const rotation = [cos, -sin, 0, sin, cos, 0, 0, 0, 1];
+    const turned = [cos * middle[0]! - sin * middle[1]!, sin * middle[0]! + cos * middle[1]!, middle[2]!];
+    const at = [0, 0, this.library.machine.nominal[2]! + 96];
+    return { rotation, origin: at.map((value, k) => value - turned[k]!) };
+  }
+
+  private wire(): void {
+    for (const name of BUTTONS) {
+      const button = element<HTMLButtonElement>(name);
+      button.textContent = words.actions[name];
+      button.onclick = () => void this.command(name);
+    }
+    element("websocket").onclick = () => this.connect();
+    element("serial").onclick = () => void this.connectSerial();
+    const file = element<HTMLInputElement>("file");
+    element("open").onclick = () => file.click();
+    file.onchange = () => {
+      const chosen = file.files?.[0];
+      if (chosen !== undefined) void this.openRecording(chosen);
+      file.value = "";
+    };
+    const slider = element<HTMLInputElement>("slider");
+    slider.setAttribute("aria-label", words.time.label);
+    slider.oninput = () => this.seek(Number(slider.value));
+    element("play").onclick = () => {
+      if (Number(slider.value) >= Number(slider.max)) slider.value = "0";
+      this.playing = this.playing === null ? performance.now() : null;
+      write("play", this.playing === null ? words.time.play : words.time.pause);
+    };
+    const texts: [string, string][] = [
+      ["title", words.title], ["websocket", words.sources.websocket], ["serial", words.sources.serial],
+      ["open", words.sources.recording], ["confirm-title", words.confirm.title], ["confirm-text", words.confirm.text],
+      ["yes", words.confirm.yes], ["no", words.confirm.no], ["faults-title", words.faults.title],
+      ["board-title", words.board.title], ["play", words.time.play], ["scene-note", words.scene.magnified(MAGNIFIED)],
+    ];
+    for (const [id, text] of texts) write(id, text);
+    element("arm").setAttribute("aria-label", words.scene.label);
+    document.title = words.title;
+  }
+}
+
+const page = new Page(await Library.load(fetch("page.wasm")));
+page.start();
+Object.assign(window, { glenoid: page });

@@ -1,0 +1,150 @@
+// What the page knows: a pure function of the messages heard.
+
+import type { Message } from "./library.ts";
+
+export interface Pose {
+  index: number;
+  heldOut: boolean;
+  lengths: (number | null)[];
+  sigma: number | null;
+}
+
+export interface Value {
+  value: number;
+  sigma: number;
+}
+
+export interface Fault {
+  code: number;
+  cable: number;
+  active: boolean;
+}
+
+export class Model {
+  heartbeat: Message | null = null;
+  versions: Message | null = null;
+  outcome: Message | null = null;
+  quality: Message | null = null;
+  verification: Message | null = null;
+  /** What became of the last pose. */
+  lastPose: Message | null = null;
+  run = 0;
+  readonly poses = new Map<string, Pose>();
+  candidate: (Value | null)[] = [null, null, null];
+  live: (Value | null)[] = [null, null, null];
+  liveRun = 0;
+  readonly faults = new Map<string, Fault>();
+  readonly leftOut: Message[] = [];
+  /** Grows when a pose gets its last length: time to compute anew. */
+  evidence = 0;
+  /** Grows with every change. */
+  revision = 0;
+
+  /** Takes a message; true when the device was restarted. */
+  take(message: Message): void {
+    this.revision += 1;
+    const run = Number(message["run_id"] ?? 0);
+    switch (message.name) {
+      case "Heartbeat":
+        // A run that is under way is the one to show; an idle device keeps the last one.
+        if (Number(message["state"]) !== 0 && run !== this.run) this.begin(run);
+        this.heartbeat = message;
+        break;
+      case "Versions":
+        this.versions = message;
+        break;
+      case "Fault":
+        this.faults.set(`${message["code"]}:${message["cable"]}`, {
+          code: Number(message["code"]),
+          cable: Number(message["cable"]),
+          active: Number(message["active"]) === 1,
+        });
+        break;
+      case "Pose":
+        this.pose(message, run);
+        break;
+      case "RawLength":
+        this.length(message, run);
+        break;
+      case "Outcome":
+        this.ofRun(run);
+        this.outcome = message;
+        break;
+      case "Quality":
+        this.ofRun(run);
+        this.quality = message;
+        break;
+      case "Verification":
+        this.ofRun(run);
+        this.verification = message;
+        break;
+      case "CandidateCentre":
+        this.ofRun(run);
+        this.candidate[Number(message["axis"])] = value(message);
+        break;
+      case "LiveCentre":
+        this.live[Number(message["axis"])] = value(message);
+        this.liveRun = run;
+        break;
+      case "LeftOut":
+        this.ofRun(run);
+        if (!this.leftOut.some((known) => known["pose"] === message["pose"])) this.leftOut.push(message);
+        break;
+    }
+  }
+
+  /** Poses of one set with all six lengths, in order. */
+  whole(heldOut: boolean): Pose[] {
+    return [...this.poses.values()]
+      .filter((pose) => pose.heldOut === heldOut && pose.lengths.every((length) => length !== null))
+      .sort((a, b) => a.index - b.index);
+  }
+
+  /** A pose that was taken but whose lengths have not been heard. */
+  missing(): Pose | undefined {
+    return [...this.poses.values()].find((pose) => pose.lengths.some((length) => length === null));
+  }
+
+  private ofRun(run: number): void {
+    if (run !== this.run) this.begin(run);
+  }
+
+  private begin(run: number): void {
+    this.run = run;
+    this.poses.clear();
+    this.candidate = [null, null, null];
+    this.outcome = this.quality = this.verification = this.lastPose = null;
+    this.leftOut.length = 0;
+    this.faults.clear();
+    this.evidence += 1;
+  }
+
+  private pose(message: Message, run: number): void {
+    this.ofRun(run);
+    this.lastPose = message;
+    if (Number(message["reason"]) !== 0) return;
+    const pose = this.poseAt(Number(message["index"]), Number(message["held_out"]) === 1);
+    pose.sigma = Number(message["sigma_known"]) === 1 ? Number(message["sigma"]) : null;
+  }
+
+  private length(message: Message, run: number): void {
+    this.ofRun(run);
+    const pose = this.poseAt(Number(message["index"]), Number(message["held_out"]) === 1);
+    pose.lengths[Number(message["cable"]) - 1] = Number(message["length"]);
+    if (pose.lengths.every((length) => length !== null)) this.evidence += 1;
+  }
+
+  private poseAt(index: number, heldOut: boolean): Pose {
+    const key = `${heldOut ? 1 : 0}:${index}`;
+    let pose = this.poses.get(key);
+    if (pose === undefined) {
+      pose = { index, heldOut, lengths: [null, null, null, null, null, null], sigma: null };
+      this.poses.set(key, pose);
+    }
+    return pose;
+  }
+}
+
+function value(message: Message): Value {
+  return { value: Number(message["value"]), sigma: Number(message["sigma"]) };
+}

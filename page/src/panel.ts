@@ -1,0 +1,126 @@
+// The texts beside the picture: what to do, the centre, the decision, faults, the board.
+
+import type { Identification, Library } from "./library.ts";
+import type { Model, Value } from "./model.ts";
+import { words } from "./words.ts";
+
+const AXES = ["x", "y", "z"];
+
+export function element<T extends HTMLElement>(id: string): T {
+  const found = document.getElementById(id);
+  if (found === null) throw new Error(`the page has no ${id}`);
+  return found as T;
+}
+
+/** Writes only what is different, so that a screen reader is not disturbed. */
+export function write(id: string, html: string): void {
+  const target = element(id);
+  if (target.dataset["html"] !== html) {
+    target.dataset["html"] = html;
+    target.innerHTML = html;
+  }
+}
+
+export interface Situation {
+  connected: boolean;
+  silent: boolean;
+  recording: boolean;
+  complaint: string;
+}
+
+/** The large words: what the person at the arm should do now, and why. */
+export function guidance(model: Model, library: Library, situation: Situation): { text: string; detail: string } {
+  if (situation.complaint !== "") return { text: situation.complaint, detail: "" };
+  if (!situation.connected) return { text: words.guidance.noSource, detail: "" };
+  const heartbeat = model.heartbeat;
+  if (situation.silent) return { text: words.guidance.silent, detail: words.guidance.silentRemedy };
+  if (heartbeat === null) return { text: words.guidance.connecting, detail: "" };
+  const outcome = model.outcome === null ? null : library.reason(Number(model.outcome["reason"]));
+  const state = library.state(Number(heartbeat["state"]));
+  if (state === "Failed" || (state === "Idle" && outcome !== null && outcome.name !== "Fine")) {
+    if (outcome?.name === "Accepted") return { text: words.guidance.accepted, detail: "" };
+    const reason = outcome ?? library.reason(Number(heartbeat["reason"]));
+    return { text: sentence(reason.text), detail: sentence(reason.remedy) };
+  }
+  if (state === "Idle") {
+    const reason = library.reason(Number(heartbeat["reason"]));
+    if (reason.name !== "Fine") return { text: sentence(reason.text), detail: sentence(reason.remedy) };
+    const text = Number(heartbeat["live"]) === 1 ? words.guidance.idleWithCentre : words.guidance.idle;
+    return { text: situation.recording ? words.guidance.recording : text, detail: "" };
+  }
+  const reason = library.reason(Number(heartbeat["reason"]));
+  const detail = reason.name === "Fine" ? "" : `${sentence(reason.text)} ${sentence(reason.remedy)}`;
+  return { text: sentence(library.guidance(Number(heartbeat["guidance"]))), detail };
+}
+
+/** A sentence from the library's words. */
+export function sentence(text: string): string {
+  return text === "" ? "" : `${text[0]!.toUpperCase()}${text.slice(1)}.`;
+}
+
+export function stateLine(model: Model, library: Library): string {
+  const heartbeat = model.heartbeat;
+  if (heartbeat === null) return "";
+  const state = words.states[library.state(Number(heartbeat["state"]))] ?? "";
+  const [first, second] = [model.whole(false).length, model.whole(true).length];
+  const poses = first + second > 0 ? ` · ${words.poses(first + second, second)}` : "";
+  const run = model.run > 0 ? ` · run ${model.run}` : "";
+  return `${state}${poses}${run}`;
+}
+
+/** The new centre beside the one in use. */
+export function centreTable(model: Model, found: Identification | null): string {
+  const reported = model.candidate.every((value) => value !== null);
+  const fresh: (Value | null)[] = reported
+    ? model.candidate
+    : [0, 1, 2].map((k) =>
+        found?.centre == null ? null : { value: found.centre[k]!, sigma: found.sigma?.[k] ?? NaN });
+  const rows = AXES.map((axis, k) => {
+    const [a, b] = [fresh[k] ?? null, model.live[k] ?? null];
+    const change = a !== null && b !== null ? signed(a.value - b.value) : "–";
+    return `<tr><th scope="row">${axis}</th><td>${shown(a)}</td><td>${shown(b)}</td><td>${change}</td></tr>`;
+  }).join("");
+  const note = reported ? words.centre.standardDeviation
+    : found?.centre == null ? words.centre.refused : words.centre.computed;
+  const verified = model.verification === null ? "" : `<p class="verified">${words.centre.deviation}: `
+    + `<strong>${number(model.verification["deviation"])} mm</strong> (${words.centre.limit} `
+    + `${number(model.verification["limit"])})</p>`;
+  return `<table><caption>${words.centre.title}</caption><thead><tr><td></td><th scope="col">${words.centre.fresh}</th>`
+    + `<th scope="col">${words.centre.live}</th><th scope="col">${words.centre.difference}</th></tr></thead>`
+    + `<tbody>${rows}</tbody></table><p class="small">± ${note}</p>${verified}`;
+}
+
+function shown(value: Value | null): string {
+  return value === null ? "–" : `${value.value.toFixed(2)} <span class="sigma">± ${value.sigma.toFixed(3)}</span>`;
+}
+
+function signed(value: number): string {
+  return `${value < 0 ? "−" : "+"}${Math.abs(value).toFixed(2)}`;
+}
+
+function number(value: number | string | undefined): string {
+  return Number(value).toFixed(3);
+}
+
+export function faultList(model: Model, library: Library): string {
+  const faults = [...model.faults.values()].filter((fault) => fault.active);
+  if (faults.length === 0) return `<p class="small">${words.faults.none}</p>`;
+  return `<ul>${faults.map((fault) => {
+    const reason = library.reason(fault.code);
+    const cable = fault.cable > 0 ? ` (${words.faults.cable} ${fault.cable})` : "";
+    return `<li><strong>${sentence(reason.text)}${cable}</strong> ${sentence(reason.remedy)}</li>`;
+  }).join("")}</ul>`;
+}
+
+export function boardList(model: Model): string {
+  const versions = model.versions;
+  if (versions === null) return "";
+  const rows: [string, string][] = [
+    [words.board.firmware, `${versions["major"]}.${versions["minor"]}.${versions["patch"]}`],
+    [words.board.protocol, String(versions["protocol"])],
+    [words.board.rig, Number(versions["rig"]).toString(16).padStart(4, "0")],
+    [words.board.capacity, String(versions["capacity"])],
+    [words.board.sequence, String(model.heartbeat?.["sequence"] ?? "–")],
+  ];
+  return `<dl>${rows.map(([term, value]) => `<div><dt>${term}</dt><dd>${value}</dd></div>`).join("")}</dl>`;
+}

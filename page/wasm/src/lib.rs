@@ -1,0 +1,98 @@
+//! The library for the page.
+//!
+//! The page is a client like any other: bytes of an SLCAN line go in, messages come out, commands go out as lines. The
+//! mathematics is the firmware's own in its own precision, so what the page shows is what the board computes, to the bit.
+//!
+//! JavaScript writes into [`input`], calls a function with the length, and reads so many bytes from [`output`]: JSON, or
+//! bytes for the line. Nothing is kept but the line that is being read.
+
+#![allow(unsafe_code, reason = "functions exported to WebAssembly keep their names")]
+
+mod codec;
+mod json;
+mod mathematics;
+
+use std::cell::RefCell;
+
+/// The largest input: a recording is passed in parts.
+const INPUT_BYTES: usize = 1 << 18;
+
+struct Exchange {
+    input: Vec<u8>,
+    output: Vec<u8>,
+    line: codec::Line,
+}
+
+thread_local! {
+    static EXCHANGE: RefCell<Exchange> =
+        RefCell::new(Exchange { input: vec![0; INPUT_BYTES], output: Vec::new(), line: codec::Line::default() });
+}
+
+/// Runs a function on the input's first `len` bytes; its result becomes the output. Returns the output's length.
+fn exchange(len: usize, run: impl FnOnce(&[u8], &mut codec::Line) -> Vec<u8>) -> usize {
+    EXCHANGE.with_borrow_mut(|Exchange { input, output, line }| {
+        *output = run(&input[..len.min(INPUT_BYTES)], line);
+        output.len()
+    })
+}
+
+/// Where JavaScript writes.
+#[unsafe(no_mangle)]
+pub extern "C" fn input() -> *mut u8 {
+    EXCHANGE.with_borrow_mut(|exchange| exchange.input.as_mut_ptr())
+}
+
+/// How many bytes may be written there.
+#[unsafe(no_mangle)]
+pub extern "C" fn input_size() -> usize {
+    INPUT_BYTES
+}
+
+/// Where JavaScript reads.
+#[unsafe(no_mangle)]
+pub extern "C" fn output() -> *const u8 {
+    EXCHANGE.with_borrow(|exchange| exchange.output.as_ptr())
+}
+
+/// Bytes of an SLCAN line to a JSON list of the device's messages in them.
+#[unsafe(no_mangle)]
+pub extern "C" fn receive(len: usize) -> usize {
+    exchange(len, |bytes, line| line.receive(bytes).into_bytes())
+}
+
+/// One frame (2 bytes of identifier, little-endian, then the data) to the device's message in it as JSON, or nothing.
+#[unsafe(no_mangle)]
+pub extern "C" fn decode(len: usize) -> usize {
+    exchange(len, |bytes, _| codec::decode(bytes).unwrap_or_default().into_bytes())
+}
+
+/// A command as a line of SLCAN; nothing for an unknown opcode.
+#[unsafe(no_mangle)]
+pub extern "C" fn command(opcode: u32, run: u32, argument: u32, nonce: u32) -> usize {
+    exchange(0, |_, _| codec::command(opcode, run, argument, nonce).unwrap_or_default())
+}
+
+/// All codes of the vocabulary with their names, texts and remedies as JSON, and the vocabulary's number.
+#[unsafe(no_mangle)]
+pub extern "C" fn words() -> usize {
+    exchange(0, |_, _| codec::words().into_bytes())
+}
+
+/// The machine as JSON: base points, platform points, nominal centre.
+#[unsafe(no_mangle)]
+pub extern "C" fn machine() -> usize {
+    exchange(0, |_, _| mathematics::machine().into_bytes())
+}
+
+/// Six lengths as 32-bit floats, little-endian, to where the platform stands, as JSON.
+#[unsafe(no_mangle)]
+pub extern "C" fn place(len: usize) -> usize {
+    exchange(len, |bytes, _| mathematics::place(bytes).into_bytes())
+}
+
+/// The lengths of many poses to the centre, its covariance, what each pose and cable leaves, and where to go next, as
+/// JSON.
+#[unsafe(no_mangle)]
+pub extern "C" fn identify(len: usize) -> usize {
+    exchange(len, |bytes, _| mathematics::identify(bytes).into_bytes())
+}

@@ -1,0 +1,161 @@
+//! The firmware's mathematics on the poses that the page has heard of, in the firmware's precision.
+
+use super::json;
+use glenoid::identification::{Identified, Noise, Refusal, Solver, SolverSettings, Survey};
+use glenoid::kinematics::arm::{Arm, CableSet, nearest_attitude, rotation_of};
+use glenoid::kinematics::{CableLengths, LengthEquations, Octahedron, Pivot, PlatformPose, RigPoints, inverse};
+use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, CABLES, POINTS, Rig};
+use nalgebra::{Matrix3, Rotation3, Vector3};
+
+/// Bytes of a pose: six singles.
+const POSE_BYTES: usize = 4 * CABLES;
+
+/// Where the arm may be sent next: tilted by so much, in so many directions, turned about its own length by these, rad.
+const NEXT_TILT_RAD: f32 = 0.7;
+const NEXT_DIRECTIONS: u8 = 12;
+const NEXT_TORSIONS_RAD: [f32; 3] = [-0.4, 0.0, 0.4];
+
+fn rig() -> Option<Rig<f32>> {
+    Rig::shoulder(ASSUMED_BASE_RADIUS_MM as f32).ok()
+}
+
+/// The machine's points.
+pub fn machine() -> String {
+    let Some(rig) = rig() else { return "null".to_owned() };
+    let points = |points: &[Vector3<f32>; POINTS]| json::join(points.iter().map(|point| json::list(point.iter())));
+    format!(
+        "{{\"base\":{},\"platform\":{},\"nominal\":{}}}",
+        points(rig.base_mm()),
+        points(&rig.platform_mm()),
+        json::list(rig.nominal().centre_mm.iter())
+    )
+}
+
+/// Where the platform stands at six lengths: null when they do not close.
+pub fn place(bytes: &[u8]) -> String {
+    let placed = rig().and_then(|rig| Octahedron::new(&rig).solve(poses_in(bytes).first()?).ok());
+    placed.map_or("null".to_owned(), |pose| placed_json(&pose.rotation, &pose.origin_mm))
+}
+
+/// The identification of these poses. `centre` is null when it is refused, and `refusal` says why.
+pub fn identify(bytes: &[u8]) -> String {
+    let (Some(rig), poses) = (rig(), poses_in(bytes)) else { return "null".to_owned() };
+    // As in the board: the noise is known.
+    let settings = SolverSettings { noise: Noise::Known(rig.length_noise_mm()), ..SolverSettings::for_rig(&rig) };
+    let solver: Solver<f32> = Solver::new(&rig, settings);
+    let outcome = solver.run(&poses);
+    let mut survey = Survey::new(&rig);
+    let mut sigmas = Vec::new();
+    let octahedron = Octahedron::new(&rig);
+    let placed: Vec<_> = poses.iter().map(|lengths| octahedron.solve(lengths).ok()).collect();
+    for lengths in &poses {
+        let _ = survey.add(lengths);
+        sigmas.push(survey.foretold().map_or(f32::NAN, |foretold| foretold.sigma_mm));
+    }
+    let identified = outcome.as_ref().ok();
+    let poses_json = placed.iter().zip(&poses).map(|(placed, lengths)| pose_json(&rig, identified, placed, lengths));
+    format!(
+        "{{\"sigma_after\":{},\"next\":{},\"poses\":{},{}}}",
+        json::list(&sigmas),
+        next(&rig, &survey, identified),
+        json::join(poses_json),
+        outcome_json(&outcome)
+    )
+}
+
+fn outcome_json(outcome: &Result<Identified<f32>, Refusal>) -> String {
+    match outcome {
+        Ok(found) => {
+            let rejected = found.rejected.iter().map(|left| format!("[{},{}]", left.pose, left.cables));
+            format!(
+                "\"refusal\":null,\"centre\":{},\"sigma\":{},\"radii\":{},\"covariance\":{},\"noise\":{},\"rejected\":{}",
+                json::list(found.parameters.centre_mm.iter()),
+                json::list(&found.sigma_mm()[..3]),
+                json::list(&found.parameters.radii_mm),
+                // xx, yx, yy, zx, zy, zz
+                json::list(&found.covariance_mm2[..6]),
+                json::number(found.noise_mm.into()),
+                json::join(rejected)
+            )
+        }
+        Err(refusal) => format!("\"refusal\":{},\"centre\":null", json::text(refusal.text())),
+    }
+}
+
+/// Where a pose stands, and with a centre what each cable leaves, mm.
+fn pose_json(
+    rig: &Rig<f32>,
+    identified: Option<&Identified<f32>>,
+    placed: &Option<PlatformPose<f32>>,
+    lengths: &CableLengths<f32>,
+) -> String {
+    let Some(placed) = placed else { return "null".to_owned() };
+    let Some(found) = identified else { return placed_json(&placed.rotation, &placed.origin_mm) };
+    let points = RigPoints::new(rig);
+    let pivot = Pivot::from_parameters(&found.parameters, &points);
+    let start = nearest_attitude(&placed.rotation);
+    let fit = Arm { points: &points, pivot: &pivot }.fit_from(start, lengths, CableSet::ALL);
+    let rotation = fit.map_or(placed.rotation, |fit| rotation_of(&fit.attitude));
+    let left = LengthEquations::new(&points, &pivot, &rotation, lengths).cables.map(|cable| cable.residual_mm);
+    let origin = pivot.in_base_mm - rotation * pivot.in_platform_mm;
+    // Where this pose alone, with its six lengths, has the centre.
+    let alone = placed.rotation * pivot.in_platform_mm + placed.origin_mm;
+    let shown = placed_json(&rotation, &origin);
+    let [left, alone] = [json::list(&left), json::list(alone.iter())];
+    format!("{},\"residuals\":{left},\"centre\":{alone}}}", shown.trim_end_matches('}'))
+}
+
+/// Rotation row by row, and the platform's origin.
+fn placed_json(rotation: &Matrix3<f32>, origin_mm: &Vector3<f32>) -> String {
+    let rows = rotation.transpose();
+    format!("{{\"rotation\":{},\"origin\":{}}}", json::list(rows.iter()), json::list(origin_mm.iter()))
+}
+
+/// The direction of the arm (its long axis, in {B}) whose pose would make the centre's worst σ smallest, and that σ.
+fn next(rig: &Rig<f32>, survey: &Survey<f32>, identified: Option<&Identified<f32>>) -> String {
+    let parameters = identified.map_or(*rig.nominal(), |found| found.parameters);
+    let pivot = Pivot::from_parameters(&parameters, &RigPoints::new(rig));
+    let ends = rig.platform_mm().map(|point| point - pivot.in_platform_mm);
+    let mut best: Option<(f32, Vector3<f32>, f32)> = None;
+    for direction in 0..NEXT_DIRECTIONS {
+        let azimuth = f32::from(direction) / f32::from(NEXT_DIRECTIONS) * core::f32::consts::TAU;
+        let tilt = Rotation3::new(Vector3::new(azimuth.cos(), azimuth.sin(), 0.0) * NEXT_TILT_RAD);
+        for torsion in NEXT_TORSIONS_RAD {
+            let rotation = tilt * Rotation3::new(Vector3::z() * torsion) * home(rig);
+            let lengths = inverse::cable_lengths(rig, &parameters.centre_mm, &ends, &rotation);
+            let mut with_it = survey.clone();
+            let sigma = CableLengths::new(lengths)
+                .ok()
+                .and_then(|lengths| with_it.add(&lengths).ok())
+                .and_then(|_| with_it.foretold())
+                .map(|foretold| foretold.sigma_mm);
+            if let Some(sigma) = sigma
+                && best.is_none_or(|(smallest, ..)| sigma < smallest)
+            {
+                best = Some((sigma, tilt * Vector3::z(), torsion));
+            }
+        }
+    }
+    best.map_or("null".to_owned(), |(sigma, axis, torsion)| {
+        let [axis, sigma] = [json::list(axis.iter()), json::number(sigma.into())];
+        format!("{{\"axis\":{axis},\"torsion\":{},\"sigma\":{sigma}}}", json::number(torsion.into()))
+    })
+}
+
+/// Rotation from {P} to {B} with the arm at home.
+fn home(rig: &Rig<f32>) -> Rotation3<f32> {
+    let home =
+        CableLengths::new(rig.drum().home_length_mm).ok().and_then(|lengths| Octahedron::new(rig).solve(&lengths).ok());
+    home.map_or(Rotation3::identity(), |pose| Rotation3::from_matrix_unchecked(pose.rotation))
+}
+
+fn poses_in(bytes: &[u8]) -> Vec<CableLengths<f32>> {
+    let pose = |bytes: &[u8]| {
+        let mut lengths = [0.0; CABLES];
+        for (length, bytes) in lengths.iter_mut().zip(bytes.as_chunks::<4>().0) {
+            *length = f32::from_le_bytes(*bytes);
+        }
+        CableLengths::new(lengths).ok()
+    };
+    bytes.chunks_exact(POSE_BYTES).filter_map(pose).collect()
+}
