@@ -117,6 +117,11 @@ impl Board {
         let core = cortex_m::Peripherals::take()?;
         stack::protect(core.MPU);
         let chip = clock::start();
+        // The driver has let in the DMA channels' interrupts, which nobody here serves.
+        for lines in &core.NVIC.icer {
+            // SAFETY: nothing but the lines that are enabled from here on is waited for.
+            unsafe { lines.write(u32::MAX) };
+        }
         // a core that a debugger holds does not starve the watchdog
         pac::DBGMCU.apb1lfzr().modify(|w| w.set_iwdg(true));
         let encoders = Encoders::start(Wiring {
