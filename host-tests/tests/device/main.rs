@@ -3,6 +3,7 @@
 mod documentation;
 mod drive_board;
 mod identify;
+mod live;
 mod plot;
 mod power_cut;
 mod procedure;
