@@ -20,6 +20,7 @@ pub mod drive_board;
 pub mod identification;
 pub mod kinematics;
 pub mod line;
+pub mod parameters;
 pub mod procedure;
 pub mod record;
 pub mod restart;

@@ -6,7 +6,8 @@
 //! * [`Event::Counts`] with every sample of the six encoders, also when nothing moves: silence is a fault;
 //! * [`Event::Button`] with the contact's level at every change (bounces are welcome) or at every sample;
 //! * [`Event::Can`] with every frame received, [`Event::ReceiveOverrun`] when it lost some;
-//! * [`Event::Stored`] after every [`Action::Store`], [`Event::JournalFailed`] after an [`Action::Journal`] that failed;
+//! * [`Event::Stored`] after every [`Action::Store`], [`Event::ParametersStored`] after every [`Action::StoreParameters`]
+//!   and [`Action::EraseRecord`], [`Event::JournalFailed`] after an [`Action::Journal`] that failed;
 //! * [`Event::Bus`] when the CAN controller's counters have changed;
 //!
 //! and carries out the actions at once. One event never causes more than [`MAX_FRAMES`] frames.
@@ -38,8 +39,9 @@ use crate::can::health::BusHealth;
 use crate::can::identity::Identity;
 use crate::can::status::{Answer, Counters, Versions};
 use crate::can::watch::WatchReport;
-use crate::can::{BaseId, Frame, Message};
+use crate::can::{BaseId, Frame, Message, ParameterAnswer, ParameterRequest};
 use crate::kinematics::Octahedron;
+use crate::parameters::ParameterSet;
 use crate::procedure::{Limits, PoseNotice, Procedure, Reason, StateName};
 use crate::record::{JournalEntry, Loaded, Record, StoreError};
 use crate::restart::{CrashRecord, ResetCause, Restart};
@@ -49,6 +51,7 @@ use button::Button;
 use button_commands::ConfirmingPresses;
 use faults::FaultReporter;
 use lock::Lock;
+use parameters::Saving;
 use persistence::Persistence;
 use report::Reporter;
 use sets::{OutgoingLive, OutgoingTelemetry};
@@ -85,6 +88,8 @@ pub enum Event {
     },
     /// The record was stored, or why not.
     Stored(Result<(), StoreError>),
+    /// The parameters were stored or the record was erased, or why not.
+    ParametersStored(Result<(), StoreError>),
     /// The journal could not be written.
     JournalFailed(StoreError),
     /// How the CAN controller fares.
@@ -104,7 +109,11 @@ pub enum Action {
     Store(Record),
     /// Append this to the journal; say so only if that fails.
     Journal(JournalEntry),
-    /// Memory cannot be trusted any more: start anew, and say this cause then.
+    /// Replace the stored parameters by these, then say how that went.
+    StoreParameters(ParameterSet),
+    /// Erase the record, then say how that went, as after a store of the parameters.
+    EraseRecord,
+    /// Start anew, and say this cause then: the parameters have changed, or memory cannot be trusted any more.
     Stop(ResetCause),
     /// Note something in the log.
     Log(LogEntry),
@@ -190,6 +199,8 @@ pub struct Config {
     pub live_period_ms: u16,
     /// Key of the parameters' lock; all zero = there is no lock.
     pub lock_key: [u32; 4],
+    /// The values of all parameters.
+    pub parameters: ParameterSet,
 }
 
 impl Config {
@@ -204,6 +215,7 @@ impl Config {
             telemetry_hz: DEFAULT_TELEMETRY_HZ,
             live_period_ms: DEFAULT_LIVE_PERIOD_MS,
             lock_key: [0; 4],
+            parameters: ParameterSet::of(&rig, &Limits::for_rig(&rig)),
         }
     }
 }
@@ -256,6 +268,13 @@ pub struct Device {
     /// A second copy of what the procedure goes by, to notice memory that changes.
     constants: (Rig<f32>, Limits),
     lock: Lock,
+    /// The parameters in use, those that are being prepared, and what saving them waits for.
+    in_use: ParameterSet,
+    prepared: ParameterSet,
+    saving: Saving,
+    parameters_answered: Answered<ParameterRequest, ParameterAnswer, 64>,
+    parameters_wrong: bool,
+    parameters_fault: FaultReporter,
 }
 
 impl Device {
@@ -301,6 +320,12 @@ impl Device {
             confirming: ConfirmingPresses::default(),
             constants: (config.rig, config.limits),
             lock: Lock::new(config.lock_key),
+            in_use: config.parameters,
+            prepared: config.parameters,
+            saving: Saving::Nothing,
+            parameters_answered: Answered::new(),
+            parameters_wrong: false,
+            parameters_fault: FaultReporter::new(),
         }
     }
 
@@ -323,6 +348,7 @@ impl Device {
                 self.overrun.happened(lost);
             }
             Event::Stored(result) => self.stored(result, out),
+            Event::ParametersStored(result) => self.parameters_stored(now_ms, result, out),
             Event::JournalFailed(_) => self.journal_failed = true,
             Event::Bus(health) => {
                 if health.dropped != self.bus.dropped {
@@ -350,6 +376,7 @@ impl Device {
 
     fn tick(&mut self, now_ms: u32, out: &mut impl FnMut(Action)) {
         self.lock.tick(now_ms);
+        self.restart_when_saved(now_ms, out);
         if let Some(notice) = self.procedure.tick(now_ms) {
             self.note_pose(now_ms, &notice, out);
         }

@@ -24,6 +24,7 @@ impl Device {
     /// The board has looked into its flash. A centre that it finds there is not confirmed yet: yesterday's strap is not
     /// today's.
     pub(super) fn power_up(&mut self, loaded: Loaded, out: &mut impl FnMut(Action)) {
+        self.parameters_wrong = loaded.parameters.is_some();
         let journal = loaded.journal.unwrap_or_default();
         let last_run_id = match (loaded.journal, &loaded.record) {
             (None, Ok(record)) => record.run_id,
@@ -90,7 +91,7 @@ fn reason_of_load(error: LoadError) -> Reason {
     }
 }
 
-fn reason_of_store(error: StoreError) -> Reason {
+pub(super) fn reason_of_store(error: StoreError) -> Reason {
     match error {
         StoreError::Unfit => Reason::RecordUnfit,
         StoreError::EraseRefused | StoreError::WriteRefused => Reason::StoreRefused,

@@ -112,7 +112,7 @@ impl Device {
     pub(super) fn report_fault(&mut self, now_ms: u32, out: &mut impl FnMut(Action)) {
         let run_id = self.procedure.run_id();
         self.pace.fault_turn = self.pace.fault_turn.wrapping_add(1);
-        let reported = match self.pace.fault_turn % 9 {
+        let reported = match self.pace.fault_turn % 10 {
             0 => {
                 let encoder = self.procedure.fault(now_ms).map(|fault| (fault.reason, fault.cable));
                 self.encoder_fault.update(now_ms, run_id, encoder)
@@ -128,6 +128,10 @@ impl Device {
             7 => {
                 let failed = self.journal_failed.then_some((Reason::JournalUnwritable, 0));
                 self.journal_fault.update(now_ms, run_id, failed)
+            }
+            8 => {
+                let wrong = self.parameters_wrong.then_some((Reason::ParametersDamaged, 0));
+                self.parameters_fault.update(now_ms, run_id, wrong)
             }
             6 => self.restarted.update(now_ms, run_id, self.restart_is_news.then_some((Reason::Restarted, 0))),
             _ => {

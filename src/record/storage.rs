@@ -3,7 +3,11 @@
 use super::content::Record;
 use super::journal::{Journal, JournalEntry};
 use super::loaded::Loaded;
+use super::parameter_store::ParameterStore;
 use super::store::{LoadError, RecordStore, StoreError};
+use crate::device::Config;
+use crate::parameters::ParameterSet;
+use crate::restart::Restart;
 use embedded_storage::nor_flash::NorFlash;
 
 /// Pages of flash that the storage takes.
@@ -28,6 +32,44 @@ impl<F: NorFlash> Storage<F> {
     /// What is there for the rig with this fingerprint. `parameters`: what became of the stored parameters.
     pub fn load(&mut self, rig: u32, parameters: Option<LoadError>) -> Loaded {
         Loaded { record: self.record().load(rig), journal: self.journal().last(), parameters }
+    }
+
+    /// The stored parameters.
+    ///
+    /// # Errors
+    /// [`LoadError`].
+    pub fn load_parameters(&mut self) -> Result<ParameterSet, LoadError> {
+        self.parameters().load()
+    }
+
+    /// Replaces the stored parameters.
+    ///
+    /// # Errors
+    /// [`StoreError`].
+    pub fn store_parameters(&mut self, set: &ParameterSet) -> Result<(), StoreError> {
+        self.parameters().store(set)
+    }
+
+    /// Erases the record.
+    ///
+    /// # Errors
+    /// [`StoreError`].
+    pub fn erase_record(&mut self) -> Result<(), StoreError> {
+        self.record().erase()
+    }
+
+    /// The machine that the stored parameters make, or the default one when they cannot be used, and why not. None if not
+    /// even the default one can be made, which a test rules out.
+    pub fn config(&mut self, restart: Restart, serial: u32) -> Option<(Config, Option<LoadError>)> {
+        let (set, why_not) = match self.load_parameters() {
+            Ok(set) => (set, None),
+            Err(LoadError::Nothing) => (ParameterSet::new(), None),
+            Err(error) => (ParameterSet::new(), Some(error)),
+        };
+        match set.config(restart, serial) {
+            Ok(config) => Some((config, why_not)),
+            Err(_) => Some((ParameterSet::new().config(restart, serial).ok()?, Some(LoadError::Unfit))),
+        }
     }
 
     /// Replaces the record.
@@ -58,6 +100,11 @@ impl<F: NorFlash> Storage<F> {
     fn record(&mut self) -> RecordStore<&mut F> {
         let from = self.page(0);
         RecordStore::new(&mut self.flash, from)
+    }
+
+    fn parameters(&mut self) -> ParameterStore<&mut F> {
+        let from = self.page(4);
+        ParameterStore::new(&mut self.flash, from)
     }
 
     fn journal(&mut self) -> Journal<&mut F> {

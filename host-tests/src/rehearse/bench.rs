@@ -86,6 +86,10 @@ impl InProcess {
                     stored = Some(Event::JournalFailed(error));
                 }
             }
+            Action::StoreParameters(set) => {
+                stored = Some(Event::ParametersStored(storage.store_parameters(&set)));
+            }
+            Action::EraseRecord => stored = Some(Event::ParametersStored(storage.erase_record())),
             Action::Stop(_) | Action::StatusLed(_) | Action::Log(_) => {}
         });
         if let Some(event) = stored {

@@ -17,7 +17,7 @@ use core::panic::PanicInfo;
 
 use cortex_m::singleton;
 use glenoid::can::{BaseId, Message};
-use glenoid::device::{Action, Config, Device, Event, fingerprint};
+use glenoid::device::{Action, Device, Event, fingerprint};
 use glenoid::identification::{PaperIteration, PaperSettings, PoseBuffer};
 use glenoid::record::Storage;
 use glenoid::restart::{Area, CrashRecord, ResetCause, Restart};
@@ -56,16 +56,18 @@ fn main() -> ! {
 
 fn run(rig: Rig<f32>) {
     let restart = Restart::new(black_box(ResetCause::Pin), &black_box(Area::default()));
-    let config = Config { restart, ..Config::for_rig(rig) };
-    let Some(device) = singleton!(: Device = Device::new(config)) else { return };
     let mut store = Storage::new(RamFlash::erased(), 0);
-    let loaded = store.load(fingerprint(&rig), None);
+    let Some((config, parameters)) = store.config(restart, black_box(0)) else { return };
+    let Some(device) = singleton!(: Device = Device::new(config)) else { return };
+    let loaded = store.load(fingerprint(&rig), parameters);
     let mut stored = None;
     let mut event = Event::PowerUp(loaded);
     let mut links = Links { slcan: Adapter::new(), rig: RigLink::new() };
     loop {
         device.handle(black_box(0), event, &mut |action| match black_box(action) {
             Action::Store(record) => stored = Some(Event::Stored(store.store(&record))),
+            Action::StoreParameters(set) => stored = Some(Event::ParametersStored(store.store_parameters(&set))),
+            Action::EraseRecord => stored = Some(Event::ParametersStored(store.erase_record())),
             Action::Journal(entry) => stored = store.append(&entry).err().map(Event::JournalFailed),
             Action::Send(frame) => drop(black_box(links.slcan.forward(&frame, black_box(0)))),
             other => drop(black_box(other)),

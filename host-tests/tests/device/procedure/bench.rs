@@ -4,9 +4,10 @@ use glenoid::can::identity::Naming;
 use glenoid::can::status::{Answer, Heartbeat};
 use glenoid::can::{BaseId, Frame, Message, Opcode, Request};
 use glenoid::device::{Action, BlinkPattern, Config, Device, Event, LogEntry, MAX_FRAMES};
+use glenoid::parameters::ParameterSet;
 use glenoid::procedure::{Limits, Procedure, Reason, Settings, StateName};
 use glenoid::record::{JournalEntry, LoadError, Loaded, Record};
-use glenoid::restart::Restart;
+use glenoid::restart::{ResetCause, Restart};
 use glenoid::rig::Rig;
 use host_tests::wearer::{Pose, Wearer, WearerSettings};
 
@@ -34,6 +35,12 @@ pub struct Bench {
     naming: Option<Naming>,
     /// What the device has had noted.
     pub journal: Vec<JournalEntry>,
+    /// Parameters that the device wanted stored.
+    pub sets: Vec<ParameterSet>,
+    /// How often the device wanted the record erased.
+    pub erased: u32,
+    /// The device has asked to be started anew.
+    pub stopped: Option<ResetCause>,
 }
 
 impl Bench {
@@ -73,6 +80,9 @@ impl Bench {
             heartbeat: None,
             naming: None,
             journal: Vec::new(),
+            sets: Vec::new(),
+            erased: 0,
+            stopped: None,
         };
         // long enough for the arm to count as still
         bench.pass(600);
@@ -80,7 +90,9 @@ impl Bench {
     }
 
     pub fn event(&mut self, event: Event) {
-        let Self { device, now_ms, messages, led_patterns, logs, records, naming, journal, .. } = self;
+        let Self {
+            device, now_ms, messages, led_patterns, logs, records, naming, journal, sets, erased, stopped, ..
+        } = self;
         let mut frames = 0;
         device.handle(*now_ms, event, &mut |action| match action {
             Action::Send(frame) => {
@@ -91,9 +103,12 @@ impl Bench {
                 }
                 messages.push(message);
             }
+            Action::StoreParameters(set) => sets.push(set),
+            Action::EraseRecord => *erased += 1,
             Action::Journal(entry) => journal.push(entry),
             Action::StatusLed(pattern) => led_patterns.push(pattern),
             Action::Store(record) => records.push(record),
+            Action::Stop(ResetCause::Requested) => *stopped = Some(ResetCause::Requested),
             Action::Stop(cause) => panic!("the device asks for a restart: {cause:?}"),
             Action::Log(entry) => logs.push(entry),
         });
@@ -126,6 +141,16 @@ impl Bench {
             self.pass(SAMPLE_MS);
         }
         self.at = pose;
+    }
+
+    /// Moves the encoders to other counts in 600 ms, in a straight line.
+    pub fn glide_to(&mut self, counts: [i32; 6]) {
+        let from = self.counts;
+        for step in 1..=60 {
+            let between = |k: usize| from[k] + (counts[k] - from[k]) * step / 60;
+            self.set_counts(std::array::from_fn(between));
+            self.pass(SAMPLE_MS);
+        }
     }
 
     /// Presses the button while the arm moves to a pose and back all the time.
@@ -173,6 +198,7 @@ impl Bench {
             logs: self.logs.clone(),
             records: self.records.clone(),
             journal: self.journal.clone(),
+            sets: self.sets.clone(),
             ..*self
         }
     }
