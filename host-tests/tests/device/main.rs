@@ -4,6 +4,7 @@ mod architecture;
 mod documentation;
 mod drive_board;
 mod identify;
+mod live;
 mod plot;
 mod power_cut;
 mod procedure;
