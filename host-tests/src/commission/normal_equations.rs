@@ -12,7 +12,7 @@
 use super::wearing::Wearing;
 use glenoid::identification::machine::MachineEstimate;
 use glenoid::identification::marginal_information::MarginalInformation;
-use glenoid::identification::parameters::{Column, Equations, ParameterBlock, PoseAt, Scattered, add_pose};
+use glenoid::identification::parameters::{Column, Equations, ParameterBlock, PoseAt, add_pose};
 use glenoid::identification::pose::PoseState;
 use glenoid::identification::weights::Weights;
 use glenoid::identification::{Machine, Pose};
@@ -117,13 +117,13 @@ pub fn sum(
             let jacobian = LengthJacobian::new(estimate.geometry(), centre, &rotation, &lengths);
             let Ok(information) = MarginalInformation::new(&jacobian) else { continue };
             pose.refine_attitude(turned(pose.attitude(), &information.turn));
-            pose.chi_square = information.squares_mm2 / variance_mm2;
+            pose.chi_square = information.squares_mm2() / variance_mm2;
             let weight = weights.weight(0, pose.chi_square, false);
             // Neither zero nor NaN.
             if weight > 0.0 {
                 pose.state = PoseState::Used;
                 let at = PoseAt { rotation: &rotation, lengths: &lengths, jacobian: &jacobian };
-                add_pose(&mut equations, &block, &at, &Scattered::new(&information, 0.0), weight);
+                add_pose(&mut equations, &block, &at, &information, weight);
             }
         }
         Sums::of(&equations, parameters)

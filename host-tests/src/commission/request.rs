@@ -93,7 +93,7 @@ impl Reader<'_> {
             Some(path) => RigFile::read(path)?,
             None => RigFile { rig: default_rig()?, covariance: None, start_mm: None },
         };
-        if rig.rig.tolerance().is_exact() {
+        if Machine::new(&rig.rig).parameters() == 0 {
             let place = table.get("rig").map_or(0..0, Spanned::span);
             let message = "the rig states no [tolerance]: everything of it is exact, there is nothing to find";
             return Err(self.source.error(place, message));
