@@ -100,6 +100,20 @@ impl<T: Real> Fit<T> {
         }
     }
 
+    /// Nothing known any more.
+    pub fn restart(&mut self, machine: &Machine<T>) {
+        self.estimate = MachineEstimate::new(machine);
+        self.joint = Joint::Ball;
+        self.ball_refusal = None;
+        self.held = None;
+        let noise_mm = match self.settings.noise {
+            Noise::Known(noise) => noise,
+            Noise::EstimatedUpTo(_) => machine.noise_mm(),
+        };
+        self.residuals = Residuals::none(noise_mm, machine.noise_mm());
+        self.result.rms_residuals_mm.clear();
+    }
+
     /// Parameters beside O and C.
     pub fn parameters(&self, machine: &Machine<T>) -> usize {
         self.estimate.count(machine) + self.joint.count()
