@@ -60,36 +60,37 @@ pub trait ParameterBlock<T: Real> {
     fn add_prior(&self, equations: &mut Equations<T>, first: usize, variance_mm2: T);
 }
 
-/// The columns of a pose's three equations, one an unknown, in the order block, O, C: Ū J with J = [I, -R] for O and C, and
-/// what the equations make of the lengths for the block.
-pub fn columns<T: Real>(
+/// Columns of a pose's three equations, one an unknown.
+pub type Columns<T> = Vec<Vector3<T>, MAX_UNKNOWNS>;
+
+/// Fills in the columns of the block's parameters: what the three equations make of a change of the lengths.
+fn columns_of_block<T: Real>(
     block: &impl ParameterBlock<T>,
     at: &PoseAt<'_, T>,
     pose: &MarginalInformation<T>,
-) -> Vec<Vector3<T>, MAX_UNKNOWNS> {
-    let mut columns = Vec::new();
-    let mut add = |column: Vector3<T>| {
+    columns: &mut Columns<T>,
+) {
+    let count = block.count();
+    if count == 0 {
+        return;
+    }
+    let projector = pose.projector();
+    for x in 0..count {
+        let column = match block.column(x, at) {
+            Column::OneCable(cable, change) => projector.get(cable).map_or_else(Vector3::zeros, |k| k * change),
+            Column::AllCables(changes) => {
+                projector.iter().zip(changes).fold(Vector3::zeros(), |sum, (k, change)| sum + k * change)
+            }
+            Column::Centre(moved) => pose.translation * moved,
+        };
         // Never full: no block has more parameters.
         let _ = columns.push(column);
-    };
-    let count = block.count();
-    if count > 0 {
-        let projector = pose.projector();
-        for x in 0..count {
-            add(match block.column(x, at) {
-                Column::OneCable(cable, change) => projector.get(cable).map_or_else(Vector3::zeros, |k| k * change),
-                Column::AllCables(changes) => {
-                    projector.iter().zip(changes).fold(Vector3::zeros(), |sum, (k, change)| sum + k * change)
-                }
-                Column::Centre(moved) => pose.translation * moved,
-            });
-        }
     }
-    let of_platform = -(pose.translation * at.rotation);
-    for matrix in [&pose.translation, &of_platform] {
-        (0..3).for_each(|j| add(matrix.column(j).into_owned()));
-    }
-    columns
+}
+
+/// The columns of O and C: Ū J with J = [I, -R].
+fn columns_of_centre<T: Real>(at: &PoseAt<'_, T>, pose: &MarginalInformation<T>) -> [Matrix3<T>; 2] {
+    [pose.translation, -(pose.translation * at.rotation)]
 }
 
 /// Adds a pose's information on O, C and the block's parameters, `weight` times.
@@ -100,7 +101,10 @@ pub fn add_pose<T: Real>(
     pose: &MarginalInformation<T>,
     weight: T,
 ) {
-    equations.add_equations(&columns(block, at, pose), &pose.residuals_mm, weight);
+    let mut parameters = Columns::new();
+    columns_of_block(block, at, pose, &mut parameters);
+    let [of_base, of_platform] = columns_of_centre(at, pose);
+    equations.add_equations(&parameters, [&of_base, &of_platform], &pose.residuals_mm, weight);
 }
 
 /// How S δ̂ of a pose changes with the unknowns: three rows, one column an unknown.
@@ -110,7 +114,14 @@ pub fn sensitivity<T: Real>(
     pose: &MarginalInformation<T>,
 ) -> [[T; MAX_UNKNOWNS]; 3] {
     let mut rows = [[T::zero(); MAX_UNKNOWNS]; 3];
-    for (unknown, column) in columns(block, at, pose).iter().enumerate() {
+    let mut columns = Columns::new();
+    columns_of_block(block, at, pose, &mut columns);
+    for matrix in columns_of_centre(at, pose) {
+        for column in matrix.column_iter() {
+            let _ = columns.push(column.into_owned());
+        }
+    }
+    for (unknown, column) in columns.iter().enumerate() {
         let change = pose.translation.tr_mul(column);
         for (row, value) in rows.iter_mut().zip(&change) {
             row[unknown] = *value;

@@ -5,7 +5,7 @@
 //! Its Cholesky factor takes its place, a few rows a call if wanted.
 
 use crate::scalar::Real;
-use nalgebra::{SMatrix, Vector3};
+use nalgebra::{Matrix3, SMatrix, Vector3};
 
 /// The smallest pivot that counts, as a share of the diagonal entry that it came from: below it the weakest
 /// combination of the unknowns is seen a thousand times worse than the others.
@@ -106,18 +106,45 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
         self.squares += value * value;
     }
 
-    /// Adds three equations at once, `weight` times: `columns[i] x_i` summed over the unknowns = `values`.
-    pub fn add_equations(&mut self, columns: &[Vector3<T>], values: &Vector3<T>, weight: T) {
-        let mut entries = self.matrix.iter_mut();
-        let unknowns = columns.iter().take(self.unknowns).enumerate();
-        for ((i, column), gradient) in unknowns.zip(&mut self.gradient) {
+    /// Adds three equations at once, `weight` times, with a column for each unknown: first those in `columns`, then six in
+    /// two matrices.
+    pub fn add_equations(
+        &mut self,
+        columns: &[Vector3<T>],
+        last: [&Matrix3<T>; 2],
+        values: &Vector3<T>,
+        weight: T,
+    ) {
+        let count = columns.len();
+        for (i, column) in columns.iter().enumerate() {
             let a = column * weight;
-            for (b, entry) in columns.iter().take(i + 1).zip(entries.by_ref()) {
-                *entry += a.dot(b);
+            add_products(self.row_slice(i, 0), columns, &a);
+            self.add_to_gradient(i, a.dot(values));
+        }
+        let [first, second] = last.map(|matrix| matrix * weight);
+        let (own, mixed) = (last[0].tr_mul(&first), last[0].tr_mul(&second));
+        let other = last[1].tr_mul(&second);
+        let gradients = [first.tr_mul(values), second.tr_mul(values)];
+        for i in 0..3 {
+            if count > 0 {
+                add_products(self.row_slice(count + i, 0), columns, &first.column(i).into_owned());
+                add_products(self.row_slice(count + 3 + i, 0), columns, &second.column(i).into_owned());
             }
-            *gradient += a.dot(values);
+            let upper = self.row_slice(count + i, count);
+            upper.iter_mut().zip(own.column(i).iter()).for_each(|(entry, value)| *entry += *value);
+            let lower = self.row_slice(count + 3 + i, count);
+            lower.iter_mut().zip(mixed.column(i).iter()).for_each(|(entry, value)| *entry += *value);
+            let lower = self.row_slice(count + 3 + i, count + 3);
+            lower.iter_mut().zip(other.column(i).iter()).for_each(|(entry, value)| *entry += *value);
+            self.add_to_gradient(count + i, gradients[0][i]);
+            self.add_to_gradient(count + 3 + i, gradients[1][i]);
         }
         self.squares += values.norm_squared() * weight;
+    }
+
+    /// Row `i` of JᵀJ from column `from` to the diagonal; nothing beside the triangle.
+    fn row_slice(&mut self, i: usize, from: usize) -> &mut [T] {
+        self.matrix.get_mut(packed_index(i, from)..=packed_index(i, i)).unwrap_or_default()
     }
 
     /// Adds to one entry of JᵀJ, row `i`, column `j <= i`. Nothing happens beside the triangle.
@@ -129,7 +156,7 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
 
     /// The part of row `i` of JᵀJ from column `from` to the diagonal, to be added to.
     pub fn row_mut(&mut self, i: usize, from: usize) -> impl Iterator<Item = &mut T> {
-        self.matrix.get_mut(packed_index(i, from)..=packed_index(i, i)).unwrap_or_default().iter_mut()
+        self.row_slice(i, from).iter_mut()
     }
 
     /// Adds to Jᵀe of unknown `i`.
@@ -279,5 +306,12 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
     fn factor_row(&self, i: usize) -> Option<(&[T], T)> {
         let (inverse, row) = self.matrix.get(packed_index(i, 0)..=packed_index(i, i))?.split_last()?;
         Some((row, *inverse))
+    }
+}
+
+/// Adds the products of `a` with the columns, as far as there are entries.
+fn add_products<T: Real>(entries: &mut [T], columns: &[Vector3<T>], a: &Vector3<T>) {
+    for (entry, b) in entries.iter_mut().zip(columns) {
+        *entry += a.dot(b);
     }
 }

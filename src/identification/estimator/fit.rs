@@ -171,7 +171,8 @@ impl<T: Real> Fit<T> {
         if !matches!(weights, Weights::Without { .. }) {
             pose.state = PoseState::Placed;
         }
-        let Ok(mut information) = MarginalInformation::new(&jacobian) else { return };
+        let mut information = MarginalInformation::new(&jacobian);
+        let Ok(information) = &mut information else { return };
         pose.refine_attitude(turned(pose.attitude(), &information.turn));
         let variance = self.variance_mm2() * pose.relative_variance;
         if let Weights::OwnCentres { .. } = weights {
@@ -192,17 +193,19 @@ impl<T: Real> Fit<T> {
             let at = PoseAt { rotation: &rotation, lengths: &lengths, jacobian: &jacobian };
             let features = self.joint.features(&at);
             let model = Model { machine, estimate: &self.estimate, joint: &self.joint, features };
-            add_pose(&mut self.equations, &model, &at, &information, weight);
+            add_pose(&mut self.equations, &model, &at, information, weight);
         }
     }
 
     /// The Jacobian of a pose at the present estimate, the motion of the joint centre with the rotation included.
     pub fn jacobian(&self, rotation: &Matrix3<T>, lengths: &crate::kinematics::CableLengths<T>) -> LengthJacobian<T> {
         let centre = self.joint.centre_at(&self.centre, rotation);
-        let jacobian = LengthJacobian::new(self.estimate.geometry(), &centre, rotation, lengths);
+        let geometry = self.estimate.geometry();
         match self.joint.turning(rotation) {
-            None => jacobian,
-            Some(turning) => jacobian.with_moving_centre(&turning),
+            None => LengthJacobian::new(geometry, &centre, rotation, lengths),
+            Some(turning) => {
+                LengthJacobian::new(geometry, &centre, rotation, lengths).with_moving_centre(&turning)
+            }
         }
     }
 
