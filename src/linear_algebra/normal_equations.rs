@@ -5,7 +5,7 @@
 //! Its Cholesky factor takes its place, a few rows a call if wanted.
 
 use crate::scalar::Real;
-use nalgebra::{Matrix3, SMatrix, Vector3};
+use nalgebra::{SMatrix, Vector3};
 
 /// The smallest pivot that counts, as a share of the diagonal entry that it came from: below it the weakest
 /// combination of the unknowns is seen a thousand times worse than the others.
@@ -106,40 +106,22 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
         self.squares += value * value;
     }
 
-    /// Adds three equations at once, `weight` times, with a column for each unknown: first those in `columns`, then six in
-    /// two matrices.
-    pub fn add_equations(
-        &mut self,
-        columns: &[Vector3<T>],
-        last: [&Matrix3<T>; 2],
-        values: &Vector3<T>,
-        weight: T,
-    ) {
-        let count = columns.len();
-        for (i, column) in columns.iter().enumerate() {
+    /// Adds what three equations say of their first unknowns and of those with the others, `weight` times: of the first the
+    /// columns are `columns`, of the others `last`. What the others share among themselves is not added.
+    pub fn add_equations(&mut self, columns: &[Vector3<T>], last: &[Vector3<T>], values: &Vector3<T>, weight: T) {
+        let mut rows = &mut self.matrix[..];
+        for ((i, column), gradient) in columns.iter().enumerate().zip(&mut self.gradient) {
+            let Some((row, rest)) = rows.split_at_mut_checked(i + 1) else { return };
             let a = column * weight;
-            add_products(self.row_slice(i, 0), columns, &a);
-            self.add_to_gradient(i, a.dot(values));
+            add_products(row, columns, &a);
+            *gradient += a.dot(values);
+            rows = rest;
         }
-        let [first, second] = last.map(|matrix| matrix * weight);
-        let (own, mixed) = (last[0].tr_mul(&first), last[0].tr_mul(&second));
-        let other = last[1].tr_mul(&second);
-        let gradients = [first.tr_mul(values), second.tr_mul(values)];
-        for i in 0..3 {
-            if count > 0 {
-                add_products(self.row_slice(count + i, 0), columns, &first.column(i).into_owned());
-                add_products(self.row_slice(count + 3 + i, 0), columns, &second.column(i).into_owned());
-            }
-            let upper = self.row_slice(count + i, count);
-            upper.iter_mut().zip(own.column(i).iter()).for_each(|(entry, value)| *entry += *value);
-            let lower = self.row_slice(count + 3 + i, count);
-            lower.iter_mut().zip(mixed.column(i).iter()).for_each(|(entry, value)| *entry += *value);
-            let lower = self.row_slice(count + 3 + i, count + 3);
-            lower.iter_mut().zip(other.column(i).iter()).for_each(|(entry, value)| *entry += *value);
-            self.add_to_gradient(count + i, gradients[0][i]);
-            self.add_to_gradient(count + 3 + i, gradients[1][i]);
+        for (i, column) in last.iter().enumerate() {
+            let Some((row, rest)) = rows.split_at_mut_checked(columns.len() + i + 1) else { return };
+            add_products(row, columns, &(column * weight));
+            rows = rest;
         }
-        self.squares += values.norm_squared() * weight;
     }
 
     /// Row `i` of JᵀJ from column `from` to the diagonal; nothing beside the triangle.
@@ -312,6 +294,6 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
 /// Adds the products of `a` with the columns, as far as there are entries.
 fn add_products<T: Real>(entries: &mut [T], columns: &[Vector3<T>], a: &Vector3<T>) {
     for (entry, b) in entries.iter_mut().zip(columns) {
-        *entry += a.dot(b);
+        *entry += a.x * b.x + a.y * b.y + a.z * b.z;
     }
 }

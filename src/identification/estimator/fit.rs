@@ -8,7 +8,7 @@ use crate::identification::marginal_information::MarginalInformation;
 use crate::identification::noise::Residuals;
 use crate::identification::outcome::{Identified, rms_residual};
 use crate::identification::parameters::{
-    CENTRE_UNKNOWNS, Equations, ParameterBlock, PoseAt, add_pose, sensitivity,
+    CENTRE_UNKNOWNS, CentreSums, Equations, ParameterBlock, PoseAt, add_pose_of_pass, sensitivity,
 };
 use crate::identification::pose::{Pose, PoseState};
 use crate::identification::refusal::Refusal;
@@ -75,6 +75,8 @@ pub(super) struct Pass<T> {
     pub next: usize,
     /// Poses with a weight above zero.
     pub used: usize,
+    /// Of O and C alone.
+    centre: CentreSums<T>,
     /// Σ |S' δ̂|²: what χ² loses when the scatter's variance grows, mm².
     pub squared_gradients: T,
 }
@@ -128,7 +130,7 @@ impl<T: Real> Fit<T> {
             let variance = self.residuals.noise_mm * self.residuals.noise_mm;
             held.add_prior(&mut self.equations, first, &self.centre.in_platform_mm, variance);
         }
-        Pass { next: 0, used: 0, squared_gradients: T::zero() }
+        Pass { next: 0, used: 0, centre: CentreSums::default(), squared_gradients: T::zero() }
     }
 
     /// Adds the next pose of the pass with its weight and refines its rotation; false after the last. Poses whose χ² is
@@ -142,7 +144,10 @@ impl<T: Real> Fit<T> {
         reinitialise_above: T,
     ) -> bool {
         let index = pass.next;
-        let Some(pose) = poses.get_mut(index) else { return false };
+        let Some(pose) = poses.get_mut(index) else {
+            pass.centre.move_to(&mut self.equations);
+            return false;
+        };
         pass.next += 1;
         if pose.chi_square > reinitialise_above && pose.state > PoseState::Broken {
             let lengths = self.estimate.corrected(machine, pose.lengths());
@@ -193,7 +198,7 @@ impl<T: Real> Fit<T> {
             let at = PoseAt { rotation: &rotation, lengths: &lengths, jacobian: &jacobian };
             let features = self.joint.features(&at);
             let model = Model { machine, estimate: &self.estimate, joint: &self.joint, features };
-            add_pose(&mut self.equations, &model, &at, information, weight);
+            add_pose_of_pass(&mut self.equations, &mut pass.centre, &model, &at, information, weight);
         }
     }
 

@@ -83,7 +83,7 @@ impl<T: Real> Refine<T> {
     /// A pose that fits nothing may stand in the wrong assembly mode: the known centre places it.
     fn reinitialise_above(weights: &Weights<T>, passes: u8) -> T {
         match weights {
-            Weights::Inliers(_) if passes <= 2 => T::of(HOPELESS),
+            Weights::Inliers(_) if passes <= 1 => T::of(HOPELESS),
             _ => T::of(f64::INFINITY),
         }
     }
