@@ -22,6 +22,7 @@ pub mod kinematics;
 pub mod line;
 pub mod linear_algebra;
 pub mod paper;
+pub mod parameters;
 pub mod procedure;
 pub mod record;
 pub mod restart;

@@ -12,6 +12,7 @@ use crate::kinematics::CableLengths;
 use crate::procedure::{Candidate, Reason, StateName};
 use crate::rig::{CABLES, Rig};
 use crate::monitor::{DetectorState, SlipDetector};
+use nalgebra::UnitQuaternion;
 
 /// Shortest time between two samples that are looked at, ms.
 const PERIOD_MS: u32 = 5;
@@ -22,6 +23,39 @@ pub(super) struct SlipMonitor {
     detector: Option<SlipDetector<f32>>,
     looked_at_ms: Option<u32>,
     warning: Option<WatchReport>,
+    evidence: Evidence,
+}
+
+/// How much motion has fitted the centre.
+#[derive(Debug, Clone, Copy, Default)]
+struct Evidence {
+    samples: u16,
+    first: Option<UnitQuaternion<f32>>,
+    last: Option<UnitQuaternion<f32>>,
+    span_rad: f32,
+}
+
+/// Samples of a moving arm that must fit before motion has borne a centre out, and how far it must have turned among
+/// them, rad (20 degrees): more than a warning wants.
+const CONFIRMING_SAMPLES: u16 = 64;
+const CONFIRMING_SPAN_RAD: f32 = 0.35;
+
+impl Evidence {
+    /// Takes in what the detector has made of a sample. True once there is enough.
+    fn add(&mut self, detector: &SlipDetector<f32>) -> bool {
+        let Some(attitude) = detector.attitude().filter(|_| detector.state() == DetectorState::Quiet) else {
+            *self = Self::default();
+            return false;
+        };
+        if self.last == Some(attitude) {
+            return false;
+        }
+        self.last = Some(attitude);
+        let first = *self.first.get_or_insert(attitude);
+        self.samples = self.samples.saturating_add(1);
+        self.span_rad = self.span_rad.max(first.angle_to(&attitude));
+        self.samples >= CONFIRMING_SAMPLES && self.span_rad >= CONFIRMING_SPAN_RAD
+    }
 }
 
 impl SlipMonitor {
@@ -57,6 +91,10 @@ impl Device {
         let in_use = matches!(self.procedure.state(), StateName::Idle | StateName::Failed);
         if !in_use || self.procedure.fault(now_ms).is_some() {
             detector.interrupted();
+            // the centre is in terms of counts that have shifted
+            if let Some(lost) = self.procedure.lost_count() {
+                self.trust(Some(lost), out);
+            }
             return;
         }
         if self.slip_monitor.looked_at_ms.is_some_and(|at_ms| now_ms.wrapping_sub(at_ms) < PERIOD_MS) {
@@ -64,10 +102,14 @@ impl Device {
         }
         self.slip_monitor.looked_at_ms = Some(now_ms);
         let Ok(lengths) = CableLengths::from_counts(self.procedure.rig().drum(), counts) else { return };
-        let Some(warning) = detector.sample(&lengths) else { return };
+        let Some(warning) = detector.sample(&lengths) else {
+            self.confirmed |= self.slip_monitor.evidence.add(detector);
+            return;
+        };
         let Some(live) = self.procedure.live() else { return };
         let report = WatchReport::of(live.run_id, &warning.cause);
         self.slip_monitor.warning = Some(report);
+        self.trust(Some(report.cause), out);
         out(Action::Log(LogEntry::Slipped(report)));
     }
 

@@ -97,11 +97,19 @@ impl Procedure {
         Reply::FINE
     }
 
+    /// The encoders must be believable now, and have lost no count since the run began: a centre in terms of counts
+    /// that have shifted is a wrong one.
     fn accept(&mut self, now_ms: u32) -> Reply {
-        if let Some(candidate) = self.candidate().cloned() {
-            self.end(now_ms, Trigger::Accept, Detail::of(Reason::Accepted));
-            self.live = Some(candidate);
+        let Some(candidate) = self.candidate() else { return Reply::FINE };
+        if let Some(fault) = self.arm.fault(now_ms) {
+            return Reply::refused(fault.reason, u16::from(fault.cable));
         }
+        if let Err(detail) = self.check_plausible(&candidate.identified) {
+            return Reply::refused(detail.reason, u16::from(detail.cable));
+        }
+        let candidate = candidate.clone();
+        self.end(now_ms, Trigger::Accept, Detail::of(Reason::Accepted));
+        self.live = Some(candidate);
         Reply::FINE
     }
 

@@ -38,6 +38,7 @@ pub mod guidance;
 pub mod limits;
 pub mod loose;
 pub mod outcome;
+pub mod plausible;
 mod progress;
 pub mod reason;
 pub mod solve;
@@ -48,8 +49,10 @@ pub mod transition;
 
 pub use commands::Reply;
 pub use guidance::Guidance;
+pub(crate) use guidance::rotation_vector;
 pub use limits::{Limits, LimitsError, Settings};
 pub use outcome::{Candidate, Ending, PoseNotice, Verification};
+pub use plausible::Plausibility;
 pub use reason::{Band, Reason};
 pub use state::{Command, PoseSet, StateName};
 pub use transition::Trigger;
@@ -134,6 +137,9 @@ struct Run {
 pub struct Procedure {
     rig: Rig<f32>,
     limits: Limits,
+    /// The boot that is under way, and the wearer that the next run is made for.
+    boot: u16,
+    wearer: u16,
     /// How well the encoder zeros are known in the runs to come, 1σ, mm; 0 = exactly.
     zero_prior_mm: f32,
     arm: Arm,
@@ -166,6 +172,8 @@ impl Procedure {
             predicted_sigma_mm: None,
             rig,
             limits,
+            boot: 0,
+            wearer: 0,
             state: State::Idle,
             run: Run::before_the_first(),
             poses: Captured::new(),
@@ -176,12 +184,59 @@ impl Procedure {
         }
     }
 
-    /// Takes over the centre of an earlier run, of before the power was switched off. Run ids go on from its own.
-    pub fn resume(&mut self, live: Candidate) {
+    /// Goes on after a power-down: in which boot, and from which run id on. Nothing has happened yet since power-up.
+    pub fn resume_at(&mut self, boot: u16, last_run_id: u16) {
         if matches!(self.state, State::Idle) && self.run.id == 0 {
-            self.run.id = live.run_id;
+            self.boot = boot;
+            self.run.id = last_run_id;
+        }
+    }
+
+    /// Takes over the centre of an earlier run, of before the power was switched off.
+    ///
+    /// # Errors
+    /// What about it cannot be; there is no centre in use then.
+    pub fn resume(&mut self, live: Candidate) -> Result<(), Reason> {
+        self.check_plausible(&live.identified).map_err(|detail| detail.reason)?;
+        if matches!(self.state, State::Idle) {
             self.live = Some(live);
         }
+        Ok(())
+    }
+
+    /// Sets whose arm the runs to come are made for; 0 = not said. Not while a run is under way.
+    pub fn set_wearer(&mut self, wearer: u16) -> Reason {
+        if !matches!(self.state, State::Idle | State::Failed) {
+            return Reason::AlreadyRunning;
+        }
+        self.wearer = wearer;
+        Reason::Fine
+    }
+
+    /// Whose arm the runs to come, or the one under way, are made for.
+    pub const fn wearer(&self) -> u16 {
+        self.wearer
+    }
+
+    /// The boot that is under way.
+    pub const fn boot(&self) -> u16 {
+        self.boot
+    }
+
+    /// The limits of a run.
+    pub const fn limits(&self) -> &Limits {
+        &self.limits
+    }
+
+    /// How well the encoder zeros are known in the runs to come, 1σ, mm; 0 = exactly.
+    pub const fn zero_prior_mm(&self) -> f32 {
+        self.zero_prior_mm
+    }
+
+    /// Looks whether a centre can be one on this rig.
+    fn check_plausible(&self, identified: &Identified<f32>) -> Result<(), Detail> {
+        let limits = &self.limits.settings().plausibility;
+        limits.check(self.rig.nominal(), &identified.parameters, &identified.sigma_mm(), &identified.offsets_mm)
     }
 
     /// Sets how well the encoder zeros are known in the runs to come, 1σ, mm, until power-down; 0 = exactly. Not while a
@@ -294,6 +349,11 @@ impl Procedure {
     /// What is wrong with the encoders now.
     pub fn fault(&self, now_ms: u32) -> Option<EncoderFault> {
         self.arm.fault(now_ms)
+    }
+
+    /// The reason, if a count was lost since the last run began.
+    pub fn lost_count(&self) -> Option<Reason> {
+        self.arm.lost().map(|_| Reason::EncoderJumped)
     }
 
     /// Is the arm held still, with believable encoders and every cable at rest?

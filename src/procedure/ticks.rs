@@ -105,10 +105,12 @@ impl Procedure {
 
     fn found(&mut self, now_ms: u32, identified: Identified<f32>) {
         let numbers = identified.parameters.to_array();
-        if numbers.iter().chain(&identified.sigma_mm()).all(|number| number.is_finite()) {
-            self.go(now_ms, Trigger::Found, State::Verifying(Verifying { identified, judging: None }));
-        } else {
+        if !numbers.iter().chain(&identified.sigma_mm()).all(|number| number.is_finite()) {
             self.refused(now_ms, Detail::of(Reason::NotFinite));
+        } else if let Err(detail) = self.check_plausible(&identified) {
+            self.refused(now_ms, detail);
+        } else {
+            self.go(now_ms, Trigger::Found, State::Verifying(Verifying { identified, judging: None }));
         }
     }
 
@@ -164,7 +166,8 @@ impl Procedure {
         let deviation_mm = libm::sqrtf(judging.squares_mm2 / f32::from(poses.max(1)) / 3.0);
         let limit_mm = rms_limit_mm(deviation_mm, judging.chi_square, usize::from(poses), identified.noise_mm);
         let verification = Verification { deviation_mm, limit_mm, poses };
-        let candidate = Candidate { run_id: self.run.id, identified: identified.clone(), verification };
+        let (run_id, boot, wearer) = (self.run.id, self.boot, self.wearer);
+        let candidate = Candidate { run_id, boot, wearer, identified: identified.clone(), verification };
         // NaN must not pass
         if deviation_mm <= limit_mm {
             self.go(now_ms, Trigger::Verified, State::Review(candidate));

@@ -11,6 +11,12 @@ use crate::rig::{CABLES, Parameters};
 pub struct Record {
     /// The run that found the centre; not 0.
     pub run_id: u16,
+    /// The boot in which it ran, modulo 2^16.
+    pub boot: u16,
+    /// Whose arm it was made for; 0 = not said.
+    pub wearer: u16,
+    /// Serial number of the board; 0 when it has none.
+    pub serial: u32,
     /// Fingerprint of the rig that it was found on (see [`crate::device::fingerprint`]).
     pub rig: u32,
     /// Firmware that found it: major, minor, patch.

@@ -30,9 +30,19 @@
 
 mod content;
 pub mod image;
+mod journal;
+mod loaded;
 mod page;
+mod parameter_store;
+mod sealed;
+mod storage;
 mod store;
+mod two_pages;
 
 pub use content::{Record, Unfit};
 pub use image::IMAGE_LEN;
+pub use journal::{Journal, JournalEntry};
+pub use loaded::Loaded;
+pub use parameter_store::ParameterStore;
+pub use storage::{STORAGE_PAGES, Storage};
 pub use store::{LoadError, RecordStore, StoreError};

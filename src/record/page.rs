@@ -1,6 +1,6 @@
 //! One page of the two: what it holds, and the three ways in which it changes.
 
-use super::image::{self, Header, IMAGE_LEN, Image};
+use super::sealed::{self, Header};
 use embedded_storage::nor_flash::NorFlash;
 
 /// Longest commit word: flash whose smallest write is longer is not served.
@@ -13,11 +13,11 @@ const COMMITTED: u8 = 0x3C;
 
 /// What a page holds, read once and judged by that reading: torn words may read differently the next time.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Reading {
+pub(super) struct Reading<const LEN: usize> {
     pub content: Content,
     /// The commit word is there, whole: the image was complete when it was written.
     pub committed: bool,
-    pub image: Image,
+    pub image: [u8; LEN],
 }
 
 /// What the place of the image holds.
@@ -42,19 +42,20 @@ pub(super) enum PageError {
     ReadBackDiffers,
 }
 
-/// Where a page lies in the flash.
+/// Where a page lies in the flash, and which kind of image of which length it holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Page {
+pub(super) struct Page<const LEN: usize> {
     pub from: u32,
+    pub magic: [u8; 4],
 }
 
-impl Page {
-    pub fn read<F: NorFlash>(self, flash: &mut F) -> Reading {
-        let mut image = [ERASED; IMAGE_LEN];
+impl<const LEN: usize> Page<LEN> {
+    pub fn read<F: NorFlash>(self, flash: &mut F) -> Reading<LEN> {
+        let mut image = [ERASED; LEN];
         let mut commit = [ERASED; LONGEST_COMMIT];
         let commit = commit.get_mut(..commit_len::<F>()).unwrap_or_default();
         let readable = flash.read(self.from, &mut image).is_ok() && flash.read(self.commit_from::<F>(), commit).is_ok();
-        let content = match image::header(&image) {
+        let content = match sealed::header(&image, self.magic) {
             _ if !readable => Content::Unreadable,
             Ok(header) => Content::Sound(header),
             Err(_) if is_all(&image, ERASED) && is_all(commit, ERASED) => Content::Blank,
@@ -74,7 +75,7 @@ impl Page {
     }
 
     /// Writes the image into the erased page and reads it back.
-    pub fn write<F: NorFlash>(self, flash: &mut F, image: &Image) -> Result<(), PageError> {
+    pub fn write<F: NorFlash>(self, flash: &mut F, image: &[u8; LEN]) -> Result<(), PageError> {
         flash.write(self.from, image).map_err(|_| PageError::WriteRefused)?;
         let reading = self.read(flash);
         let same = reading.content != Content::Unreadable && reading.image == *image;

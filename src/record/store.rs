@@ -1,8 +1,9 @@
-//! The two pages together: which record counts, and how it is replaced.
+//! The record in its two pages.
 
 use super::content::Record;
-use super::image::{self, Header, IMAGE_LEN, Image, VERSION};
-use super::page::{Content, LONGEST_COMMIT, Page, PageError, Reading, commit_len};
+use super::image::{self, IMAGE_LEN, VERSION};
+use super::page::PageError;
+use super::two_pages::TwoPages;
 use embedded_storage::nor_flash::NorFlash;
 
 /// Why there is no record to start with. The device then starts without a centre.
@@ -108,7 +109,7 @@ impl From<PageError> for StoreError {
 #[derive(Debug)]
 pub struct RecordStore<F> {
     flash: F,
-    pages: [Page; 2],
+    pages: TwoPages<IMAGE_LEN>,
 }
 
 impl<F: NorFlash> RecordStore<F> {
@@ -117,14 +118,7 @@ impl<F: NorFlash> RecordStore<F> {
 
     /// A store in the two pages from the byte `from` of the flash on, which must be a multiple of the page size.
     pub const fn new(flash: F, from: u32) -> Self {
-        const {
-            assert!(F::ERASE_SIZE >= IMAGE_LEN + LONGEST_COMMIT, "a page has no room for image and commit word");
-            assert!(IMAGE_LEN.is_multiple_of(F::WRITE_SIZE), "the image is no whole number of words");
-            assert!(commit_len::<F>().is_multiple_of(F::WRITE_SIZE), "the commit word is no whole number of words");
-            assert!(commit_len::<F>() <= LONGEST_COMMIT, "the flash's words are too long");
-            assert!(commit_len::<F>().is_multiple_of(F::READ_SIZE), "the commit word cannot be read alone");
-        }
-        Self { flash, pages: [Page { from }, Page { from: from + F::ERASE_SIZE as u32 }] }
+        Self { flash, pages: TwoPages::new::<F>(from, image::MAGIC) }
     }
 
     /// The record that counts, if it is of the rig with this fingerprint. Finishes what a power cut left unfinished, so
@@ -133,18 +127,13 @@ impl<F: NorFlash> RecordStore<F> {
     /// # Errors
     /// [`LoadError`].
     pub fn load(&mut self, rig: u32) -> Result<Record, LoadError> {
-        let readings = self.read();
-        let Some((index, header)) = choose(&readings) else { return Err(why_nothing(&readings)) };
-        let [first, second] = &readings;
-        let (counts, other) = if index == 0 { (first, second) } else { (second, first) };
-        // Failing to finish is no harm: the record counts as it stands, and the next store tries again.
-        let _ = self.settle(index, counts, other);
+        let (header, image) = self.pages.load(&mut self.flash)?;
         match header.version {
             0..VERSION => return Err(LoadError::OlderVersion),
             VERSION => {}
             _ => return Err(LoadError::FromTheFuture),
         }
-        let record = image::decode(&counts.image);
+        let record = image::decode(&image);
         if record.rig != rig {
             Err(LoadError::OtherRig)
         } else if record.check().is_err() {
@@ -160,10 +149,15 @@ impl<F: NorFlash> RecordStore<F> {
     /// [`StoreError`].
     pub fn store(&mut self, record: &Record) -> Result<(), StoreError> {
         record.check().map_err(|_| StoreError::Unfit)?;
-        let chosen = choose(&self.read());
-        let (index, sequence) = chosen.map_or((1, 0), |(index, header)| (index, header.sequence));
-        self.replace(index, &image::encode(record, sequence.wrapping_add(1)))?;
-        Ok(())
+        self.pages.store(&mut self.flash, |sequence| image::encode(record, sequence))
+    }
+
+    /// Erases the record.
+    ///
+    /// # Errors
+    /// [`StoreError`].
+    pub fn erase(&mut self) -> Result<(), StoreError> {
+        self.pages.erase(&mut self.flash)
     }
 
     /// The flash, to look at.
@@ -174,65 +168,5 @@ impl<F: NorFlash> RecordStore<F> {
     /// Gives the flash back.
     pub fn release(self) -> F {
         self.flash
-    }
-
-    fn read(&mut self) -> [Reading; 2] {
-        self.pages.map(|page| page.read(&mut self.flash))
-    }
-
-    /// Brings the pages to rest: the record that counts, in the page `index`, committed, and the other page erased.
-    fn settle(&mut self, index: usize, counts: &Reading, other: &Reading) -> Result<(), PageError> {
-        match (counts.committed, other.content) {
-            (true, Content::Blank) => Ok(()),
-            (true, _) => self.other_page(index).erase(&mut self.flash),
-            // Some word of it may be torn and have read rightly just this once.
-            (false, _) => self.replace(index, &counts.image),
-        }
-    }
-
-    /// Writes an image to the page that is not `index`, commits it, erases the page `index`.
-    fn replace(&mut self, index: usize, image: &Image) -> Result<(), PageError> {
-        let target = self.other_page(index);
-        let flash = &mut self.flash;
-        target.erase(flash)?;
-        target.write(flash, image)?;
-        target.commit(flash)?;
-        // The new record counts from here on. The old one must not outlive it; failing to erase it is reported by the next
-        // store, which will need that page.
-        if let Some(old) = self.pages.get(index) {
-            let _ = old.erase(flash);
-        }
-        Ok(())
-    }
-
-    fn other_page(&self, index: usize) -> Page {
-        let [first, second] = self.pages;
-        if index == 0 { second } else { first }
-    }
-}
-
-/// The page whose record counts: a sound one; of two, the committed one; of two of these, the newer.
-fn choose([first, second]: &[Reading; 2]) -> Option<(usize, Header)> {
-    match (first.content, second.content) {
-        (Content::Sound(a), Content::Sound(b)) => {
-            // serial number arithmetic (RFC 1982): right while they differ by less than half of the range
-            let b_is_newer = b.sequence.wrapping_sub(a.sequence) as i32 > 0;
-            let take_b = if first.committed == second.committed { b_is_newer } else { second.committed };
-            Some(if take_b { (1, b) } else { (0, a) })
-        }
-        (Content::Sound(a), _) => Some((0, a)),
-        (_, Content::Sound(b)) => Some((1, b)),
-        _ => None,
-    }
-}
-
-/// Why no page counts. A page without a commit word was never completed and says nothing.
-fn why_nothing(readings: &[Reading; 2]) -> LoadError {
-    if readings.iter().any(|reading| reading.content == Content::Unreadable) {
-        LoadError::Unreadable
-    } else if readings.iter().any(|reading| reading.content == Content::Broken && reading.committed) {
-        LoadError::Damaged
-    } else {
-        LoadError::Nothing
     }
 }

@@ -77,6 +77,44 @@ pub enum RefusalDetail {
         /// 1σ of its zero, mm.
         sigma_mm: f64,
     },
+    /// See [`Refusal::TooFewForMovingCentre`].
+    TooFewForMovingCentre {
+        /// Poses given.
+        poses: u32,
+    },
+    /// See [`Refusal::MissingMotion`].
+    MissingMotion {
+        /// What is missing: 1 tilt, 2 tilt out of one plane, 3 torsion.
+        missing: u8,
+        /// Standard deviation of what there is of it, degrees.
+        spread_deg: f64,
+        /// The direction in which the arm does not tilt.
+        direction: [f64; 3],
+    },
+    /// See [`Refusal::SlippedMidway`].
+    SlippedMidway {
+        /// Row of the log, the first after the slip.
+        pose: usize,
+        /// How far the centre moved, mm.
+        size_mm: f64,
+        /// The cuff slipped on the arm; otherwise the base on the body.
+        cuff: bool,
+    },
+    /// See [`Refusal::NotExplained`].
+    NotExplained {
+        /// Residual of the poses' own centres in its worst direction, mm.
+        residual_mm: f64,
+    },
+    /// See [`Refusal::NotHeld`].
+    NotHeld {
+        /// Scatter of the held poses' centres along an axis, mm.
+        scatter_mm: f64,
+    },
+    /// See [`Refusal::HeldOfAnotherWearing`].
+    HeldOfAnotherWearing {
+        /// Distance between the two centres in the platform, mm.
+        distance_mm: f64,
+    },
     /// See [`Refusal::NotRedundant`].
     HangsOnOnePose {
         /// Row of the log.
@@ -109,6 +147,20 @@ impl RefusalDetail {
             Refusal::TooManyOutliers { rejected, poses } => Self::TooManyOutliers { rejected, poses },
             Refusal::OffsetNotDetermined { cable, sigma_mm } => {
                 Self::ZeroNotDetermined { cable, sigma_mm: sigma_mm.into() }
+            }
+            Refusal::TooFewForMovingCentre { poses } => Self::TooFewForMovingCentre { poses },
+            Refusal::MissingMotion { missing, spread_rad, direction } => Self::MissingMotion {
+                missing: missing as u8,
+                spread_deg: degrees(spread_rad),
+                direction: direction.map(f64::from),
+            },
+            Refusal::SlippedMidway { pose, size_mm, is_cuff } => {
+                Self::SlippedMidway { pose: row(pose), size_mm: size_mm.into(), cuff: is_cuff }
+            }
+            Refusal::NotExplained { residual_mm } => Self::NotExplained { residual_mm: residual_mm.into() },
+            Refusal::NotHeld { scatter_mm } => Self::NotHeld { scatter_mm: scatter_mm.into() },
+            Refusal::HeldOfAnotherWearing { distance_mm } => {
+                Self::HeldOfAnotherWearing { distance_mm: distance_mm.into() }
             }
             Refusal::NotRedundant { pose } => Self::HangsOnOnePose { pose: row(pose) },
             Refusal::CentreNotFixed { migration_mm } => Self::CentreNotFixed { migration_mm: migration_mm.into() },

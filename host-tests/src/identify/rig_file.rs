@@ -11,7 +11,8 @@ use super::{known_keys, units};
 use glenoid::identification::Machine;
 use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, CableEnds, Correction, Drum, POINTS, Parameters, Pulley, Rig, RigError, Tolerance};
 use glenoid::scalar::Real;
-use nalgebra::Vector3;
+use glenoid::linear_algebra::packed_index;
+use nalgebra::{DMatrix, Vector3};
 use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -86,6 +87,21 @@ impl RigFile {
     pub fn read(path: &Path) -> Result<Self, InputError> {
         let (file, bytes) = input_error::read(path)?;
         Self::parse(&file, &bytes)
+    }
+
+    /// The machine in a precision: its tolerances, or what commissioning has left of them.
+    pub fn machine<T: Real>(&self, rig: &Rig<T>) -> Machine<T> {
+        let machine = Machine::new(rig);
+        let Some(triangle) = &self.covariance else { return machine };
+        let count = machine.parameters();
+        let covariance = DMatrix::from_fn(count, count, |i, j| triangle[packed_index(i.max(j), i.min(j))]);
+        match covariance.try_inverse() {
+            Some(precision) => {
+                let entries = (0..count).flat_map(|i| (0..=i).map(move |j| (i, j)));
+                machine.with_precision(&entries.map(|place| T::of(precision[place])).collect::<Vec<_>>())
+            }
+            None => machine,
+        }
     }
 
     /// Reads a rig from the bytes of its file. `file` is its name for messages.

@@ -84,6 +84,9 @@ pub fn record(number: u16) -> Record {
     let spread = |k: usize| value + k as f32 / 32.0;
     Record {
         run_id: number,
+        boot: number,
+        wearer: 2 * number,
+        serial: u32::from(number) << 16,
         rig: RIG,
         firmware: [number as u8, 2, 3],
         parameters: Parameters::from_array(std::array::from_fn(spread)),

@@ -88,7 +88,7 @@ fn another_board_finds_what_it_is_told_to_look_at() {
         ("fn ", "link_hot_code", &all),
         ("pub const ", "BOARDS", &all),
         ("pub const ", "MAX_FRAMES", &all),
-        ("pub struct ", "RecordStore", &all),
+        ("pub struct ", "Storage", &all),
         ("pub fn ", "for_rig", &all),
     ] {
         assert!(text.contains(name), "the page does not speak of {name}");

@@ -7,13 +7,14 @@ use cortex_m_semihosting::{nr, syscall};
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
 };
+use glenoid::record::STORAGE_PAGES;
 
 /// Bytes of a page, as on the drive board.
 const PAGE_LEN: usize = 2048;
 /// Bytes of a word, as on the drive board.
 const WORD_LEN: usize = 8;
-/// Two pages.
-const LEN: usize = 2 * PAGE_LEN;
+/// The pages of the storage.
+const LEN: usize = STORAGE_PAGES * PAGE_LEN;
 
 /// Longest command line of the emulator.
 const COMMAND_LINE_LEN: usize = 1024;
@@ -69,8 +70,7 @@ impl FileFlash {
     }
 
     fn erase_all(&mut self) -> Result<(), FileError> {
-        self.put(0, &[ERASED; PAGE_LEN])?;
-        self.put(PAGE_LEN, &[ERASED; PAGE_LEN])
+        (0..STORAGE_PAGES).try_for_each(|page| self.put(page * PAGE_LEN, &[ERASED; PAGE_LEN]))
     }
 
     fn put(&mut self, from: usize, bytes: &[u8]) -> Result<(), FileError> {

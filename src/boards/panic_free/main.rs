@@ -17,10 +17,10 @@ use core::panic::PanicInfo;
 
 use cortex_m::singleton;
 use glenoid::can::{BaseId, Message};
-use glenoid::device::{Action, Config, Device, Event, fingerprint};
+use glenoid::device::{Action, Device, Event, fingerprint};
 use glenoid::kinematics::CableLengths;
 use glenoid::paper::{PaperIteration, PaperSettings};
-use glenoid::record::RecordStore;
+use glenoid::record::Storage;
 use glenoid::restart::{Area, CrashRecord, ResetCause, Restart};
 use glenoid::rig::{Parameters, Rig};
 use glenoid::rig_link::RigLink;
@@ -57,21 +57,24 @@ fn main() -> ! {
 
 fn run(rig: Rig<f32>) {
     let restart = Restart::new(black_box(ResetCause::Pin), &black_box(Area::default()));
-    let config = Config { restart, ..Config::for_rig(rig) };
+    let mut store = Storage::new(RamFlash::erased(), 0);
+    let Some((config, parameters)) = store.config(restart, black_box(0)) else { return };
     let Some(device) = singleton!(: Device = Device::new(config)) else { return };
-    let mut store = RecordStore::new(RamFlash::erased(), 0);
-    let loaded = store.load(fingerprint(&rig));
+    let loaded = store.load(fingerprint(&rig), parameters);
     let mut stored = None;
     let mut event = Event::PowerUp(loaded);
     let mut links = Links { slcan: Adapter::new(), rig: RigLink::new() };
     loop {
         device.handle(black_box(0), event, &mut |action| match black_box(action) {
-            Action::Store(record) => stored = Some(store.store(&record)),
+            Action::Store(record) => stored = Some(Event::Stored(store.store(&record))),
+            Action::StoreParameters(set) => stored = Some(Event::ParametersStored(store.store_parameters(&set))),
+            Action::EraseRecord => stored = Some(Event::ParametersStored(store.erase_record())),
+            Action::Journal(entry) => stored = store.append(&entry).err().map(Event::JournalFailed),
             Action::Send(frame) => drop(black_box(links.slcan.forward(&frame, black_box(0)))),
             other => drop(black_box(other)),
         });
         event = match (stored.take(), black_box(0)) {
-            (Some(result), _) => Event::Stored(result),
+            (Some(event), _) => event,
             (_, 0) => Event::Tick,
             (_, 1) => Event::Counts(black_box([0; 6])),
             (_, 2) => Event::Button { down: black_box(true) },

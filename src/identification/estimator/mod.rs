@@ -60,6 +60,7 @@ pub use super::gates::{MIN_POSES, MIN_POSES_AFTER_REJECTION};
 use super::joint::{HeldCentre, Joint};
 use super::machine::{Machine, MachineEstimate};
 use super::outcome::{Identified, Progress, Refusal};
+use super::parameters::MAX_UNKNOWNS;
 use super::pose::Pose;
 use super::settings::EstimatorSettings;
 use crate::kinematics::JointCentre;
@@ -165,17 +166,30 @@ impl<T: Real> Estimator<T> {
     pub fn held_centre(&self) -> Option<HeldCentre<T>> {
         match (&self.stage, &self.fit.joint) {
             (Stage::Done(Ok(())), Joint::Held(scatter)) => {
-                let covariance = self.fit.centre_covariance() * self.fit.variance_mm2();
-                let of_platform = covariance.fixed_view::<3, 3>(3, 3).into_owned();
-                Some(HeldCentre::new(self.fit.centre.in_platform_mm, &of_platform, scatter.sigma_mm()))
+                let of_fit = self.centre_in_platform();
+                Some(HeldCentre::new(of_fit.in_platform_mm, &of_fit.covariance_mm2, scatter.sigma_mm()))
             }
             _ => None,
+        }
+    }
+
+    /// The joint centre in the platform and its covariance by the last fit.
+    pub fn centre_in_platform(&self) -> HeldCentre<T> {
+        let covariance = self.fit.centre_covariance() * self.fit.variance_mm2();
+        HeldCentre {
+            in_platform_mm: self.fit.centre.in_platform_mm,
+            covariance_mm2: covariance.fixed_view::<3, 3>(3, 3).into_owned(),
         }
     }
 
     /// The joint's model.
     pub fn joint(&self) -> &Joint<T> {
         &self.fit.joint
+    }
+
+    /// A column of the covariance of all unknowns for a noise of 1 mm: the machine's constants, the joint's, O, C.
+    pub fn covariance_column(&self, unknown: usize) -> [T; MAX_UNKNOWNS] {
+        self.fit.equations.covariance_column(unknown, 0)
     }
 
     /// The machine's constants as they are estimated.

@@ -7,8 +7,8 @@ use crate::hot_code::Memory;
 
 /// The first bank of the flash: the program's (RM0440, section 3).
 const PROGRAM: Range = Memory::DRIVE_BOARD.flash;
-/// The last two pages of the second bank: the record's.
-const RECORD: Range = Range { from: 0x0807_F000, end: 0x0808_0000 };
+/// The last six pages of the second bank: the storage's.
+const RECORD: Range = Range { from: 0x0807_D000, end: 0x0808_0000 };
 /// The core-coupled memory (RM0440, section 2), which runs code (see [`crate::hot_code`]).
 const CCM: Range = Memory::DRIVE_BOARD.ccm;
 /// SRAM1 and SRAM2 (RM0440, section 2).
@@ -83,7 +83,7 @@ pub enum Fault {
     Misplaced(u64),
     /// Two sections of the RAM overlap.
     Overlap(String),
-    /// The record lies elsewhere than the chip's last two pages.
+    /// The storage lies elsewhere than in the chip's last six pages.
     Record,
     /// The crash record would be cleared by start-up.
     CrashRecord(u64),
@@ -103,7 +103,7 @@ impl fmt::Display for Fault {
             Self::StrayVector(index) => write!(f, "vector {index} leads to no code"),
             Self::Misplaced(address) => write!(f, "the segment at {address:#x} is not where the program's memory is"),
             Self::Overlap(name) => write!(f, "the section {name} overlaps the one before it"),
-            Self::Record => write!(f, "the record is not in the last two pages of the flash"),
+            Self::Record => write!(f, "the storage is not in the last six pages of the flash"),
             Self::CrashRecord(address) => write!(f, "start-up would clear the crash record at {address:#x}"),
             Self::Flash(bytes) => write!(f, "{bytes} bytes of flash, {MOST_FLASH_BYTES} at most"),
             Self::StaticRam(bytes) => write!(f, "{bytes} bytes of static RAM, {MOST_STATIC_BYTES} at most"),

@@ -209,7 +209,7 @@ fn a_client_that_comes_back_is_told_where_the_run_stands() {
     );
     let candidates = messages.iter().filter(|m| matches!(m, Message::CandidateCentre(_) | Message::CandidateRadius(_)));
     assert_eq!(candidates.count(), 6);
-    assert!(messages.iter().any(|m| matches!(m, Message::Versions(v) if v.protocol == 1 && v.capacity == 128)));
+    assert!(messages.iter().any(|m| matches!(m, Message::Versions(v) if v.protocol == 2 && v.capacity == 128)));
     assert!(messages.iter().any(|m| matches!(m, Message::Counters(_))));
 }
 

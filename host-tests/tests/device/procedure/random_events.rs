@@ -105,7 +105,7 @@ impl World {
     }
 
     fn command(&mut self, opcode: u8, run_id: u16, argument: u16) {
-        let request = Request { opcode, nonce: self.random.random(), run_id, argument };
+        let request = Request { opcode, boot: 0, nonce: self.random.random(), run_id, argument };
         self.can_accept = opcode == Opcode::Accept as u8 && run_id == self.device.procedure().run_id();
         self.event(Event::Can(request.pack(BaseId::DEFAULT.command())));
         self.can_accept = false;
@@ -146,7 +146,7 @@ impl World {
                 let mut bytes = [0u8; 8];
                 self.random.fill(&mut bytes);
                 let length = self.random.random_range(0..=8);
-                let id = if self.random.random_ratio(1, 2) { 0x300 } else { self.random.random_range(0..0x800) };
+                let id = if self.random.random_ratio(1, 2) { 0x680 } else { self.random.random_range(0..0x800) };
                 let frame = Frame::new(id, &bytes[..length]).unwrap();
                 self.can_accept = true;
                 self.event(Event::Can(frame));

@@ -128,13 +128,16 @@ fn a_new_calibration_begins_from_raw_lengths() {
 }
 
 #[test]
-fn known_zeros_are_not_told() {
+fn known_zeros_are_sent_as_zero() {
     let mut bench = Bench::new(7);
     bench.lead_to(StateName::Review);
     bench.decide(Opcode::Accept);
     bench.command(Opcode::Query);
     bench.pass(500);
-    assert!(zeros(&bench.messages, true).is_empty() && zeros(&bench.messages, false).is_empty());
+    for live in [false, true] {
+        let sent = zeros(&bench.messages, live);
+        assert!(sent.len() >= 6 && sent.iter().all(|zero| (zero.value_mm, zero.sigma_mm) == (0.0, 0.0)), "{sent:?}");
+    }
 }
 
 /// By itself the device collects more poses when it must find the zeros too, and ends right.
