@@ -63,6 +63,9 @@ impl<T: Real> Geometry<T> {
     }
 
     /// Cable `cable` (from 0) with its end at `end_mm` in {B}.
+    ///
+    /// Inlined into the rows of the Jacobian: 100 instructions of 630 less.
+    #[inline(always)]
     pub fn span(&self, cable: usize, end_mm: &Vector3<T>) -> Span<T> {
         let span = end_mm - self.base_mm[cable];
         match &self.pulleys {
