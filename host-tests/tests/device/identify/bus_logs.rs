@@ -71,7 +71,7 @@ fn a_recording_gives_the_centre_and_its_second_set_verifies_it() {
         .flat_map(|index| (0..6).map(move |cable| (index, cable)))
         .map(|(index, cable)| {
             let data = raw_length(7, index, cable + 1, false, first[index][cable]).map(|byte| format!("{byte:02X}"));
-            format!("  can0  30F   [8]  {}\n", data.join(" "))
+            format!("  can0  68F   [8]  {}\n", data.join(" "))
         })
         .collect();
     same_centre(&desk, &desk.put("run.txt", printed).identify("run.txt --json"), &first);
@@ -100,9 +100,9 @@ fn a_recording_that_was_cut_says_what_is_missing() {
     let poses = log(1, 12);
     let whole = recording(7, &poses, false);
     let without_one: String =
-        whole.lines().filter(|line| !line.contains("30F#0700040")).map(|l| l.to_owned() + "\n").collect();
+        whole.lines().filter(|line| !line.contains("68F#0700040")).map(|l| l.to_owned() + "\n").collect();
     let first_of_pose_4 =
-        recording(7, &poses, false).lines().find(|line| line.contains("30F#07000401")).unwrap().to_owned();
+        recording(7, &poses, false).lines().find(|line| line.contains("68F#07000401")).unwrap().to_owned();
     let ran = desk.put("run.log", without_one + &first_of_pose_4 + "\n(1700000000.1) ca").identify("run.log --json");
     assert_eq!(ran.code, Some(0), "{ran:?}");
     assert!(ran.stderr.contains("pose 4 of set 1 is left out: not all six lengths were recorded"), "{ran:?}");
