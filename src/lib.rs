@@ -13,7 +13,6 @@
 #![no_std]
 #![deny(unsafe_code)]
 
-
 pub mod can;
 pub mod device;
 pub mod drive_board;
@@ -30,6 +29,5 @@ pub mod rig;
 pub mod rig_link;
 pub mod scalar;
 pub mod slcan;
-
 
 pub mod monitor;

@@ -122,10 +122,7 @@ pub fn require_accuracy<T: Real>(accuracy: &Accuracy<'_, T>, limit_mm: T) -> Res
     if let (Some((cable, offset_sigma_mm)), Some(alone)) = (accuracy.worst_offset, accuracy.centre_alone)
         && worst_direction_of_point(&alone).0 <= limit_mm
     {
-        return Err(Refusal::OffsetNotDetermined {
-            cable: cable_number(cable),
-            sigma_mm: offset_sigma_mm.to_f32(),
-        });
+        return Err(Refusal::OffsetNotDetermined { cable: cable_number(cable), sigma_mm: offset_sigma_mm.to_f32() });
     }
     Err(Refusal::Weak { direction: direction.map(Real::to_f32), sigma_mm: sigma_mm.to_f32() })
 }

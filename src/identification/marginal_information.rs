@@ -72,12 +72,7 @@ impl<T: Real> MarginalInformation<T> {
         let information = self.information + Matrix3::from_diagonal_element(ridge);
         let gradient_mm =
             inverse_of_positive_definite(&information, T::zero()).map_or(self.gradient_mm, |v| v * self.gradient_mm);
-        Self {
-            information: Matrix3::identity(),
-            gradient_mm,
-            squares_mm2: gradient_mm.norm_squared(),
-            ..self
-        }
+        Self { information: Matrix3::identity(), gradient_mm, squares_mm2: gradient_mm.norm_squared(), ..self }
     }
 }
 

@@ -86,8 +86,7 @@ impl<T: Real> Residuals<T> {
     /// The noise that the median of χ² speaks of, mm.
     fn typical_noise_mm(&self, poses: usize) -> T {
         let poses = T::of_integer(poses as i32);
-        let typical =
-            self.chi_squares.median / T::of(MEDIAN_OF_CHI_SQUARE_3) * poses / (poses - T::of(2.0));
+        let typical = self.chi_squares.median / T::of(MEDIAN_OF_CHI_SQUARE_3) * poses / (poses - T::of(2.0));
         self.noise_mm * non_negative_root(typical)
     }
 
@@ -100,11 +99,9 @@ impl<T: Real> Residuals<T> {
                 let variance = noise * noise;
                 let is_close_call =
                     |pose: &&Pose<T>| pose.state == PoseState::Placed && pose.chi_square <= T::of(CLEARLY_OUT);
-                let add = |(squares, freedom), pose: &Pose<T>| {
-                    (squares + pose.chi_square * variance, freedom + T::of(3.0))
-                };
-                let (squares, freedom) =
-                    poses.iter().filter(is_close_call).fold((self.squares_mm2, self.freedom), add);
+                let add =
+                    |(squares, freedom), pose: &Pose<T>| (squares + pose.chi_square * variance, freedom + T::of(3.0));
+                let (squares, freedom) = poses.iter().filter(is_close_call).fold((self.squares_mm2, self.freedom), add);
                 let fits = chi_square_test(squares, freedom, variance, T::of(WIDENING));
                 let noise = if fits { noise } else { non_negative_root(squares / freedom) };
                 (noise, noise)

@@ -234,8 +234,7 @@ fn seen<T: Real>(column: &Column<T>, at: &PoseAt<'_, T>, pose: &Scattered<T>) ->
     let unscattered = direct - information.rotation_gain.tr_mul(&rotational);
     let scattered = pose.gain * unscattered;
     let centre = unscattered - pose.unscattered * scattered;
-    let gradient =
-        residual - rotational.dot(&information.turn) - scattered.dot(&pose.unscattered_gradient_mm);
+    let gradient = residual - rotational.dot(&information.turn) - scattered.dot(&pose.unscattered_gradient_mm);
     (Seen { column: *column, centre, unscattered, rotational, eliminated, scattered }, gradient)
 }
 
@@ -245,14 +244,16 @@ fn shared<T: Real>(x: &Seen<T>, y: &Seen<T>) -> T {
         (Column::Centre(moved), _) => return moved.dot(&y.centre),
         (_, Column::Centre(moved)) => return moved.dot(&x.centre),
         (Column::OneCable(i, a), Column::OneCable(j, b)) => {
-            if i == j { *a * *b } else { T::zero() }
+            if i == j {
+                *a * *b
+            } else {
+                T::zero()
+            }
         }
         (Column::OneCable(k, a), Column::AllCables(all)) | (Column::AllCables(all), Column::OneCable(k, a)) => {
             all.get(*k).map_or(T::zero(), |b| *a * *b)
         }
-        (Column::AllCables(a), Column::AllCables(b)) => {
-            a.iter().zip(b).fold(T::zero(), |sum, (a, b)| sum + *a * *b)
-        }
+        (Column::AllCables(a), Column::AllCables(b)) => a.iter().zip(b).fold(T::zero(), |sum, (a, b)| sum + *a * *b),
     };
     direct - x.rotational.dot(&y.eliminated) - x.unscattered.dot(&y.scattered)
 }

@@ -67,12 +67,7 @@ impl<T: Real> MedianSearch<T> {
                 worst = pose.chi_square;
             }
         }
-        Self {
-            half: placed.div_ceil(2),
-            low: T::zero(),
-            found: ChiSquares { median: worst, worst },
-            rounds: 0,
-        }
+        Self { half: placed.div_ceil(2), low: T::zero(), found: ChiSquares { median: worst, worst }, rounds: 0 }
     }
 
     /// Halves the interval a few times; the result, once it is narrow enough.

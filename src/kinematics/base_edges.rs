@@ -85,7 +85,7 @@ impl<T: Real> BaseEdges<T> {
     }
 
     /// The first end-point whose two cables and base edge do not make a triangle.
-        pub fn first_broken(&self, lengths: &CableLengths<T>) -> Option<LengthError> {
+    pub fn first_broken(&self, lengths: &CableLengths<T>) -> Option<LengthError> {
         let (pairs, _) = lengths.as_mm().as_chunks();
         let closes = |(edge, [first, second]): (&BaseEdge<T>, &[T; 2])| edge.coordinates(*first, *second).closes();
         let broken = self.edges.iter().zip(pairs).position(|cables| !closes(cables))?;

@@ -83,11 +83,7 @@ impl<T: Real> CableLengths<T> {
     ///
     /// # Errors
     /// The first cable whose length would not be positive.
-    pub fn from_mean_counts(
-        drum: &Drum<T>,
-        counts: &[i32; CABLES],
-        above: &[T; CABLES],
-    ) -> Result<Self, LengthError> {
+    pub fn from_mean_counts(drum: &Drum<T>, counts: &[i32; CABLES], above: &[T; CABLES]) -> Result<Self, LengthError> {
         let mm_per_count = drum.mm_per_count();
         Self::new(core::array::from_fn(|k| {
             // Within ±2^24 counts (over 380 m of cable on the shoulder's drum) f32 holds a count exactly.

@@ -34,7 +34,10 @@ impl<T: Real> Geometry<T> {
             Some(cables) => Self {
                 base_mm: cables.map(|cable| cable.base_mm),
                 end_mm: cables.map(|cable| cable.end_mm),
-                pulleys: cables.iter().any(|cable| cable.pulley.radius_mm > T::zero()).then(|| cables.map(|c| c.pulley)),
+                pulleys: cables
+                    .iter()
+                    .any(|cable| cable.pulley.radius_mm > T::zero())
+                    .then(|| cables.map(|c| c.pulley)),
                 is_three_three: false,
             },
             None => Self::three_three(rig.base_mm(), &rig.platform_mm()),

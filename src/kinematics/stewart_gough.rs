@@ -10,8 +10,8 @@
 //! (0.9 % of poses at 60 degrees of tilt and torsion with the centre 60 mm off) the lengths alone cannot tell the two
 //! modes; there the joint centre of the other poses decides.
 
-use super::cable_length::{CableLengths, LengthError};
 use super::base_edges::{BaseEdges, HingeCoordinates};
+use super::cable_length::{CableLengths, LengthError};
 use crate::linear_algebra::triad;
 use crate::rig::{CABLES, POINTS, Rig};
 use crate::scalar::Real;

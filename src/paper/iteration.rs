@@ -1,14 +1,14 @@
 //! The paper's identification: Fig. 4, iterated least squares from a start estimate.
 
-use super::model::{Contradiction, Model};
 use super::SixUnknowns;
-use crate::linear_algebra::Singular;
+use super::model::{Contradiction, Model};
+use super::pass_sum::PassSum;
 use crate::identification::outcome::{
     Identified, MAX_ITERATIONS, Progress, RESULT_PACKED, RESULT_UNKNOWNS, Refusal, Termination, rms_residual,
 };
 use crate::identification::uncertainty::packed;
-use super::pass_sum::PassSum;
 use crate::kinematics::{BaseEdges, CableLengths};
+use crate::linear_algebra::Singular;
 use crate::rig::{CABLES, Parameters, Rig};
 use crate::scalar::Real;
 use heapless::Vec;

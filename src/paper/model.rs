@@ -6,8 +6,8 @@
 //! Jacobian** K with two entries a row, times the 3x6 matrix W whose rows are the q_i. D itself is never formed to
 //! solve (see `pass_sum`).
 
-use crate::kinematics::base_edges::{BaseEdges, HingeCoordinates};
 use super::tetrahedron::{Foot, TetrahedronBase};
+use crate::kinematics::base_edges::{BaseEdges, HingeCoordinates};
 use crate::kinematics::{CableLengths, LengthError};
 use crate::rig::{EDGE_ENDS, POINTS, Parameters};
 use crate::scalar::Real;

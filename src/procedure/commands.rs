@@ -215,8 +215,7 @@ impl Procedure {
                 self.poses.push(pose).map_err(|_| refused(Reason::PosesFull))?;
                 self.spread.add(&pose.rotation());
                 self.accuracy.add(&self.machine, &pose);
-                self.predicted_sigma_mm =
-                    self.accuracy.predicted(&self.machine).map(|predicted| predicted.sigma_mm);
+                self.predicted_sigma_mm = self.accuracy.predicted(&self.machine).map(|predicted| predicted.sigma_mm);
                 self.run.advice = self.spread.advice();
             }
             PoseSet::HeldOut => {

@@ -25,9 +25,13 @@ pub fn seen(refusal: &RefusalDetail, log: &LengthsFile) -> String {
             format!("1 sigma of {sigma_mm:.2} mm along {}; at most 1 mm is accepted", direction(&along))
         }
         RefusalDetail::TooManyOutliers { rejected, poses } => format!("{rejected} of {poses}"),
-        RefusalDetail::CentreNotFixed { migration_mm } => format!("by {migration_mm:.1} mm along each axis, root mean square"),
+        RefusalDetail::CentreNotFixed { migration_mm } => {
+            format!("by {migration_mm:.1} mm along each axis, root mean square")
+        }
         RefusalDetail::HangsOnOnePose { pose: at } => pose(at),
-        RefusalDetail::TooFewForMovingCentre { poses } => format!("{} in {}", counted(poses as usize, "pose"), log.file()),
+        RefusalDetail::TooFewForMovingCentre { poses } => {
+            format!("{} in {}", counted(poses as usize, "pose"), log.file())
+        }
         RefusalDetail::MissingMotion { spread_deg, missing: 2, direction: along } => {
             format!("{spread_deg:.1} degrees (1 sigma) of tilt along {}", direction(&along))
         }

@@ -83,8 +83,9 @@ fn covariance_solution_and_whitening_are_those_of_the_dense_inverse() {
             assert!((0..unknowns).all(|i| (column[i] - inverse[(i, j)]).abs() < close), "{column:?}: {inverse}");
         }
         // L⁻¹ a and L⁻¹ b have the product aᵀ (JᵀJ)⁻¹ b.
-        let vectors: [[f64; 9]; 2] =
-            std::array::from_fn(|_| std::array::from_fn(|k| if k < unknowns { rng.random_range(-1.0..1.0) } else { 0.0 }));
+        let vectors: [[f64; 9]; 2] = std::array::from_fn(|_| {
+            std::array::from_fn(|k| if k < unknowns { rng.random_range(-1.0..1.0) } else { 0.0 })
+        });
         let whitened = vectors.map(|mut vector| {
             equations.whiten(&mut vector);
             vector
@@ -285,7 +286,8 @@ fn eigenvalues_and_eigenvectors_are_those_of_the_dense_algebra() {
         assert_eigen(&three, &symmetric_eigen(&three));
         // Down to rank three of six.
         let rows = entries::<3, 6>(&mut rng);
-        let six: Matrix6<f64> = rows.transpose() * rows * scale + Matrix6::identity() * (scale * rng.random_range(0.0..1e-3));
+        let six: Matrix6<f64> =
+            rows.transpose() * rows * scale + Matrix6::identity() * (scale * rng.random_range(0.0..1e-3));
         assert_eigen(&six, &symmetric_eigen(&six));
     }
     assert_eq!(symmetric_eigen(&Matrix6::<f64>::zeros()).values, Vector6::zeros());

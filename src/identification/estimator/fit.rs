@@ -119,8 +119,7 @@ impl<T: Real> Fit<T> {
     /// Begins a pass: the equations hold the priors only.
     pub fn begin_pass(&mut self, machine: &Machine<T>) -> Pass<T> {
         self.equations.clear(self.parameters(machine) + CENTRE_UNKNOWNS);
-        let model =
-            Model { machine, estimate: &self.estimate, joint: &self.joint, features: None };
+        let model = Model { machine, estimate: &self.estimate, joint: &self.joint, features: None };
         model.add_prior(&mut self.equations, 0, self.residuals.noise_mm * self.residuals.noise_mm);
         // A ball needs none, and is judged by its own poses alone.
         if let (Some(held), Joint::Moving(_)) = (&self.held, &self.joint) {

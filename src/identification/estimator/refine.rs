@@ -141,7 +141,12 @@ impl<T: Real> Refine<T> {
                 // The median of a handful says nothing that the first estimate did not.
                 let shrinks = poses.len() >= POSES_TO_ESTIMATE && estimate_noise(fit, poses.len());
                 if !shrinks && scale <= T::of(FINAL_SCALE) {
-                    return Stage::Refine(Self::new(fit, machine, Weights::Inliers(T::of(INLIER_LIMIT)), self.reinitialised));
+                    return Stage::Refine(Self::new(
+                        fit,
+                        machine,
+                        Weights::Inliers(T::of(INLIER_LIMIT)),
+                        self.reinitialised,
+                    ));
                 }
                 if !shrinks {
                     return self.weight_down(fit, machine, scale * T::of(SCALE_STEP));

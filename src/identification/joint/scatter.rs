@@ -29,8 +29,6 @@ impl<T: Real> Scatter<T> {
         self.0.root()
     }
 
-
-
     /// Moves the variance of the scatter towards the one for which the median of χ² is as it should be; `ratio`: the
     /// median over its expected value.
     pub fn follow_median(&mut self, ratio: T) {

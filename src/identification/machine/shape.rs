@@ -52,8 +52,7 @@ impl<T: Real> ShapeModes<T> {
         modes.count = 3;
         for (edge, mode) in modes.modes.iter_mut().take(3).enumerate() {
             let grows = if edge == 0 { T::one() } else { zero };
-            let points =
-                [Vector3::zeros(), Vector3::new(grows, zero, zero), Vector3::new(dx[edge], dy[edge], zero)];
+            let points = [Vector3::zeros(), Vector3::new(grows, zero, zero), Vector3::new(dx[edge], dy[edge], zero)];
             *mode = core::array::from_fn(|cable| points[cable / 2]);
         }
         modes
