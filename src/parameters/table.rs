@@ -2,7 +2,7 @@
 //!
 //! An index is a contract with every client, as a reason's code is: never renumbered, and that of a retired parameter
 //! is never used again. `docs/parameters.md` and the parameter messages of `glenoid.dbc` are made from this table by
-//! `cargo run -p vocabulary -- parameters`, and a test holds them against it.
+//! `cargo run -p vocabulary`, and a test holds them against it.
 
 /// How the four bytes of a value are to be read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
