@@ -1,6 +1,7 @@
 //! Host side of Glenoid.
 
 pub mod command_line;
+pub mod commission;
 pub mod debugger;
 pub mod emulator;
 pub mod estimation;

@@ -3,11 +3,11 @@
 use super::lengths_file::LengthsFile;
 use super::refusal::RefusalDetail;
 use super::report::{Method, Report};
-use super::summary::{counted, direction};
+use super::wording::{self, counted, direction};
 
 /// What was seen, with its figures.
 pub fn seen(refusal: &RefusalDetail, log: &LengthsFile) -> String {
-    let pose = |pose: usize| super::summary::pose(pose, log);
+    let pose = |pose: usize| wording::pose(pose, log);
     match *refusal {
         RefusalDetail::TooFewPoses { poses } => format!("{} in {}", counted(poses as usize, "pose"), log.file()),
         RefusalDetail::BadLength { pose: at, cable, problem } => format!("{}, cable {cable}: {problem}", pose(at)),
@@ -65,7 +65,7 @@ pub fn remedy(report: &Report, refusal: &RefusalDetail) -> String {
     };
     match refusal {
         RefusalDetail::TooFewPoses { .. } => {
-            "Record at least five poses that turn the arm about different axes; ten or more give a useful error bar."
+            "Record at least five poses that turn the arm about different axes; ten or more give a useful standard deviation."
                 .to_owned()
         }
         RefusalDetail::BadLength { .. } => format!("Correct or delete that line, and check the cable.{other_method}"),

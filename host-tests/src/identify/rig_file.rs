@@ -3,7 +3,7 @@
 
 mod cables;
 mod machine;
-mod source;
+pub mod source;
 
 use self::source::Source;
 use super::input_error::{self, InputError};
@@ -152,7 +152,7 @@ impl<'a> Source<'a> {
         self.rig(base, base_mm, edges, edges_mm, drum)
     }
 
-    /// The checked rig; complaints point at the constant that is to blame.
+    /// The checked rig; errors point at the invalid constant.
     fn rig(
         &self,
         base: &Spanned<DeValue<'a>>,

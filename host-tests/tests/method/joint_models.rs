@@ -10,9 +10,7 @@ use glenoid::identification::excitation::MeanRotation;
 use glenoid::identification::joint::{ArmFrame, FEATURES, Joint, MAX_JOINT, MovingCentre};
 use glenoid::identification::machine::MachineEstimate;
 use glenoid::identification::marginal_information::MarginalInformation;
-use glenoid::identification::parameters::{
-    Column, Equations, ParameterBlock, PoseAt, Scattered, add_pose, sensitivity,
-};
+use glenoid::identification::parameters::{Column, Equations, ParameterBlock, PoseAt, add_pose, sensitivity};
 use glenoid::kinematics::{CableLengths, JointCentre, LengthJacobian};
 use glenoid::rig::{Rig, Tolerance};
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, SMatrix, Vector3};
@@ -247,15 +245,17 @@ fn scatter_and_rotation_are_eliminated_as_in_the_dense_problem() {
 
             let at = scene.at();
             let information = MarginalInformation::new(&scene.jacobian).expect("a pose has a rotation");
-            let scattered = Scattered::new(&information, scatter);
+            let mut scattered = information;
+            scattered.add_scatter(scatter);
             let unknowns = rows.ncols();
             let mut equations = Equations::<f64>::new(unknowns);
             let model = scene.model(&at);
             add_pose(&mut equations, &model, &at, &scattered, 1.0);
             let close = 1e-9 * expected.amax();
             for i in 0..unknowns {
-                for (j, entry) in equations.row_mut(i, 0).enumerate() {
-                    assert!((*entry - expected[(i, j)]).abs() < close, "scatter {scatter}: {i}, {j}: {entry}");
+                for j in 0..=i {
+                    let entry = equations.matrix()[glenoid::linear_algebra::packed_index(i, j)];
+                    assert!((entry - expected[(i, j)]).abs() < close, "scatter {scatter}: {i}, {j}: {entry}");
                 }
                 let off = (equations.gradient()[i] - expected_gradient[i]).abs();
                 assert!(off < 1e-9 * expected_gradient.amax(), "scatter {scatter}: gradient {i} off by {off}");

@@ -157,10 +157,7 @@ fn entries_added_one_by_one_are_those_of_the_rows() {
     equations.add_to_entry(2, 1, 5.0);
     equations.clear(7);
     for i in 0..7 {
-        for (j, entry) in equations.row_mut(i, 2.min(i)).enumerate() {
-            *entry += normal[(i, 2.min(i) + j)];
-        }
-        for j in 0..2.min(i) {
+        for j in 0..=i {
             equations.add_to_entry(i, j, normal[(i, j)]);
         }
         equations.add_to_gradient(i, gradient[i]);

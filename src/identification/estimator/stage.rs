@@ -10,15 +10,15 @@ pub enum StageName {
     Place,
     /// Gauss-Newton.
     Refine,
-    /// Looking at the rotations.
+    /// Rotational excitation.
     Excite,
-    /// Looking at what a moving centre leaves.
+    /// The gates of a moving centre.
     Inspect,
-    /// Leaving one pose out.
+    /// Leave-one-out.
     Check,
-    /// Finding faulty cables.
+    /// Fault isolation.
     Isolate,
-    /// The end.
+    /// The result stands, or a refusal.
     Done,
 }
 
