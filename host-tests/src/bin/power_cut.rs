@@ -30,7 +30,7 @@ struct Arguments {
 const STORES: u32 = 1_000;
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse_from(command_line::arguments());
+    let arguments = command_line::parse::<Arguments>();
     let began = Instant::now();
     println!("torn words read as\n");
     let sum = run::<TwoPages>("two pages and a commit word (the firmware's)", &arguments);

@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 static STOP: AtomicBool = AtomicBool::new(false);
 
 fn main() -> ExitCode {
-    let options = Options::parse_from(command_line::arguments());
+    let options = command_line::parse::<Options>();
     let display = Display::choose(options.json);
     if let Err(error) = ctrlc::set_handler(|| STOP.store(true, Ordering::Relaxed)) {
         eprintln!("cargo rehearse: cannot listen for Ctrl-C: {error}");
