@@ -13,6 +13,7 @@
 use crate::identify::input_error::{self, InputError, Place, quoted};
 use crate::identify::rig_file::source::Source;
 use crate::identify::rig_file::{RigFile, default_rig};
+use glenoid::identification::Machine;
 use nalgebra::Vector3;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
