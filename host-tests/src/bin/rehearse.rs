@@ -1,6 +1,5 @@
 //! `cargo rehearse`: see [`host_tests::rehearse`].
 
-use clap::Parser;
 use host_tests::command_line;
 use host_tests::firmware::workspace;
 use host_tests::rehearse::{Display, Options, Status, run};
