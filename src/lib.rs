@@ -13,13 +13,15 @@
 #![no_std]
 #![deny(unsafe_code)]
 
-mod calls;
+
 pub mod can;
 pub mod device;
 pub mod drive_board;
 pub mod identification;
 pub mod kinematics;
 pub mod line;
+pub mod linear_algebra;
+pub mod paper;
 pub mod parameters;
 pub mod procedure;
 pub mod record;
@@ -28,6 +30,6 @@ pub mod rig;
 pub mod rig_link;
 pub mod scalar;
 pub mod slcan;
-pub mod symmetric;
-mod vector;
-pub mod watch;
+
+
+pub mod monitor;

@@ -5,9 +5,11 @@
 //! that is printed as JSON or as a [`summary`] with a remedy for every refusal.
 
 pub mod calculation;
+pub mod held_phase;
 pub mod input_error;
 mod known_keys;
 pub mod lengths_file;
+pub mod machine_report;
 pub mod refusal;
 pub mod remedy;
 pub mod report;
@@ -17,7 +19,7 @@ pub mod summary;
 pub mod units;
 pub mod verification;
 
-use glenoid::identification::DEFAULT_CAPACITY;
+use glenoid::identification::{DEFAULT_CAPACITY, JointChoice};
 use glenoid::rig::Rig;
 use std::path::{Path, PathBuf};
 
@@ -44,8 +46,14 @@ pub struct Request {
     pub start_mm: Option<[f64; 6]>,
     /// Which identification.
     pub method: Method,
-    /// Are the zeros of the encoders unknown, to be identified as well?
-    pub zeros: bool,
+    /// The encoders' zeros are known to this only, 1σ, mm; without it as the rig says.
+    pub zero_prior_mm: Option<f64>,
+    /// Which model of the joint.
+    pub joint: JointChoice,
+    /// A log of the held phase.
+    pub still: Option<PathBuf>,
+    /// Use every row.
+    pub all_poses: bool,
     /// Known standard deviation of a cable length, mm. Without it, it is estimated from the residuals.
     pub noise_mm: Option<f64>,
     /// Precision of the arithmetic.
@@ -82,7 +90,9 @@ pub fn run(request: &Request) -> Result<Finding, InputError> {
     let logs = [Some(&log), second.as_ref()].into_iter().flatten();
     let notes = logs.flat_map(|log| log.notes().iter().map(|note| format!("{}: {note}", log.file()))).collect();
     let setting = setting(request, &machine, log.rows().len());
-    let report = Problem { rig: &machine.rig, log: &log, setting, second: second.as_ref() }.solve()?;
+    let still = request.still.as_deref().map(|path| self::log(path, &machine.rig)).transpose()?;
+    let problem = Problem { rig_file: &machine, log: &log, setting, still: still.as_ref(), second: second.as_ref() };
+    let report = problem.solve()?;
     let summary = summary::of(&report, &log, second.as_ref());
     Ok(Finding { report, summary, warnings: unused(request), notes })
 }
@@ -102,7 +112,7 @@ pub fn start_complaint(start_mm: &[f64; 6]) -> Option<String> {
 fn machine(path: Option<&Path>) -> Result<RigFile, InputError> {
     match path {
         Some(path) => RigFile::read(path),
-        None => Ok(RigFile { rig: rig_file::default_rig()?, start_mm: None }),
+        None => Ok(RigFile { rig: rig_file::default_rig()?, covariance: None, start_mm: None }),
     }
 }
 
@@ -120,10 +130,11 @@ fn setting(request: &Request, machine: &RigFile, rows: usize) -> Setting {
     let expected_noise_mm = machine.rig.length_noise_mm();
     let full = request.method == Method::Full;
     Setting {
-        rows_used: RowsUsed::of(rows, DEFAULT_CAPACITY),
+        rows_used: RowsUsed::of(rows, if request.all_poses { usize::MAX } else { DEFAULT_CAPACITY }),
         method: request.method,
         precision: request.precision,
-        zeros: request.zeros && full,
+        zero_prior_mm: request.zero_prior_mm.filter(|_| full),
+        joint: request.joint,
         start: (!full).then(|| start(request, machine)),
         given_noise_mm: request.noise_mm.filter(|_| full),
         expected_noise_mm,
@@ -148,7 +159,7 @@ fn unused(request: &Request) -> Vec<String> {
     if request.method == Method::Full && request.start_mm.is_some() {
         warnings.push("--start is not used: the full method needs none (--method paper begins there)".to_owned());
     }
-    if request.method == Method::Paper && request.zeros {
+    if request.method == Method::Paper && request.zero_prior_mm.is_some() {
         warnings.push("--zeros is not used: the paper's method takes the zeros for known".to_owned());
     }
     if request.method == Method::Paper && request.noise_mm.is_some() {

@@ -1,5 +1,6 @@
 //! Host side of Glenoid.
 
+pub mod estimation;
 pub mod command_line;
 pub mod debugger;
 pub mod emulator;

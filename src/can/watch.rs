@@ -3,7 +3,7 @@
 use super::payload::{Field, PackError, Payload, RUN};
 use super::rounding::Scale;
 use crate::procedure::Reason;
-use crate::watch::Cause;
+use crate::monitor::Cause;
 
 /// What the watch has found. The centre in use stays as it is.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -71,7 +71,7 @@ impl Device {
             *estimate = Estimate { value_mm: *value_mm, sigma_mm };
         }
         let mut offsets = [Estimate::default(); 6];
-        let found = identified.zeros_mm.iter().zip(&identified.zero_sigmas_mm);
+        let found = identified.offsets_mm.iter().zip(&identified.offset_sigmas_mm);
         for (estimate, (value_mm, sigma_mm)) in offsets.iter_mut().zip(found) {
             *estimate = Estimate { value_mm: *value_mm, sigma_mm: *sigma_mm };
         }

@@ -40,7 +40,7 @@ use crate::can::identity::Identity;
 use crate::can::status::{Answer, Counters, Versions};
 use crate::can::watch::WatchReport;
 use crate::can::{BaseId, Frame, Message, ParameterAnswer, ParameterRequest};
-use crate::kinematics::Octahedron;
+use crate::kinematics::PlatformSolver;
 use crate::parameters::ParameterSet;
 use crate::procedure::{Limits, PoseNotice, Procedure, Reason, StateName};
 use crate::record::{JournalEntry, Loaded, Record, StoreError};
@@ -259,7 +259,7 @@ pub struct Device {
     journal_fault: FaultReporter,
     /// The last sample of the encoders.
     counts: Option<[i32; CABLES]>,
-    forward_kinematics: Octahedron<f32>,
+    forward_kinematics: PlatformSolver<f32>,
     live_out: OutgoingLive,
     telemetry_out: OutgoingTelemetry,
     /// The state and run in which the press under way began.
@@ -313,7 +313,7 @@ impl Device {
             journal_failed: false,
             journal_fault: FaultReporter::new(),
             counts: None,
-            forward_kinematics: Octahedron::new(&config.rig),
+            forward_kinematics: PlatformSolver::new(&config.rig),
             live_out: OutgoingLive::every(u32::from(config.live_period_ms)),
             telemetry_out: OutgoingTelemetry::every(sets::period_ms(config.telemetry_hz)),
             press_began: None,

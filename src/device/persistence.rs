@@ -3,7 +3,7 @@
 
 use super::slip_monitor::SlipMonitor;
 use super::{Action, Device, LogEntry, status};
-use crate::identification::outcome::MOST_REJECTED;
+use crate::identification::outcome::MAX_REJECTED;
 use crate::identification::{Identified, Rejected, Termination};
 use crate::procedure::{Candidate, Reason, Verification};
 use crate::record::{LoadError, Loaded, Record, StoreError, image};
@@ -103,7 +103,7 @@ pub(super) fn reason_of_store(error: StoreError) -> Reason {
 /// What is kept of a centre.
 fn record(live: &Candidate, serial: u32, rig: u32) -> Record {
     let Candidate { run_id, boot, wearer, identified, verification } = live;
-    let mut rejected = [Rejected { pose: 0, cables: 0 }; MOST_REJECTED];
+    let mut rejected = [Rejected { pose: 0, cables: 0 }; MAX_REJECTED];
     for (place, entry) in rejected.iter_mut().zip(&identified.rejected) {
         *place = *entry;
     }
@@ -116,13 +116,13 @@ fn record(live: &Candidate, serial: u32, rig: u32) -> Record {
         firmware: status::FIRMWARE,
         parameters: identified.parameters,
         covariance_mm2: identified.covariance_mm2,
-        zeros_mm: identified.zeros_mm,
-        zero_sigmas_mm: identified.zero_sigmas_mm,
+        zeros_mm: identified.offsets_mm,
+        zero_sigmas_mm: identified.offset_sigmas_mm,
         noise_mm: identified.noise_mm,
-        deviation_mm: identified.deviation_mm,
-        sway_rad: identified.sway_rad,
-        poses: identified.poses,
-        // never more than MOST_REJECTED
+        deviation_mm: identified.rms_residual_mm,
+        sway_rad: identified.excitation_rad,
+        poses: u16::try_from(identified.poses).unwrap_or(u16::MAX),
+        // never more than MAX_REJECTED
         left_out: identified.rejected.len() as u8,
         rejected,
         iterations: identified.iterations,
@@ -144,19 +144,19 @@ fn candidate(record: &Record) -> Candidate {
             parameters: record.parameters,
             covariance_mm2: record.covariance_mm2,
             noise_mm: record.noise_mm,
-            deviation_mm: record.deviation_mm,
-            deviations_mm: Vec::new(),
+            rms_residual_mm: record.deviation_mm,
+            rms_residuals_mm: Vec::new(),
             iterations: record.iterations,
             termination: if record.termination == Termination::DeviationBelowTolerance as u8 {
                 Termination::DeviationBelowTolerance
             } else {
                 Termination::Settled
             },
-            poses: record.poses,
+            poses: record.poses.into(),
             rejected: Vec::from_slice(left_out).unwrap_or_default(),
-            sway_rad: record.sway_rad,
-            zeros_mm: record.zeros_mm,
-            zero_sigmas_mm: record.zero_sigmas_mm,
+            excitation_rad: record.sway_rad,
+            offsets_mm: record.zeros_mm,
+            offset_sigmas_mm: record.zero_sigmas_mm,
         },
         verification: Verification {
             deviation_mm: record.verification_deviation_mm,
@@ -181,16 +181,16 @@ mod tests {
                 parameters: Parameters::from_array([2.0, 3.0, 4.0, 5.0, 6.0, 7.0]),
                 covariance_mm2: core::array::from_fn(|k| 100.0 + k as f32),
                 noise_mm: 8.0,
-                deviation_mm: 9.0,
-                deviations_mm: Vec::new(),
+                rms_residual_mm: 9.0,
+                rms_residuals_mm: Vec::new(),
                 iterations: 10,
                 termination: Termination::Settled,
                 poses: 11,
                 rejected: Vec::from_slice(&[Rejected { pose: 12, cables: 13 }, Rejected { pose: 14, cables: 15 }])
                     .unwrap(),
-                sway_rad: 16.0,
-                zeros_mm: [20.0, 21.0, 22.0, 23.0, 24.0, 25.0],
-                zero_sigmas_mm: [30.0, 31.0, 32.0, 33.0, 34.0, 35.0],
+                excitation_rad: 16.0,
+                offsets_mm: [20.0, 21.0, 22.0, 23.0, 24.0, 25.0],
+                offset_sigmas_mm: [30.0, 31.0, 32.0, 33.0, 34.0, 35.0],
             },
             verification: Verification { deviation_mm: 17.0, limit_mm: 18.0, poses: 19 },
         }

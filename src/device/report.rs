@@ -47,7 +47,7 @@ const VERIFICATION: u8 = QUALITY + 1;
 const WEAK_DIRECTION: u8 = VERIFICATION + 1;
 const AXIS: u8 = WEAK_DIRECTION + 1;
 const LEFT_OUT: u8 = AXIS + 1;
-const OUTCOME: u8 = LEFT_OUT + crate::identification::outcome::MOST_REJECTED as u8;
+const OUTCOME: u8 = LEFT_OUT + crate::identification::outcome::MAX_REJECTED as u8;
 
 /// The report under way, and what waits to be acknowledged.
 #[derive(Debug, Clone, Copy)]
@@ -164,8 +164,8 @@ impl Reporter {
 fn next_length(sending: &mut Option<(PoseSet, u8, u8)>, procedure: &Procedure) -> Option<Message> {
     let (set, index, cable) = (*sending)?;
     *sending = (usize::from(cable) + 1 < CABLES).then_some((set, index, cable + 1));
-    let lengths = procedure.poses(set).get(usize::from(index))?;
-    let length_mm = *lengths.as_mm().get(usize::from(cable))?;
+    let pose = procedure.poses(set).get(usize::from(index))?;
+    let length_mm = *pose.lengths().as_mm().get(usize::from(cable))?;
     let run_id = procedure.run_id();
     Some(Message::RawLength(RawLength { run_id, index, cable: cable + 1, set, length_mm }))
 }
@@ -219,7 +219,7 @@ fn part_of_run(position: u8, procedure: &Procedure) -> Option<Message> {
     match position {
         QUALITY => Some(Message::Quality(Quality {
             run_id,
-            deviation_mm: identified.deviation_mm,
+            deviation_mm: identified.rms_residual_mm,
             noise_mm: identified.noise_mm,
             iterations: identified.iterations,
             left_out: identified.rejected.len() as u8,

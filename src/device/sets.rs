@@ -101,7 +101,7 @@ impl Device {
         let counts = self.counts?;
         let lengths = CableLengths::from_counts(self.procedure.rig().drum(), &counts).ok()?;
         let live = self.procedure.live();
-        let corrected = live.map_or(Ok(lengths), |live| lengths.less(&live.identified.zeros_mm));
+        let corrected = live.map_or(Ok(lengths), |live| lengths.less(&live.identified.offsets_mm));
         let arm = self.procedure.arm(now_ms);
         let slack = arm.err().filter(|not_ready| not_ready.reason == Reason::CableLoose);
         Some(Telemetry {

@@ -31,8 +31,8 @@ pub(super) fn message(kind: Kind, run_id: u16, identified: &Identified<f32>, pos
             (Kind::Live, false) => Message::LiveRadius(parameter),
         });
     }
-    let value_mm = *identified.zeros_mm.get(index - 6)?;
-    let sigma_mm = *identified.zero_sigmas_mm.get(index - 6)?;
+    let value_mm = *identified.offsets_mm.get(index - 6)?;
+    let sigma_mm = *identified.offset_sigmas_mm.get(index - 6)?;
     let zero = ZeroError { run_id, cable: position - 5, value_mm, sigma_mm };
     Some(match kind {
         Kind::Candidate => Message::CandidateZero(zero),

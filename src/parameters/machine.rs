@@ -32,7 +32,13 @@ impl Contradiction {
 
     fn of_rig(error: RigError) -> Self {
         Self::about(match error {
-            RigError::BaseCollapsed | RigError::BaseOnEdge | RigError::NotFinite => Base1X,
+            RigError::BaseCollapsed
+            | RigError::BaseOnEdge
+            | RigError::NotFinite
+            | RigError::EndsCoincide
+            | RigError::PulleyImpossible
+            | RigError::ToleranceImpossible
+            | RigError::CorrectionImpossible => Base1X,
             RigError::PlatformCollapsed => Edge12,
             RigError::DrumNotPositive => DrumRadius,
             RigError::NoiseNotPositive => LengthNoise,

@@ -3,7 +3,7 @@
 use super::encoders::EncoderLimits;
 use super::plausible::Plausibility;
 use super::stillness::StillnessLimits;
-use crate::identification::paper::FEWEST_POSES;
+use crate::identification::gates::MIN_POSES;
 use crate::rig::Rig;
 
 /// Every number that can be set about a run.
@@ -143,7 +143,7 @@ impl Limits {
         let prior_fits = s.zero_prior_mm >= 0.0 && s.zero_prior_mm.is_finite();
         if !(prior_fits && sizes.iter().all(|size| *size > 0.0 && size.is_finite())) {
             Err(LimitsError::NotPositive)
-        } else if usize::from(s.enough_poses.min(s.enough_poses_with_zeros)) < FEWEST_POSES {
+        } else if usize::from(s.enough_poses.min(s.enough_poses_with_zeros)) < MIN_POSES {
             Err(LimitsError::TooFewPoses)
         } else if s.verification_poses == 0 {
             Err(LimitsError::NoVerification)

@@ -57,8 +57,7 @@ pub use reason::{Band, Reason};
 pub use state::{Command, PoseSet, StateName};
 pub use transition::Trigger;
 
-use crate::identification::{Identified, Survey};
-use crate::kinematics::CableLengths;
+use crate::identification::{Identified, Machine, Pose, PredictedAccuracy};
 use crate::rig::{CABLES, Rig};
 use arm::{Arm, NotReady};
 use captured::Captured;
@@ -110,6 +109,7 @@ struct Verifying {
 struct Judging {
     next: u8,
     squares_mm2: f32,
+    chi_square: f32,
 }
 
 /// What belongs to the run as a whole.
@@ -149,7 +149,10 @@ pub struct Procedure {
     poses: Captured<CAPACITY>,
     held_out: Captured<HELD_OUT_CAPACITY>,
     spread: Spread,
-    survey: Survey<f32>,
+    machine: Machine<f32>,
+    accuracy: PredictedAccuracy<f32>,
+    /// Of the first set so far, mm; kept, for it is asked for with every heartbeat.
+    predicted_sigma_mm: Option<f32>,
     ending: Option<Ending>,
     live: Option<Candidate>,
 }
@@ -159,11 +162,14 @@ impl Procedure {
     // Inlined so that it is built where it stays: 13 KB of temporary copies on the stack otherwise.
     #[inline(always)]
     pub fn new(rig: Rig<f32>, limits: Limits) -> Self {
+        let machine = Machine::new(&rig);
         Self {
             arm: Arm::new(&limits),
-            work: Work::new(&rig, 0.0),
+            work: Work::new(&machine, &rig),
             zero_prior_mm: limits.settings().zero_prior_mm,
-            survey: Survey::new(&rig),
+            accuracy: PredictedAccuracy::new(&machine, rig.nominal()),
+            machine,
+            predicted_sigma_mm: None,
             rig,
             limits,
             boot: 0,
@@ -230,7 +236,7 @@ impl Procedure {
     /// Looks whether a centre can be one on this rig.
     fn check_plausible(&self, identified: &Identified<f32>) -> Result<(), Detail> {
         let limits = &self.limits.settings().plausibility;
-        limits.check(self.rig.nominal(), &identified.parameters, &identified.sigma_mm(), &identified.zeros_mm)
+        limits.check(self.rig.nominal(), &identified.parameters, &identified.sigma_mm(), &identified.offsets_mm)
     }
 
     /// Sets how well the encoder zeros are known in the runs to come, 1σ, mm, until power-down; 0 = exactly. Not while a
@@ -328,15 +334,15 @@ impl Procedure {
 
     /// Predicted σ of the centre in its worst direction with the first set so far, mm; None while the poses do not
     /// determine it.
-    pub fn predicted_sigma_mm(&self) -> Option<f32> {
-        self.survey.foretold().map(|foretold| foretold.sigma_mm)
+    pub const fn predicted_sigma_mm(&self) -> Option<f32> {
+        self.predicted_sigma_mm
     }
 
-    /// Lengths of the captured poses of a set. They stay until the next run starts, unless the run is aborted.
-    pub fn poses(&self, set: PoseSet) -> &[CableLengths<f32>] {
+    /// The captured poses of a set. They stay until the next run starts, unless the run is aborted.
+    pub fn poses(&self, set: PoseSet) -> &[Pose<f32>] {
         match set {
-            PoseSet::Identification => self.poses.lengths(),
-            PoseSet::HeldOut => self.held_out.lengths(),
+            PoseSet::Identification => self.poses.poses(),
+            PoseSet::HeldOut => self.held_out.poses(),
         }
     }
 

@@ -131,13 +131,22 @@ reasons! {
     OneAxis = 49, "all poses turn about one axis", "move the arm in another plane as well";
     Weak = 50, "the poses leave the centre too uncertain in one direction", "follow the guidance: spread the poses wider";
     TooManyOutliers = 51, "too many readings contradict the others", "look for a slack cable, then start again";
-    NotABall = 52, "the centre wanders more than the encoders' noise explains", "tighten the strap, keep the shoulder blade still";
+    NotABall = 52, "the centre wanders more than the encoders' noise explains", "capture at least 18 poses, so that a moving centre can be told from a loose strap; tighten the strap";
     PoseDoesNotClose = 53, "the lengths of the named pose do not fit the platform", "look for a slack cable, then start again";
     NotConverged = 54, "the iteration did not settle", "capture more and wider poses";
     Singular = 55, "the equations have no single solution", "move the arm in another plane as well";
     NotFinite = 56, "the arithmetic left the range of numbers", "read out the poses and report them";
     TooAlike = 57, "all poses are alike", "move the arm further between the poses";
     ZeroNotDetermined = 58, "the centre hangs on the named encoder's zero, which the poses do not determine", "capture more and wider poses, or home the encoders";
+    FewPosesForMovingCentre = 59, "the joint centre moves, and the poses are too few to say how", "capture at least 18 poses, wider and with the arm turned about its length";
+    TiltMissing = 60, "the joint centre moves, and the arm is tilted too little to say how", "tilt the arm further from its middle in every direction";
+    SecondPlaneMissing = 61, "the joint centre moves, and the arm is tilted in one plane only", "tilt the arm across the named direction as well";
+    TorsionMissing = 62, "the joint centre moves, and the arm is not turned about its own length", "turn the arm about its length in some of the poses, by 30 degrees to both sides";
+    BaseSlippedMidway = 63, "the base slipped on the body before the named pose", "tighten the strap, then start again";
+    CuffSlippedMidway = 64, "the cuff slipped on the arm before the named pose", "tighten the cuff, then start again";
+    JointNotExplained = 65, "neither a ball nor a centre that moves with the arm explains the poses", "look for a loose strap, cuff or cable; move slowly and hold each pose";
+    BladeNotHeld = 66, "the shoulder blade was not held in the held poses", "let somebody hold the shoulder blade, keep the arm within 30 degrees, and repeat the held phase";
+    HeldOfAnotherWearing = 67, "the held poses belong to another wearing", "repeat both phases without taking the cuff off between them";
 
     CentreImplausible = 72, "the centre lies where no joint of this rig can be", "check cables, points and rig parameters, then calibrate again";
     RadiusImplausible = 73, "a distance from the centre to an end-point cannot be", "check the cuff and the rig parameters, then calibrate again";

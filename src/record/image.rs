@@ -100,7 +100,7 @@ pub fn decode(image: &Image) -> Record {
     let [noise_mm, deviation_mm, sway_rad, verification_deviation_mm, verification_limit_mm] = reader.take_numbers();
     let rejected = core::array::from_fn(|_| {
         let [pose, cables] = reader.take();
-        Rejected { pose: u16::from(pose), cables }
+        Rejected { pose: u32::from(pose), cables }
     });
     let boot = u16::from_le_bytes(reader.take());
     let wearer = u16::from_le_bytes(reader.take());

@@ -164,7 +164,7 @@ fn verified(found: &Verification, log: &LengthsFile) -> String {
         (Some(deviation), Some(worst), Some(its)) => format!(
             "{} mm root mean square of the platform edges over {} poses of {}, worst {} mm at {}",
             small(deviation),
-            found.poses - found.contradicting.len(),
+            found.pose_count - found.contradicting.len(),
             log.file(),
             small(its),
             pose(worst, log)

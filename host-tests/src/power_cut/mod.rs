@@ -98,7 +98,7 @@ pub fn record(number: u16) -> Record {
         sway_rad: value,
         poses: number,
         left_out: number as u8 % 26,
-        rejected: std::array::from_fn(|k| Rejected { pose: k as u16, cables: number as u8 }),
+        rejected: std::array::from_fn(|k| Rejected { pose: k as u32, cables: number as u8 }),
         iterations: number as u8,
         termination: 1,
         verification_poses: number as u8,

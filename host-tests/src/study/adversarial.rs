@@ -131,7 +131,7 @@ fn description(seed: u64, trial: u64, way: &Way) -> Result<String, Problem> {
             answer.centre_sigma_mm(),
             answer.deviation_mm,
             answer.noise_mm,
-            answer.sway_rad.to_degrees(),
+            answer.excitation_rad.to_degrees(),
         );
     }
     Ok(text)

@@ -72,7 +72,7 @@ fn ending<T: Precision>(scene: &Scene, poses_mm: &[[f64; 6]], told: Told) -> End
             Refusal::OneAxis { .. } => Cause::OneAxis,
             Refusal::TooAlike { .. } => Cause::TooAlike,
             Refusal::Weak { .. } => Cause::Weak,
-            Refusal::HangsOnOnePose { .. } => Cause::HangsOnOnePose,
+            Refusal::NotRedundant { .. } => Cause::HangsOnOnePose,
             other => Cause::Other(other.code()),
         }),
     }

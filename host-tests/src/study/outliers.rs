@@ -103,7 +103,7 @@ fn trial(ideal: &Scene, mut random: ChaCha8Rng, mishap: Mishap) -> Trial {
     let answers = (solve::<f64>(&scene, &poses_mm, Told::Noise), solve::<f64>(&scene, &clean, Told::Noise));
     let accepted = if let (Ok(answer), Ok(clean)) = answers {
         let error_mm = libm::sqrt(answer.centre_error_mm(&scene).norm_squared());
-        let bad_bits = |pose: u16| bad.iter().find(|(index, _)| *index == usize::from(pose)).map(|(_, bits)| *bits);
+        let bad_bits = |pose: u32| bad.iter().find(|(index, _)| *index == pose as usize).map(|(_, bits)| *bits);
         let count = |is: &dyn Fn(u8, Option<u8>) -> bool| {
             answer.rejected.iter().filter(|rejected| is(rejected.cables, bad_bits(rejected.pose))).count()
         };

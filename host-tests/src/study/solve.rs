@@ -1,7 +1,8 @@
 //! Asks the library, in either precision, and brings the answer back to double precision.
 
 use super::scene::Scene;
-use glenoid::identification::{DEFAULT_CAPACITY, Identified, Noise, Refusal, Rejected, Solver, SolverSettings};
+use crate::estimation::estimate;
+use glenoid::identification::{EstimatorSettings, Identified, Machine, Noise, Refusal, Rejected};
 use glenoid::kinematics::CableLengths;
 use glenoid::rig::{CABLES, Rig};
 use glenoid::scalar::Real;
@@ -60,7 +61,7 @@ pub struct Answer {
     /// Poses left out.
     pub rejected: Vec<Rejected>,
     /// Distance from turning about one axis, rad.
-    pub sway_rad: f64,
+    pub excitation_rad: f64,
     /// Zero error of each encoder, mm; 0 when the zeros are told to be known.
     pub zeros_mm: [f64; CABLES],
     /// 1σ of the same, mm.
@@ -73,11 +74,11 @@ impl Answer {
             parameters_mm: identified.parameters.to_array().map(Real::to_f64),
             sigma_mm: identified.sigma_mm().map(Real::to_f64),
             noise_mm: identified.noise_mm.to_f64(),
-            deviation_mm: identified.deviation_mm.to_f64(),
+            deviation_mm: identified.rms_residual_mm.to_f64(),
             rejected: identified.rejected.to_vec(),
-            sway_rad: identified.sway_rad.to_f64(),
-            zeros_mm: identified.zeros_mm.map(Real::to_f64),
-            zero_sigmas_mm: identified.zero_sigmas_mm.map(Real::to_f64),
+            excitation_rad: identified.excitation_rad.to_f64(),
+            zeros_mm: identified.offsets_mm.map(Real::to_f64),
+            zero_sigmas_mm: identified.offset_sigmas_mm.map(Real::to_f64),
         }
     }
 
@@ -105,7 +106,7 @@ impl Answer {
 pub fn lengths_in<T: Real>(poses_mm: &[[f64; CABLES]]) -> Result<Vec<CableLengths<T>>, Refusal> {
     let pose = |(index, lengths): (usize, &[f64; CABLES])| {
         CableLengths::new(lengths.map(T::of)).map_err(|error| Refusal::BadLength {
-            pose: index as u16,
+            pose: index as u32,
             cable: error.cable,
             fault: error.fault,
         })
@@ -132,11 +133,11 @@ pub fn solve_with_zeros<T: Precision>(
     zero_prior_mm: f64,
 ) -> Result<Answer, Refusal> {
     let rig = T::rig(scene);
-    let mut settings = SolverSettings::for_rig(rig);
+    let mut settings = EstimatorSettings::for_rig(rig);
     if told == Told::Nothing {
         settings.noise = Noise::EstimatedUpTo(T::of(MOST_NOISE_MM));
     }
-    settings.zero_prior_mm = T::of(zero_prior_mm);
-    settings.refuse_hanging = told != Told::NoiseAndSoundPoses;
-    Solver::<T, DEFAULT_CAPACITY>::new(rig, settings).run(&lengths_in(poses_mm)?).map(Answer::of)
+    settings.require_redundancy = told != Told::NoiseAndSoundPoses;
+    let machine = Machine::with_offset_prior(rig, T::of(zero_prior_mm));
+    estimate(&machine, rig, settings, &lengths_in(poses_mm)?).outcome.map(Answer::of)
 }

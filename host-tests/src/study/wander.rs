@@ -76,10 +76,10 @@ fn run(plan: &Plan) -> Result<Findings, Problem> {
             sound.push(sound_row(poses, noise, &endings));
         }
         let mut detected = Vec::new();
-        for wander_mm in WANDERS_MM {
-            let endings = endings(plan.seed, plan.trials, poses, Motion::Wander(wander_mm))?;
-            detected.push((wander_mm, 100.0 * refused(&endings) as f64 / endings.len() as f64));
-            table.push(row(poses, wander_mm, &endings));
+        for migration_mm in WANDERS_MM {
+            let endings = endings(plan.seed, plan.trials, poses, Motion::Wander(migration_mm))?;
+            detected.push((migration_mm, 100.0 * refused(&endings) as f64 / endings.len() as f64));
+            table.push(row(poses, migration_mm, &endings));
         }
         chart = chart.with(Series::line(&format!("{poses} poses"), detected));
         for drift_mm in DRIFTS_MM {
@@ -160,7 +160,7 @@ fn trial(ideal: &Scene, mut random: ChaCha8Rng, poses: usize, motion: Motion) ->
             let is_false = !(error_mm <= 5.0 * answer.centre_sigma_mm() + 0.05);
             Ending::Accepted { error_mm, is_false, left_out: answer.rejected.len() }
         }
-        Err(Refusal::NotABall { wander_mm }) => Ending::NotABall(f64::from(wander_mm)),
+        Err(Refusal::CentreNotFixed { migration_mm }) => Ending::NotABall(f64::from(migration_mm)),
         Err(_) => Ending::Otherwise,
     }
 }

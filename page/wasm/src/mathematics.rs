@@ -1,9 +1,13 @@
 //! The firmware's mathematics on the poses that the page has heard of, in the firmware's precision.
 
 use super::json;
-use glenoid::identification::{Identified, Noise, Refusal, Solver, SolverSettings, Survey};
-use glenoid::kinematics::arm::{Arm, CableSet, nearest_attitude, rotation_of};
-use glenoid::kinematics::{CableLengths, LengthEquations, Octahedron, Pivot, PlatformPose, RigPoints, inverse};
+use glenoid::identification::{
+    Estimator, EstimatorSettings, Identified, Machine, Noise, Pose, PredictedAccuracy, Refusal,
+};
+use glenoid::kinematics::rotation::{nearest_attitude, rotation_of};
+use glenoid::kinematics::{
+    AttitudeSolver, CableLengths, CableSet, Geometry, JointCentre, LengthJacobian, PlatformPose, PlatformSolver, inverse,
+};
 use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, CABLES, POINTS, Rig};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
@@ -33,7 +37,7 @@ pub fn machine() -> String {
 
 /// Where the platform stands at six lengths: null when they do not close.
 pub fn place(bytes: &[u8]) -> String {
-    let placed = rig().and_then(|rig| Octahedron::new(&rig).solve(poses_in(bytes).first()?).ok());
+    let placed = rig().and_then(|rig| PlatformSolver::new(&rig).solve(poses_in(bytes).first()?).ok());
     placed.map_or("null".to_owned(), |pose| placed_json(&pose.rotation, &pose.origin_mm))
 }
 
@@ -41,23 +45,26 @@ pub fn place(bytes: &[u8]) -> String {
 pub fn identify(bytes: &[u8]) -> String {
     let (Some(rig), poses) = (rig(), poses_in(bytes)) else { return "null".to_owned() };
     // As in the board: the noise is known.
-    let settings = SolverSettings { noise: Noise::Known(rig.length_noise_mm()), ..SolverSettings::for_rig(&rig) };
-    let solver: Solver<f32> = Solver::new(&rig, settings);
-    let outcome = solver.run(&poses);
-    let mut survey = Survey::new(&rig);
+    let settings = EstimatorSettings { noise: Noise::Known(rig.length_noise_mm()), ..EstimatorSettings::for_rig(&rig) };
+    let machine = Machine::new(&rig);
+    let mut captured: Vec<Pose<f32>> = poses.iter().copied().map(Pose::new).collect();
+    captured.iter_mut().for_each(|pose| pose.place(machine.platform()));
+    let placed: Vec<_> = captured.iter().map(|pose| pose.is_placed().then(|| pose.platform())).collect();
+    let mut accuracy = PredictedAccuracy::new(&machine, rig.nominal());
     let mut sigmas = Vec::new();
-    let octahedron = Octahedron::new(&rig);
-    let placed: Vec<_> = poses.iter().map(|lengths| octahedron.solve(lengths).ok()).collect();
-    for lengths in &poses {
-        let _ = survey.add(lengths);
-        sigmas.push(survey.foretold().map_or(f32::NAN, |foretold| foretold.sigma_mm));
+    for pose in &captured {
+        if pose.is_placed() {
+            accuracy.add(&machine, pose);
+        }
+        sigmas.push(accuracy.predicted(&machine).map_or(f32::NAN, |predicted| predicted.sigma_mm));
     }
+    let outcome = Estimator::new(&machine, rig.nominal(), settings).run(&machine, &mut captured);
     let identified = outcome.as_ref().ok();
     let poses_json = placed.iter().zip(&poses).map(|(placed, lengths)| pose_json(&rig, identified, placed, lengths));
     format!(
         "{{\"sigma_after\":{},\"next\":{},\"poses\":{},{}}}",
         json::list(&sigmas),
-        next(&rig, &survey, identified),
+        next(&rig, &machine, &accuracy, identified),
         json::join(poses_json),
         outcome_json(&outcome)
     )
@@ -91,15 +98,15 @@ fn pose_json(
 ) -> String {
     let Some(placed) = placed else { return "null".to_owned() };
     let Some(found) = identified else { return placed_json(&placed.rotation, &placed.origin_mm) };
-    let points = RigPoints::new(rig);
-    let pivot = Pivot::from_parameters(&found.parameters, &points);
+    let geometry = Geometry::new(rig);
+    let joint = JointCentre::from_parameters(&found.parameters, &geometry);
     let start = nearest_attitude(&placed.rotation);
-    let fit = Arm { points: &points, pivot: &pivot }.fit_from(start, lengths, CableSet::ALL);
+    let fit = AttitudeSolver { geometry: &geometry, centre: &joint }.track(start, lengths, CableSet::ALL);
     let rotation = fit.map_or(placed.rotation, |fit| rotation_of(&fit.attitude));
-    let left = LengthEquations::new(&points, &pivot, &rotation, lengths).cables.map(|cable| cable.residual_mm);
-    let origin = pivot.in_base_mm - rotation * pivot.in_platform_mm;
+    let left = LengthJacobian::new(&geometry, &joint, &rotation, lengths).rows.map(|row| row.residual_mm);
+    let origin = joint.in_base_mm - rotation * joint.in_platform_mm;
     // Where this pose alone, with its six lengths, has the centre.
-    let alone = placed.rotation * pivot.in_platform_mm + placed.origin_mm;
+    let alone = placed.rotation * joint.in_platform_mm + placed.origin_mm;
     let shown = placed_json(&rotation, &origin);
     let [left, alone] = [json::list(&left), json::list(alone.iter())];
     format!("{},\"residuals\":{left},\"centre\":{alone}}}", shown.trim_end_matches('}'))
@@ -112,10 +119,15 @@ fn placed_json(rotation: &Matrix3<f32>, origin_mm: &Vector3<f32>) -> String {
 }
 
 /// The direction of the arm (its long axis, in {B}) whose pose would make the centre's worst σ smallest, and that σ.
-fn next(rig: &Rig<f32>, survey: &Survey<f32>, identified: Option<&Identified<f32>>) -> String {
+fn next(
+    rig: &Rig<f32>,
+    machine: &Machine<f32>,
+    accuracy: &PredictedAccuracy<f32>,
+    identified: Option<&Identified<f32>>,
+) -> String {
     let parameters = identified.map_or(*rig.nominal(), |found| found.parameters);
-    let pivot = Pivot::from_parameters(&parameters, &RigPoints::new(rig));
-    let ends = rig.platform_mm().map(|point| point - pivot.in_platform_mm);
+    let joint = JointCentre::from_parameters(&parameters, machine.geometry());
+    let ends = rig.platform_mm().map(|point| point - joint.in_platform_mm);
     let mut best: Option<(f32, Vector3<f32>, f32)> = None;
     for direction in 0..NEXT_DIRECTIONS {
         let azimuth = f32::from(direction) / f32::from(NEXT_DIRECTIONS) * core::f32::consts::TAU;
@@ -123,12 +135,15 @@ fn next(rig: &Rig<f32>, survey: &Survey<f32>, identified: Option<&Identified<f32
         for torsion in NEXT_TORSIONS_RAD {
             let rotation = tilt * Rotation3::new(Vector3::z() * torsion) * home(rig);
             let lengths = inverse::cable_lengths(rig, &parameters.centre_mm, &ends, &rotation);
-            let mut with_it = survey.clone();
+            let mut with_it = accuracy.clone();
             let sigma = CableLengths::new(lengths)
                 .ok()
-                .and_then(|lengths| with_it.add(&lengths).ok())
-                .and_then(|_| with_it.foretold())
-                .map(|foretold| foretold.sigma_mm);
+                .and_then(|lengths| Pose::placed(machine.platform(), lengths).ok())
+                .and_then(|pose| {
+                    with_it.add(machine, &pose);
+                    with_it.predicted(machine)
+                })
+                .map(|predicted| predicted.sigma_mm);
             if let Some(sigma) = sigma
                 && best.is_none_or(|(smallest, ..)| sigma < smallest)
             {
@@ -145,7 +160,7 @@ fn next(rig: &Rig<f32>, survey: &Survey<f32>, identified: Option<&Identified<f32
 /// Rotation from {P} to {B} with the arm at home.
 fn home(rig: &Rig<f32>) -> Rotation3<f32> {
     let home =
-        CableLengths::new(rig.drum().home_length_mm).ok().and_then(|lengths| Octahedron::new(rig).solve(&lengths).ok());
+        CableLengths::new(rig.drum().home_length_mm).ok().and_then(|lengths| PlatformSolver::new(rig).solve(&lengths).ok());
     home.map_or(Rotation3::identity(), |pose| Rotation3::from_matrix_unchecked(pose.rotation))
 }
 

@@ -26,7 +26,7 @@ mod watchdog;
 use cortex_m::interrupt::free;
 use cortex_m::{Peripherals, asm, singleton};
 use glenoid::device::{Action, BlinkPattern, Device, Event, LogEntry, fingerprint};
-use glenoid::identification::{PoseBuffer, Solver};
+use glenoid::identification::{Estimator, PoseBuffer};
 use glenoid::record::Storage;
 use glenoid::restart::{CrashRecord, ResetCause, Restart};
 use glenoid::rig_link::{RigLink, Signal};
@@ -140,7 +140,7 @@ impl Board {
         let memory = Entry::Memory {
             device: size_of::<Device>(),
             poses: size_of::<PoseBuffer<f32>>(),
-            solver: size_of::<Solver<f32>>(),
+            estimator: size_of::<Estimator<f32>>(),
         };
         for entry in [Entry::Ready { stack: stack::usage() }, memory] {
             board.outside.log.push(board.last_tick_ms, entry);

@@ -9,7 +9,6 @@ use core::sync::atomic::{AtomicU16, Ordering};
 use cortex_m::interrupt::{Mutex, free};
 use cortex_m::singleton;
 use embassy_stm32::can::config::{GlobalFilter, NominalBitTiming, NonMatchingFilter, TxBufferMode};
-use embassy_stm32::can::filter::{Action, FilterType, StandardFilter, StandardFilterSlot};
 use embassy_stm32::can::{Can, CanConfigurator, IT0InterruptHandler, IT1InterruptHandler};
 use embassy_stm32::interrupt::Priority;
 use embassy_stm32::interrupt::typelevel::{Binding, FDCAN1_IT0, Handler, Interrupt};
@@ -18,6 +17,7 @@ use embassy_stm32::{Peri, bind_interrupts, pac};
 use glenoid::can::health::BusHealth;
 use glenoid::can::{BaseId, Frame};
 use glenoid::drive_board::can_memory::{ELEMENT_WORDS, ELEMENTS, USED_WORDS, frame_of, words_of};
+use glenoid::drive_board::can_filter::{FILTERS, NO_FILTER};
 use glenoid::drive_board::clock::{CAN_BIT_HZ, CORE_HZ};
 use glenoid::drive_board::{BitTiming, CanFilter};
 use heapless::spsc::{Consumer, Producer, Queue};
@@ -78,9 +78,11 @@ impl Bus {
         // below the sampling, which is at P0
         FDCAN1_IT0::set_priority(Priority::P8);
         let mut configurator = CanConfigurator::new(controller, receive, transmit, Handlers);
-        let CanFilter { id, mask } = CanFilter::of_block(base);
-        let filter = StandardFilter { filter: FilterType::BitMask { filter: id, mask }, action: Action::StoreInFifo0 };
-        configurator.properties().set_standard_filter(StandardFilterSlot::_0, filter);
+        // the driver's own filters set reserved bits
+        for slot in 0..FILTERS {
+            let element = if slot == 0 { CanFilter::of_block(base).element() } else { NO_FILTER };
+            pac::FDCANRAM1.flssa(slot).write_value(element);
+        }
         let config = configurator
             .config()
             .set_nominal_bit_timing(NominalBitTiming {

@@ -1,6 +1,6 @@
 //! An image that links only if nothing in the library can panic (`cargo panic-free`).
 //!
-//! It holds all that the boards call: the device with procedure, identification and watch, the CAN vocabulary, SLCAN, the
+//! It holds all that the boards call: the device with procedure, identification and slip detection, the CAN vocabulary, SLCAN, the
 //! rig link, the record, the crash record, and the paper's iteration besides. Everything that comes from outside is
 //! hidden from the optimiser, so no check is left out because of a value that happens to be known here. The panic handler
 //! calls a function that does not exist: a single way to a panic, and there is no image. Never run.
@@ -18,7 +18,8 @@ use core::panic::PanicInfo;
 use cortex_m::singleton;
 use glenoid::can::{BaseId, Message};
 use glenoid::device::{Action, Device, Event, fingerprint};
-use glenoid::identification::{PaperIteration, PaperSettings, PoseBuffer};
+use glenoid::kinematics::CableLengths;
+use glenoid::paper::{PaperIteration, PaperSettings};
 use glenoid::record::Storage;
 use glenoid::restart::{Area, CrashRecord, ResetCause, Restart};
 use glenoid::rig::{Parameters, Rig};
@@ -106,7 +107,7 @@ impl Links {
 /// The paper's iteration, which no board runs.
 fn paper(rig: &Rig<f32>) -> Event {
     let start = Parameters::from_array(black_box([0.0; 6]));
-    let poses = black_box(PoseBuffer::<f32>::new());
-    let _ = black_box(PaperIteration::new(rig, start, PaperSettings::default()).run(poses.as_slice()));
+    let poses: &[CableLengths<f32>] = black_box(&[]);
+    let _ = black_box(PaperIteration::new(rig, start, PaperSettings::default()).run(poses));
     Event::Tick
 }

@@ -32,7 +32,7 @@ fn record() -> Record {
         sway_rad: 0.75,
         poses: 0x0B0C,
         left_out: 3,
-        rejected: core::array::from_fn(|k| Rejected { pose: k as u16 + 1, cables: k as u8 * 2 }),
+        rejected: core::array::from_fn(|k| Rejected { pose: k as u32 + 1, cables: k as u8 * 2 }),
         iterations: 0x11,
         termination: 2,
         verification_poses: 0x13,

@@ -7,7 +7,7 @@ use crate::study::findings::{Findings, Plan, Problem, Table, short};
 use crate::study::scene::Scene;
 use crate::study::statistics::quantile;
 use crate::study::{Study, trials};
-use glenoid::identification::verify;
+use glenoid::paper::verify;
 use glenoid::rig::Parameters;
 
 /// Fig. 6.

@@ -6,7 +6,7 @@ use crate::study::solve::{Answer, Told, solve_with_zeros};
 use crate::wearer::{Encoder, rotation};
 use glenoid::kinematics::CableLengths;
 use glenoid::rig::{CABLES, Parameters, RigError};
-use glenoid::watch::Watch;
+use glenoid::monitor::SlipDetector;
 use nalgebra::{Rotation3, Vector3};
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
@@ -94,7 +94,7 @@ pub struct Therapy {
 impl Therapy {
     /// A wearer with a random centre; the encoders' zeros are off unless they are known. The watch is over the centre
     /// that the device's own solver (f32) finds. `Ok(None)` when it refuses them.
-    pub fn begin(mut random: ChaCha8Rng, zeros_known: bool) -> Result<Option<(Self, Watch<f32>)>, Problem> {
+    pub fn begin(mut random: ChaCha8Rng, zeros_known: bool) -> Result<Option<(Self, SlipDetector<f32>)>, Problem> {
         let scene = Scene::table_1(150.0)?.worn(&mut random, 20.0, 10.0);
         let prior_mm = if zeros_known { 0.0 } else { ZEROS_MM };
         let zeros_mm: [f64; CABLES] = std::array::from_fn(|_| symmetric(&mut random, prior_mm));
@@ -115,10 +115,10 @@ impl Therapy {
         Ok(Some((therapy, watch)))
     }
 
-    fn watch(&self, answer: &Answer) -> Result<Watch<f32>, RigError> {
+    fn watch(&self, answer: &Answer) -> Result<SlipDetector<f32>, RigError> {
         let rig = self.scene.rig_single();
         let parameters = Parameters::from_array(answer.parameters_mm.map(|x| x as f32));
-        Ok(Watch::new(rig, &parameters, &answer.zeros_mm.map(|x| x as f32), rig.length_noise_mm()))
+        Ok(SlipDetector::new(rig, &parameters, &answer.zeros_mm.map(|x| x as f32), rig.length_noise_mm()))
     }
 
     /// What the device makes of six true lengths: noise, then whole counts, mm.

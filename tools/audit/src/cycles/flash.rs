@@ -11,7 +11,7 @@ const ONLY: &str = "GLENOID_SPEED_ONLY";
 
 /// Images that hold a part of the library each, by the word that selects them.
 pub const PARTS: [&str; 8] =
-    ["paper-f32", "free-f32", "zeros-f32", "full-f32", "paper-f64", "free-f64", "zeros-f64", "full-f64"];
+    ["paper-f32", "free-f32", "machine-f32", "full-f32", "paper-f64", "free-f64", "machine-f64", "full-f64"];
 
 /// The images of all paths, one for each precision: both at once would not fit the board's flash.
 pub const SINGLE: &str = "f32";
@@ -71,7 +71,7 @@ fn flash_bytes(image: &Elf) -> Result<u64, ElfError> {
     Ok(image.sections()?.iter().filter(|section| section.in_flash).map(|section| section.size_bytes).sum())
 }
 
-/// `glenoid::identification::solver::Solver<T,_>::advance` is of `glenoid::identification::solver`.
+/// `glenoid::identification::estimator::Estimator<T>::advance` is of `glenoid::identification::estimator`.
 fn module(name: &str) -> String {
     let plain = name.trim_start_matches(['<', '&']);
     let parts: Vec<&str> = plain.split("::").take(3).collect();

@@ -135,8 +135,8 @@ fn what_exceptions_call_is_followed() {
 #[test]
 fn the_list_knows_both_mangling_schemes() {
     let sections = [
-        ".text._ZN7glenoid10kinematics10octahedron19Octahedron$LT$T$GT$5solve17h4656f48f915fac2fE",
-        ".text._RNvMNtNtCsbLFLnxsIJIF_7glenoid10kinematics10octahedronINtB2_10OctahedronfE5solveB6_",
+        ".text._ZN7glenoid10kinematics14stewart_gough27ForwardKinematics$LT$T$GT$5solve17h4656f48f915fac2fE",
+        ".text._RNvMNtNtCsbLFLnxsIJIF_7glenoid10kinematics14stewart_goughINtB2_17ForwardKinematicsfE5solveB6_",
         ".text._ZN7glenoid14identification6blocks23BlockEquations$LT$T$GT$8add_pose17h021c707509db292dE",
         ".text._RNvMs2_NtNtCsbLFLnxsIJIF_7glenoid14identification6blocksINtB5_14BlockEquationsfE8add_poseB7_",
     ];

@@ -24,7 +24,7 @@ const MOVE_SAMPLES: i32 = 60;
 const HOLD_MS: u32 = 600;
 /// Of the problem's poses so many are held out.
 const VERIFICATION_POSES: usize = 5;
-/// As many slices of the solver, and more, as a set takes.
+/// As many slices of the estimator, and more, as a set takes.
 const SOLVING_MS: u32 = 1_000;
 
 /// What the paths are called.

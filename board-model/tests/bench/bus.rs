@@ -1,0 +1,100 @@
+//! The CAN bus: bit, filter, bus-off, loneliness, flood.
+
+use crate::scene::{health, hear, heartbeats, is_fault, new_board, query};
+use board_model::peripheral::message_ram::BusFrame;
+use board_model::time::PS_A_SECOND;
+use glenoid::can::Message;
+use glenoid::procedure::Reason;
+
+fn frame(id: u32, extended: bool, remote: bool) -> BusFrame {
+    BusFrame { id, extended, remote, len: 8, data: [0x55; 8] }
+}
+
+/// B12: the bit lasts 2 us to a tenth of a percent, and is sampled at 85 % of it. The model divides its own clock tree.
+#[test]
+fn the_bit_is_right() {
+    let board = new_board();
+    let chip = board.machine.chip();
+    let get = |field| u64::from(chip.can.file.get("NBTP", field));
+    let quanta = (get("NBRP") + 1) * (get("NTSEG1") + get("NTSEG2") + 3);
+    assert_eq!(quanta * PS_A_SECOND / u64::from(chip.clocks().fdcan), 2_000_000);
+    assert_eq!(chip.can.sample_permille(), 850);
+}
+
+/// The heartbeat comes ten times a second by the board's own clock: the core's timer divides 170 MHz.
+#[test]
+fn a_second_is_a_second() {
+    let mut board = new_board();
+    assert_eq!(board.machine.chip().clocks().ahb, 170_000_000);
+    let heard = heartbeats(&hear(&mut board, 10_000));
+    assert!((99..=101).contains(&heard), "{heard}");
+}
+
+/// B5: the board returns from each of ten bus-offs within a second, and tells.
+#[test]
+fn it_comes_back_from_bus_off() {
+    let mut board = new_board();
+    let mut before = 0;
+    for _ in 0..10 {
+        board.machine.chip_mut().can.bus.shorted = true;
+        assert_eq!(hear(&mut board, 1_000), []);
+        board.machine.chip_mut().can.bus.shorted = false;
+        let said = hear(&mut board, 1_000);
+        assert!(heartbeats(&said) >= 5, "{said:?}");
+        assert!(is_fault(&said, Reason::BusOff), "{said:?}");
+        let said = query(&mut board);
+        let bus_off = health(&said).unwrap().bus_off;
+        assert!(bus_off > before, "{bus_off} after {before}");
+        before = bus_off;
+    }
+    assert_eq!(board.machine.resets, []);
+    assert_eq!(board.complaints(), [""; 0]);
+}
+
+/// B6: a minute without anybody who listens. Three frames in the controller, 63 in the queue are old; then it goes on.
+#[test]
+fn it_survives_that_nobody_listens() {
+    let mut board = new_board();
+    board.machine.chip_mut().can.bus.lonely = true;
+    assert_eq!(hear(&mut board, 60_000), []);
+    board.machine.chip_mut().can.bus.lonely = false;
+    assert!(heartbeats(&hear(&mut board, 1_000)) > 60);
+    assert!(health(&query(&mut board)).unwrap().dropped > 0);
+    assert_eq!(board.machine.resets, []);
+    assert_eq!(board.complaints(), [""; 0]);
+}
+
+/// All other traffic is dropped by the filter; what somebody else sends in the device's name is counted.
+#[test]
+fn foreign_frames_are_dropped_by_the_hardware() {
+    let mut board = new_board();
+    for id in (0..0x800).filter(|id| !(0x300..0x320).contains(id)) {
+        board.machine.chip_mut().can.bus.waiting.push_back(frame(id, false, false));
+    }
+    for id in [0x300, 0x1234_5678] {
+        board.machine.chip_mut().can.bus.waiting.push_back(frame(id, true, false));
+    }
+    board.machine.chip_mut().can.bus.waiting.push_back(frame(0x300, false, true));
+    hear(&mut board, 1_000);
+    board.machine.chip_mut().can.bus.waiting.push_back(frame(0x31F, false, false));
+    let said = query(&mut board);
+    let counters = said.iter().find_map(|message| match message {
+        Message::Counters(counters) => Some(*counters),
+        _ => None,
+    });
+    assert_eq!(counters.unwrap().foreign, 1, "{said:?}");
+    assert_eq!(board.complaints(), [""; 0]);
+}
+
+/// A bus full of commands: none is lost without a word, and the sampling goes on.
+#[test]
+fn a_flood_of_commands_is_borne() {
+    let mut board = new_board();
+    for _ in 0..4_000 {
+        board.machine.chip_mut().can.bus.waiting.push_back(frame(0x300, false, false));
+    }
+    let said = hear(&mut board, 2_000);
+    assert!(heartbeats(&said) >= 10, "{said:?}");
+    assert_eq!(board.machine.resets, []);
+    assert_eq!(board.complaints(), [""; 0]);
+}
