@@ -1,6 +1,6 @@
 //! `cargo identify`: the board's identification on a recorded log, for the researcher's desk.
 //!
-//! A log and a rig are read ([`lengths_file`], [`rig_file`]; anything that cannot be read is told by file, line and
+//! A log and a rig are read ([`lengths_file`], [`rig_file`]; anything that cannot be read is reported by file, line and
 //! column), the library's solver is run in the precision asked for ([`calculation`]), and the outcome is one [`report`]
 //! that is printed as JSON or as a [`summary`] with a remedy for every refusal.
 
@@ -18,6 +18,7 @@ pub mod selection;
 pub mod summary;
 pub mod units;
 pub mod verification;
+mod wording;
 
 use glenoid::identification::{DEFAULT_CAPACITY, JointChoice};
 use glenoid::rig::Rig;
@@ -33,7 +34,7 @@ use self::selection::RowsUsed;
 /// Without `--noise`, residuals up to this many times the noise expected of the rig are taken for noise of the cables:
 /// 0.35 mm for the shoulder, which uniform noise within ±0.6 mm gives. What is left of a rig file that is wrong by a
 /// centimetre, or of a strap that slips, is larger.
-const MOST_TIMES_EXPECTED_NOISE: f64 = 6.0;
+const MAX_TIMES_EXPECTED_NOISE: f64 = 6.0;
 
 /// What is to be identified, and how.
 #[derive(Clone, Debug, PartialEq)]
@@ -138,7 +139,7 @@ fn setting(request: &Request, machine: &RigFile, rows: usize) -> Setting {
         start: (!full).then(|| start(request, machine)),
         given_noise_mm: request.noise_mm.filter(|_| full),
         expected_noise_mm,
-        noise_limit_mm: expected_noise_mm * MOST_TIMES_EXPECTED_NOISE,
+        noise_limit_mm: expected_noise_mm * MAX_TIMES_EXPECTED_NOISE,
     }
 }
 
@@ -163,7 +164,7 @@ fn unused(request: &Request) -> Vec<String> {
         warnings.push("--zeros is not used: the paper's method takes the zeros for known".to_owned());
     }
     if request.method == Method::Paper && request.noise_mm.is_some() {
-        warnings.push("--noise is not used: the paper's method takes its error bar from its own residuals".to_owned());
+        warnings.push("--noise is not used: the paper's method takes its standard deviation from its own residuals".to_owned());
     }
     warnings
 }

@@ -32,7 +32,7 @@ pub struct Study {
     pub name: &'static str,
     /// What it answers, in a line.
     pub about: &'static str,
-    /// Trials unless told otherwise; what one trial is, its summary says.
+    /// Trials by default; what one trial is, its summary says.
     pub trials: u64,
     /// Does it.
     pub run: fn(&Plan) -> Result<Findings, Problem>,

@@ -1,86 +1,175 @@
-//! What one pose says about the joint centre, with the pose's own rotation eliminated (Schur complement).
+//! What one pose says about the joint centre, with the pose's own rotation eliminated.
 //!
 //! Of the six unknowns (O in {B}, C in {P}) a pose sees three combinations, δ = δO - R δC (see
-//! [`length_jacobian`](crate::kinematics::length_jacobian)). With U and G the translation and rotation rows of the
-//! Jacobian, the least squares over its six lengths have the blocks UᵀU, GᵀU, GᵀG; eliminating the small rotation ω
-//! leaves
+//! [`length_jacobian`](crate::kinematics::length_jacobian)). With U and G the translation and rotation columns of the
+//! Jacobian, the six lengths say U δ + G ω = e. Householder's reflections turn G into a triangle over zeros (QR
+//! factorization; Golub and Van Loan, algorithm 5.2.1). Three of the six equations determine the small rotation ω then,
+//! and the other three hold none of it:
 //!
 //! ```text
-//! S = UᵀU - (GᵀU)ᵀ (GᵀG)⁻¹ GᵀU
+//! Ū δ = ē
 //! ```
 //!
-//! and S δ̂ for the best δ: everything that the pose knows, with the exact maximum-likelihood weight.
+//! Their squares are the Schur complement of the normal equations, S = ŪᵀŪ = UᵀU - (GᵀU)ᵀ (GᵀG)⁻¹ GᵀU, and S δ̂ = Ūᵀē:
+//! all that the pose knows, with the exact maximum-likelihood weight.
 
 use crate::kinematics::LengthJacobian;
 use crate::linear_algebra::{Singular, inverse_of_positive_definite, rounding};
+use crate::rig::CABLES;
 use crate::scalar::Real;
 use nalgebra::{Matrix3, Vector3};
 
-/// One pose's least-squares information, for lengths with a variance of 1 mm² (multiply by 1/σ²).
+/// A number for each cable.
+type Six<T> = [T; CABLES];
+
+/// What one pose knows, for lengths with a variance of 1 mm² (multiply squares by 1/σ²).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MarginalInformation<T> {
-    /// S: information on δ, ω eliminated, dimensionless.
-    pub information: Matrix3<T>,
-    /// (GᵀG)⁻¹ GᵀU: the best ω follows δ by minus this, rad/mm.
-    pub rotation_gain: Matrix3<T>,
-    /// (GᵀG)⁻¹: covariance of ω for a known δ, rad²/mm².
-    pub rotation_covariance: Matrix3<T>,
-    /// S δ̂, mm.
-    pub gradient_mm: Vector3<T>,
-    /// Sum of the squared length residuals with the best ω and δ = 0, mm².
-    pub squares_mm2: T,
+    /// Ū: how the three equations change with δ, dimensionless.
+    pub translation: Matrix3<T>,
+    /// ē: their residuals with δ = 0, mm.
+    pub residuals_mm: Vector3<T>,
     /// The best ω for δ = 0, rad.
     pub turn: Vector3<T>,
+    /// The reflections 1 - v vᵀ, in the order in which they are applied.
+    reflections: [Six<T>; 3],
+    /// What the three equations were multiplied by afterwards.
+    whitening: Option<Matrix3<T>>,
 }
 
 impl<T: Real> MarginalInformation<T> {
-    /// The information in six lengths.
+    /// The information of a pose on δ.
     ///
     /// # Errors
-    /// [`Singular`] when they do not determine the rotation (no such pose of a sound rig).
+    /// [`Singular`] when the lengths do not determine the rotation; no pose of a regular rig is like that.
     pub fn new(jacobian: &LengthJacobian<T>) -> Result<Self, Singular> {
-        let mut direct = Matrix3::zeros();
-        let mut mixed = Matrix3::zeros();
-        let mut rotation = Matrix3::zeros();
-        let (mut gradient, mut rotational_gradient) = (Vector3::zeros(), Vector3::zeros());
-        let mut squares = T::zero();
-        for row in &jacobian.rows {
-            let (u, g, e) = (&row.translation, &row.rotation_mm, row.residual_mm);
-            add_outer_product(&mut direct, u, u);
-            add_outer_product(&mut mixed, g, u);
-            add_outer_product(&mut rotation, g, g);
-            gradient += u * e;
-            rotational_gradient += g * e;
-            squares += e * e;
+        let rows = &jacobian.rows;
+        // G, U and e.
+        let mut columns: [Six<T>; 7] = core::array::from_fn(|j| {
+            core::array::from_fn(|k| match j {
+                0..3 => rows[k].rotation_mm[j],
+                3..6 => rows[k].translation[j - 3],
+                _ => rows[k].residual_mm,
+            })
+        });
+        let mut reflections = [[T::zero(); CABLES]; 3];
+        for (j, reflection) in reflections.iter_mut().enumerate() {
+            *reflection = reflection_of(&columns[j], j)?;
+            columns.iter_mut().skip(j).for_each(|column| reflect(column, reflection));
         }
-        let rotation_covariance = inverse_of_positive_definite(&rotation, rounding()).ok_or(Singular)?;
-        let rotation_gain = rotation_covariance * mixed;
-        let turn = rotation_covariance * rotational_gradient;
+        let [g1, g2, g3, u1, u2, u3, e] = &columns;
+        // The triangle, solved from its end.
+        let z = e[2] / g3[2];
+        let y = (e[1] - g3[1] * z) / g2[1];
+        let x = (e[0] - g2[0] * y - g3[0] * z) / g1[0];
+        let last = |column: &Six<T>| Vector3::new(column[3], column[4], column[5]);
         Ok(Self {
-            information: direct - mixed.tr_mul(&rotation_gain),
-            rotation_gain,
-            rotation_covariance,
-            gradient_mm: gradient - rotation_gain.tr_mul(&rotational_gradient),
-            squares_mm2: squares - rotational_gradient.dot(&turn),
-            turn,
+            translation: Matrix3::from_columns(&[last(u1), last(u2), last(u3)]),
+            residuals_mm: last(e),
+            turn: Vector3::new(x, y, z),
+            reflections,
+            whitening: None,
         })
     }
 
-    /// δ̂ for itself: the centre that the pose would have alone, exactly known, at a distance of √squares from the common
-    /// one. `ridge` is added to the information, which may not know a direction.
-    pub fn into_own_centre(self, ridge: T) -> Self {
-        let information = self.information + Matrix3::from_diagonal_element(ridge);
-        let gradient_mm =
-            inverse_of_positive_definite(&information, T::zero()).map_or(self.gradient_mm, |v| v * self.gradient_mm);
-        Self {
-            information: Matrix3::identity(),
-            gradient_mm,
-            squares_mm2: gradient_mm.norm_squared(),
-            ..self
+    /// S: information on δ, dimensionless.
+    pub fn information(&self) -> Matrix3<T> {
+        self.translation.tr_mul(&self.translation)
+    }
+
+    /// S δ̂, mm.
+    pub fn gradient_mm(&self) -> Vector3<T> {
+        self.translation.tr_mul(&self.residuals_mm)
+    }
+
+    /// Sum of the squared length residuals with the best ω and δ = 0, mm².
+    pub fn squares_mm2(&self) -> T {
+        self.residuals_mm.norm_squared()
+    }
+
+    /// How the three equations change with each of the six lengths.
+    pub fn projector(&self) -> [Vector3<T>; CABLES] {
+        let [first, second, third] = &self.reflections;
+        // The last three rows of the product of the reflections.
+        let rows: [Six<T>; 3] = core::array::from_fn(|i| {
+            let mut row = core::array::from_fn(|k| if k == 3 + i { T::one() } else { T::zero() });
+            reflect(&mut row, third);
+            reflect(&mut row, second);
+            reflect(&mut row, first);
+            row
+        });
+        let [a, b, c] = &rows;
+        let projector = core::array::from_fn(|k| Vector3::new(a[k], b[k], c[k]));
+        match &self.whitening {
+            Some(whitening) => projector.map(|column| whitening * column),
+            None => projector,
         }
+    }
+
+    /// The same where the pose has a joint centre of its own, beside the common one by a scatter with this variance
+    /// along each axis, in units of the noise's: the three equations are made as uncertain as they are then, and
+    /// independent again. 0 = none.
+    pub fn add_scatter(&mut self, scatter: T) {
+        // Also false for NaN.
+        if scatter > T::zero() {
+            let covariance = Matrix3::identity() + self.translation * self.translation.transpose() * scatter;
+            let whitening = inverse_of_factor(&covariance);
+            self.translation = whitening * self.translation;
+            self.residuals_mm = whitening * self.residuals_mm;
+            self.whitening = Some(whitening);
+        }
+    }
+
+    /// δ̂ for itself: the centre that the pose would have alone, exactly known, at a distance of √squares from the
+    /// common one. `ridge` is added to the information, which may not know a direction.
+    pub fn become_own_centre(&mut self, ridge: T) {
+        let information = self.information() + Matrix3::from_diagonal_element(ridge);
+        let gradient_mm = self.gradient_mm();
+        self.residuals_mm =
+            inverse_of_positive_definite(&information, T::zero()).map_or(gradient_mm, |v| v * gradient_mm);
+        self.translation = Matrix3::identity();
     }
 }
 
-fn add_outer_product<T: Real>(sum: &mut Matrix3<T>, a: &Vector3<T>, b: &Vector3<T>) {
-    *sum += a * b.transpose();
+/// The v of the reflection 1 - v vᵀ that leaves of a column what stands before `from`, and one number at `from`.
+fn reflection_of<T: Real>(column: &Six<T>, from: usize) -> Result<Six<T>, Singular> {
+    let squares = |values: &[T]| values.iter().fold(T::zero(), |sum, x| sum + *x * *x);
+    let rest = squares(column.get(from..).unwrap_or_default());
+    // Reflections keep lengths, so the whole is still that of the first column. Also false for NaN.
+    if !(rest > squares(column) * rounding()) {
+        return Err(Singular);
+    }
+    let norm = rest.root();
+    let lead = column[from];
+    // v before it is scaled to |v|² = 2 is the column with its length added to the leading number, on the side of its
+    // sign.
+    let scale = T::one() / (norm * (norm + lead.abs())).root();
+    let mut v = core::array::from_fn(|k| if k < from { T::zero() } else { column[k] * scale });
+    v[from] += if lead < T::zero() { -norm * scale } else { norm * scale };
+    Ok(v)
+}
+
+/// (1 - v vᵀ) times the column.
+fn reflect<T: Real>(column: &mut Six<T>, v: &Six<T>) {
+    let share = column.iter().zip(v).fold(T::zero(), |sum, (x, v)| sum + *x * *v);
+    column.iter_mut().zip(v).for_each(|(x, v)| *x -= *v * share);
+}
+
+/// L⁻¹ for a matrix L Lᵀ that is nowhere below the identity (Cholesky).
+fn inverse_of_factor<T: Real>(m: &Matrix3<T>) -> Matrix3<T> {
+    let (one, zero) = (T::one(), T::zero());
+    let a = one / m.m11.root();
+    let (l21, l31) = (m.m21 * a, m.m31 * a);
+    let c = one / (m.m22 - l21 * l21).root();
+    let l32 = (m.m32 - l31 * l21) * c;
+    let f = one / (m.m33 - l31 * l31 - l32 * l32).root();
+    let b = -l21 * a * c;
+    let d = -(l31 * a + l32 * b) * f;
+    Matrix3::new(a, zero, zero, b, c, zero, d, -l32 * c * f, f)
+}
+
+/// δ̂ = S⁻¹ g of a pose, mm; a small ridge bounds a direction that the pose does not determine.
+pub fn own_centre<T: Real>(information: &Matrix3<T>, gradient_mm: &Vector3<T>) -> Vector3<T> {
+    let ridge = Matrix3::from_diagonal_element(T::of(1e-6));
+    inverse_of_positive_definite(&(information + ridge), T::zero()).map_or_else(Vector3::zeros, |v| v * gradient_mm)
 }

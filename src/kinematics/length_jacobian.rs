@@ -1,10 +1,10 @@
 //! The joint centre in both bodies, and the Jacobian of the six lengths about it.
 //!
 //! The centre is fixed in both bodies: at O in {B} and at C in {P}. With R the platform's rotation and s_k the end of
-//! cable k in {P}, that end stands at P_k = O + R (s_k - C), and the six cable lengths follow. Let O move by δO, C by δC
-//! and the platform turn by ω: P_k moves by δ + ω × w_k with w_k = R (s_k - C) and **δ = δO - R δC**, and a length with
-//! unit vector u along its cable changes by u·δ + (w × u)·ω. Lengths are smooth functions of O, C and R: nothing here is
-//! singular at a flat tetrahedron or at a singularity of the forward kinematics.
+//! cable k in {P}, that end stands at P_k = O + R (s_k - C), and the six cable lengths follow. Let O move by δO, C by
+//! δC and the platform turn by ω: P_k moves by δ + ω × w_k with w_k = R (s_k - C) and **δ = δO - R δC**, and a length
+//! with unit vector u along its cable changes by u·δ + (w × u)·ω. Lengths are smooth functions of O, C and R: nothing
+//! here is singular at a flat tetrahedron or at a singularity of the forward kinematics.
 
 use super::cable_length::CableLengths;
 use super::geometry::{Geometry, Span};
@@ -29,7 +29,7 @@ impl<T: Real> JointCentre<T> {
     }
 
     /// From the centre in {B} and the radii: C is where three spheres of radii p_i about the end-points meet, on the
-    /// base's side of the platform. When they do not meet, the point below their radical axis.
+    /// base's side of the platform. When they do not meet, the point of the platform's plane on their radical axis.
     pub fn from_parameters(parameters: &Parameters<T>, geometry: &Geometry<T>) -> Self {
         let [s1, s2, s3] = &geometry.end_points_mm();
         let mut in_platform_mm = trilaterate([s1, s2, s3], &parameters.radii_mm, T::one());
@@ -66,18 +66,27 @@ impl<T: Real> LengthJacobian<T> {
     ) -> Self {
         let measured = lengths.as_mm();
         let mut arm = Vector3::zeros();
-        let rows = core::array::from_fn(|cable| {
+        let zero = LengthRow { translation: arm, rotation_mm: arm, residual_mm: T::zero() };
+        let mut jacobian = Self { rows: [zero; CABLES] };
+        for (cable, row) in jacobian.rows.iter_mut().enumerate() {
             // The second cable of an end-point of the 3-3 machine has the arm of the first.
             if !geometry.is_three_three || cable % 2 == 0 {
                 arm = rotation * (geometry.end_mm[cable] - centre.in_platform_mm);
             }
             let Span { length_mm, direction } = geometry.span(cable, &(centre.in_base_mm + arm));
-            LengthRow {
-                translation: direction,
-                rotation_mm: arm.cross(&direction),
-                residual_mm: measured[cable] - length_mm,
-            }
-        });
-        Self { rows }
+            row.translation = direction;
+            row.rotation_mm = arm.cross(&direction);
+            row.residual_mm = measured[cable] - length_mm;
+        }
+        jacobian
+    }
+
+    /// The same where the joint centre moves with the rotation, by `turning` ω for a small ω, mm/rad.
+    #[must_use]
+    pub fn with_moving_centre(mut self, turning: &Matrix3<T>) -> Self {
+        for row in &mut self.rows {
+            row.rotation_mm += turning.tr_mul(&row.translation);
+        }
+        self
     }
 }

@@ -57,7 +57,7 @@ impl Procedure {
 
     fn start(&mut self, now_ms: u32, by_command_only: bool) -> Reply {
         // A count lost in an earlier run must not lock the device for ever; the new run begins from where the
-        // encoders stand, and outliers, second set and error bar judge it like any other.
+        // encoders stand, and outliers, second set and standard deviation judge it like any other.
         let mut arm = self.arm;
         arm.forgive();
         if let Err(NotReady { reason, cable }) = arm.ready(now_ms) {
@@ -215,8 +215,7 @@ impl Procedure {
                 self.poses.push(pose).map_err(|_| refused(Reason::PosesFull))?;
                 self.spread.add(&pose.rotation());
                 self.accuracy.add(&self.machine, &pose);
-                self.predicted_sigma_mm =
-                    self.accuracy.predicted(&self.machine).map(|predicted| predicted.sigma_mm);
+                self.predicted_sigma_mm = self.accuracy.predicted(&self.machine).map(|predicted| predicted.sigma_mm);
                 self.run.advice = self.spread.advice();
             }
             PoseSet::HeldOut => {

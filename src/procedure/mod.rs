@@ -243,7 +243,7 @@ impl Procedure {
     /// run is under way: its poses were collected for another question.
     ///
     /// Every run begins from the raw lengths, never from lengths corrected by the zeros in use: an error in these cannot
-    /// get into the next centre, and the error bar of a run hangs on its own poses and the stated prior alone.
+    /// get into the next centre, and the standard deviation of a run depends on its own poses and the stated prior alone.
     pub fn set_zero_prior(&mut self, prior_mm: f32) -> Reason {
         if !matches!(self.state, State::Idle | State::Failed) {
             return Reason::AlreadyRunning;

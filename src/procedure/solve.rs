@@ -107,7 +107,9 @@ impl From<Refusal> for Detail {
                 Self { size_mm: Some(distance_mm), ..Self::of(Reason::HeldOfAnotherWearing) }
             }
             Refusal::TooManyOutliers { .. } => Self::of(Reason::TooManyOutliers),
-            Refusal::CentreNotFixed { migration_mm } => Self { size_mm: Some(migration_mm), ..Self::of(Reason::NotABall) },
+            Refusal::CentreNotFixed { migration_mm } => {
+                Self { size_mm: Some(migration_mm), ..Self::of(Reason::NotABall) }
+            }
         }
     }
 }

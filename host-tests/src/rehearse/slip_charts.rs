@@ -66,8 +66,8 @@ fn look(exercise: &Exercise, rig: &Rig<f64>, live: &[Parameter; 6], zeros_mm: &[
         attitude = fit.map(|fit| fit.attitude);
         let rotation = *attitude?.to_rotation_matrix().matrix();
         let pose = MarginalInformation::new(&LengthJacobian::new(&geometry, &in_use, &rotation, &lengths)).ok()?;
-        let centre_mm = pose.information.try_inverse()? * pose.gradient_mm;
-        Some(Seen { at_s, centre_mm, residual_mm: (pose.squares_mm2 / 3.0).sqrt() })
+        let centre_mm = pose.information().try_inverse()? * pose.gradient_mm();
+        Some(Seen { at_s, centre_mm, residual_mm: (pose.squares_mm2() / 3.0).sqrt() })
     };
     exercise.samples.iter().filter_map(|sample| see(sample.at_s, &sample.counts)).collect()
 }

@@ -8,7 +8,7 @@ use crate::common::library::{as_cables, rig};
 use crate::common::sets::{machines, normal};
 use crate::common::{Worn, arm, rng};
 use glenoid::identification::marginal_information::MarginalInformation;
-use glenoid::identification::parameters::{Column, Equations, ParameterBlock, PoseAt, Scattered, add_pose};
+use glenoid::identification::parameters::{Column, Equations, ParameterBlock, PoseAt, add_pose};
 use glenoid::kinematics::{CableLengths, Geometry, JointCentre, LengthJacobian};
 use glenoid::linear_algebra::Singular;
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, SMatrix, Vector3, Vector6};
@@ -69,7 +69,7 @@ impl Case {
     /// Adds the pose to the normal equations of O and C.
     fn add_to(&self, equations: &mut Equations<f64>) {
         let at = PoseAt { rotation: &self.rotation, lengths: &self.lengths, jacobian: &self.jacobian };
-        add_pose(equations, &CentreOnly, &at, &Scattered::new(&self.information(), 0.0), 1.0);
+        add_pose(equations, &CentreOnly, &at, &self.information(), 1.0);
     }
 }
 
@@ -111,10 +111,14 @@ fn information_is_the_schur_complement_of_the_dense_normal_matrix() {
 
         let pose = case.information();
         // In the first three unknowns J is the identity.
-        assert_close(&pose.information, &expected.fixed_view::<3, 3>(0, 0).into_owned(), 1e-8);
-        assert_close(&pose.gradient_mm, &expected_right.fixed_rows::<3>(0).into_owned(), 1e-8);
-        assert_close(&pose.rotation_covariance, &turning, 1e-8);
-        assert_close(&pose.rotation_gain, &(turning * mixed.transpose().fixed_columns::<3>(0)), 1e-8);
+        assert_close(&pose.information(), &expected.fixed_view::<3, 3>(0, 0).into_owned(), 1e-8);
+        assert_close(&pose.gradient_mm(), &expected_right.fixed_rows::<3>(0).into_owned(), 1e-8);
+        // Three independent combinations of the six lengths in which no rotation is left.
+        let projector = SMatrix::<f64, 3, 6>::from_columns(&pose.projector());
+        assert_close(&(projector * projector.transpose()), &Matrix3::identity(), 1e-12);
+        assert!((projector * rows.fixed_columns::<3>(6)).amax() < 1e-9 * rows.amax());
+        assert_close(&(projector * rows.fixed_columns::<3>(0)), &pose.translation, 1e-8);
+        assert_close(&(projector * residuals), &pose.residuals_mm, 1e-8);
         let mut summed = Equations::new(6);
         case.add_to(&mut summed);
         assert_close(&summed.trailing_matrix::<6>(), &expected, 1e-8);
@@ -125,7 +129,7 @@ fn information_is_the_schur_complement_of_the_dense_normal_matrix() {
         let turn = turning * right.fixed_rows::<3>(6);
         assert_close(&pose.turn, &turn, 1e-8);
         let left = (residuals - rows.fixed_columns::<3>(6) * turn).norm_squared();
-        assert!((pose.squares_mm2 - left).abs() < 1e-8 * residuals.norm_squared(), "{} or {left}", pose.squares_mm2);
+        assert!((pose.squares_mm2() - left).abs() < 1e-8 * residuals.norm_squared(), "{pose:?} or {left}");
         assert!((summed.squares() - left).abs() < 1e-8 * residuals.norm_squared());
     }
 }
@@ -165,12 +169,13 @@ fn a_pose_that_stands_for_its_own_centre_gives_where_that_is() {
         let (centre_off, platform_off) = (offset(&mut rng), offset(&mut rng));
         let pose = case(&mut rng, &worn, centre_off, platform_off).information();
         for ridge in [0.0, 0.02] {
-            let own = pose.into_own_centre(ridge);
-            let expected = (pose.information + Matrix3::identity() * ridge).lu().solve(&pose.gradient_mm);
+            let mut own = pose;
+            own.become_own_centre(ridge);
+            let expected = (pose.information() + Matrix3::identity() * ridge).lu().solve(&pose.gradient_mm());
             let expected = expected.expect("information in every direction");
-            assert!((own.gradient_mm - expected).norm() < 1e-6 * expected.norm(), "{own:?} instead of {expected}");
-            assert!((own.squares_mm2 - expected.norm_squared()).abs() < 1e-6 * expected.norm_squared());
-            assert_eq!(own.information, Matrix3::identity());
+            assert!((own.gradient_mm() - expected).norm() < 1e-6 * expected.norm(), "{own:?} instead of {expected}");
+            assert!((own.squares_mm2() - expected.norm_squared()).abs() < 1e-6 * expected.norm_squared());
+            assert_eq!(own.information(), Matrix3::identity());
         }
     }
 }
@@ -181,11 +186,11 @@ fn information_of_a_pose_is_never_negative() {
     for _ in 0..500 {
         let worn = Worn::random(&mut rng, 20.0);
         let pose = case(&mut rng, &worn, Vector3::zeros(), Vector3::zeros()).information();
-        let information = pose.information;
+        let information = pose.information();
         assert!(information.symmetric_eigenvalues().min() > -1e-12, "{information}");
         // A length knows at most itself.
         assert!(information.trace() < 6.0, "{information}");
-        assert!(pose.squares_mm2 >= 0.0);
+        assert!(pose.squares_mm2() >= 0.0);
     }
 }
 

@@ -13,10 +13,12 @@ const ONLY: &str = "GLENOID_SPEED_ONLY";
 pub const PARTS: [&str; 8] =
     ["paper-f32", "free-f32", "machine-f32", "full-f32", "paper-f64", "free-f64", "machine-f64", "full-f64"];
 
-/// The images of all paths, one for each precision: both at once would not fit the board's flash.
+/// The images of all paths of the library, one for each precision: all at once would not fit the board's flash.
 pub const SINGLE: &str = "f32";
-/// The same in double precision, without the device.
+/// The same in double precision.
 pub const DOUBLE: &str = "f64";
+/// The image of the whole device.
+pub const DEVICE: &str = "device";
 
 /// The image of the paper as it is printed, alone.
 const LITERAL: &str = "literal";

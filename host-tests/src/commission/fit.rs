@@ -1,0 +1,183 @@
+//! The fit of all logs: Gauss-Newton on the machine's parameters and each log's joint centre, with outliers weighted down
+//! (graduated non-convexity) and then left out.
+
+use super::normal_equations::{self, Solution, Undetermined};
+use super::wearing::Wearing;
+use glenoid::identification::Machine;
+use glenoid::identification::machine::{MAX_MACHINE, MachineEstimate};
+use glenoid::identification::statistics::MEDIAN_OF_CHI_SQUARE_3;
+use glenoid::identification::weights::{FINAL_SCALE, INLIER_LIMIT, SCALE_STEP, Weights};
+use nalgebra::{Vector3, Vector6};
+
+/// Largest step at which the fit has settled, mm.
+const SETTLED_MM: f64 = 1e-5;
+
+/// Passes with equal weights: offsets of ±10 mm settle in six to eight.
+const EQUAL_PASSES: usize = 12;
+/// Passes with poses in or out.
+const INLIER_PASSES: usize = 15;
+/// Passes at the final scale of the Geman-McClure weights.
+const FINAL_SCALE_PASSES: usize = 4;
+
+/// A median χ² this many times that of the stated noise says that the noise is larger than stated.
+const LARGER_NOISE: f64 = 1.3;
+/// Noise beyond this many times the stated one is not noise.
+const MAX_TIMES_STATED_NOISE: f64 = 6.0;
+
+/// Poses from which on the passes are told.
+const LONG_RUN: usize = 50_000;
+
+/// The fit under way.
+#[derive(Clone, Debug)]
+pub struct Fit<'a> {
+    /// The machine as stated.
+    pub machine: &'a Machine<f64>,
+    /// As it is estimated.
+    pub estimate: MachineEstimate<f64>,
+    /// The logs.
+    pub wearings: Vec<Wearing>,
+    /// Standard deviation of a length, mm.
+    pub noise_mm: f64,
+    /// That is known.
+    noise_is_known: bool,
+    /// The places of the balls take part.
+    uses_known_centres: bool,
+    passes: usize,
+}
+
+impl<'a> Fit<'a> {
+    /// Nothing known yet. `noise_mm`: standard deviation of a length where it is known.
+    pub fn new(machine: &'a Machine<f64>, wearings: Vec<Wearing>, noise_mm: Option<f64>) -> Self {
+        Self {
+            machine,
+            estimate: MachineEstimate::new(machine),
+            wearings,
+            noise_mm: noise_mm.unwrap_or(machine.noise_mm()),
+            noise_is_known: noise_mm.is_some(),
+            uses_known_centres: false,
+            passes: 0,
+        }
+    }
+
+    /// The same machine with other logs, from the start.
+    pub fn without(&self, wearings: Vec<Wearing>) -> Self {
+        Self::new(self.machine, wearings, self.noise_is_known.then_some(self.noise_mm))
+    }
+
+    /// Fits all logs without the known places.
+    ///
+    /// # Errors
+    /// [`Undetermined`].
+    pub fn run(&mut self) -> Result<Solution, Undetermined> {
+        let mut last = None;
+        for _ in 0..EQUAL_PASSES {
+            let (solution, largest_mm) = self.pass(&Weights::Equal, false)?;
+            last = Some(solution);
+            if largest_mm < SETTLED_MM {
+                break;
+            }
+        }
+        self.estimate_noise();
+        let (median, worst) = self.chi_squares();
+        if let Some(solution) = last
+            && worst <= INLIER_LIMIT
+        {
+            return Ok(solution);
+        }
+        let mut scale = (3.0 * median).max(FINAL_SCALE);
+        let mut at_final_scale = 0;
+        while at_final_scale < FINAL_SCALE_PASSES {
+            self.pass(&Weights::GemanMcClure(scale), false)?;
+            self.estimate_noise();
+            at_final_scale += usize::from(scale <= FINAL_SCALE);
+            scale = (scale * SCALE_STEP).max(FINAL_SCALE);
+        }
+        self.settle()
+    }
+
+    /// Takes the known places of the balls in, and fits again.
+    ///
+    /// # Errors
+    /// [`Undetermined`].
+    pub fn run_with_known_centres(&mut self) -> Result<Solution, Undetermined> {
+        self.uses_known_centres = true;
+        self.settle()
+    }
+
+    /// Passes with poses in or out, until neither they nor the estimate change.
+    fn settle(&mut self) -> Result<Solution, Undetermined> {
+        let weights = Weights::Inliers(INLIER_LIMIT);
+        let mut used_before = 0;
+        let (mut solution, mut largest_mm) = self.pass(&weights, true)?;
+        for pass in 1..INLIER_PASSES {
+            let used = self.wearings.iter().map(Wearing::used).sum();
+            if largest_mm < SETTLED_MM && used == used_before {
+                break;
+            }
+            used_before = used;
+            (solution, largest_mm) = self.pass(&weights, pass == 1)?;
+        }
+        Ok(solution)
+    }
+
+    /// One step of Gauss-Newton; the largest move of any unknown, mm.
+    fn pass(&mut self, weights: &Weights<f64>, place_anew: bool) -> Result<(Solution, f64), Undetermined> {
+        let variance = self.noise_mm * self.noise_mm;
+        let (machine, estimate) = (self.machine, &self.estimate);
+        let prior = normal_equations::prior(machine, estimate, variance);
+        let mut logs = Vec::with_capacity(self.wearings.len());
+        for wearing in &mut self.wearings {
+            let mut sums = normal_equations::sum(machine, estimate, wearing, weights, variance, place_anew);
+            if let (true, Some(known)) = (self.uses_known_centres, &wearing.known) {
+                let off_mm = known.in_base_mm - wearing.centre.in_base_mm;
+                sums.add_known_centre(&off_mm, variance / (known.sigma_mm * known.sigma_mm));
+            }
+            logs.push(sums);
+        }
+        let solution = normal_equations::solve(&prior, &logs)?;
+        let mut step = [0.0; MAX_MACHINE];
+        step.iter_mut().zip(&solution.machine_step).for_each(|(step, value)| *step = *value);
+        self.estimate.apply(machine, &step);
+        for (wearing, step) in self.wearings.iter_mut().zip(&solution.centre_steps) {
+            let [x, y, z, u, v, w]: [f64; 6] = (*step).into();
+            wearing.centre.in_base_mm += Vector3::new(x, y, z);
+            wearing.centre.in_platform_mm += Vector3::new(u, v, w);
+        }
+        let largest_mm = solution.centre_steps.iter().map(Vector6::amax).fold(solution.machine_step.amax(), f64::max);
+        self.passes += 1;
+        self.tell(largest_mm);
+        Ok((solution, largest_mm))
+    }
+
+    fn tell(&self, largest_mm: f64) {
+        let poses: usize = self.wearings.iter().map(|wearing| wearing.poses.len()).sum();
+        if poses >= LONG_RUN {
+            eprintln!("pass {} over {poses} poses: largest step {largest_mm:.2e} mm", self.passes);
+        }
+    }
+
+    /// Median (of the quietest half of the logs) and worst of the poses' χ².
+    fn chi_squares(&self) -> (f64, f64) {
+        let mut medians: Vec<f64> = self.wearings.iter().map(Wearing::median_chi_square).collect();
+        medians.sort_unstable_by(f64::total_cmp);
+        let median = medians.get((medians.len().max(1) - 1) / 2).copied().unwrap_or(0.0);
+        let all = self.wearings.iter().flat_map(|wearing| &wearing.poses);
+        (median, all.map(|pose| pose.chi_square).fold(0.0, f64::max))
+    }
+
+    /// An unknown noise, from the typical χ² of the logs that fit best: a bad log does not make itself look good.
+    fn estimate_noise(&mut self) {
+        if self.noise_is_known {
+            return;
+        }
+        let stated_mm = self.machine.noise_mm();
+        let in_stated = self.chi_squares().0 * (self.noise_mm / stated_mm).powi(2) / MEDIAN_OF_CHI_SQUARE_3;
+        let times = if in_stated > LARGER_NOISE { in_stated.sqrt().min(MAX_TIMES_STATED_NOISE) } else { 1.0 };
+        let before = self.noise_mm;
+        self.noise_mm = stated_mm * times;
+        let scale = (before / self.noise_mm).powi(2);
+        for pose in self.wearings.iter_mut().flat_map(|wearing| &mut wearing.poses) {
+            pose.chi_square *= scale;
+        }
+    }
+}
