@@ -42,6 +42,7 @@ impl<T: Real> MarginalInformation<T> {
     ///
     /// # Errors
     /// [`Singular`] when the lengths do not determine the rotation; no pose of a regular rig is like that.
+    #[cfg_attr(feature = "ccm", inline(never), unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
     pub fn new(jacobian: &LengthJacobian<T>) -> Result<Self, Singular> {
         let rows = &jacobian.rows;
         // The columns of G and U, and e.

@@ -147,6 +147,7 @@ impl<T: Real> CentreSums<T> {
 }
 
 /// Adds a pose's information on O, C and the block's parameters, `weight` times.
+#[cfg_attr(feature = "ccm", inline(never), unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
 pub fn add_pose<T: Real>(
     equations: &mut Equations<T>,
     block: &impl ParameterBlock<T>,

@@ -57,6 +57,7 @@ impl<T: Real> AttitudeSolver<'_, T> {
     /// Best rotation for the cables in `cables` from a start nearby: for tracking, the rotation of the sample before.
     ///
     /// `None` when the iteration meets a singularity or does not converge.
+    #[cfg_attr(feature = "ccm", inline(never), unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
     pub fn track(
         &self,
         start: UnitQuaternion<T>,

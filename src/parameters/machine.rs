@@ -1,9 +1,9 @@
 //! From a set of values to a machine, and back.
 
+use super::config::Config;
 use super::set::ParameterSet;
 use super::table::Key;
 use crate::can::BaseId;
-use crate::device::Config;
 use crate::procedure::{Limits, LimitsError, Plausibility, Settings};
 use crate::restart::Restart;
 use crate::rig::{CableEnds, Correction, Drum, Parameters, Pulley, Rig, RigError, Tolerance};

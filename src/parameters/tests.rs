@@ -1,8 +1,8 @@
 //! The table against the rigs, and what a set refuses.
 
+use super::config::Config;
 use super::*;
 use crate::can::BaseId;
-use crate::device::Config;
 use crate::procedure::{Limits, Reason, Settings};
 use crate::restart::Restart;
 use crate::rig::Rig;

@@ -28,11 +28,11 @@ pub fn the_ccm_code_is_copied_and_called(image: &Path) -> Result<(), Failed> {
     let there = debugger.read(u32::try_from(ccm.code.from)?, usize::try_from(ccm.bytes())?)?;
     let words: Vec<u32> = there.as_chunks().0.iter().map(|word| u32::from_le_bytes(*word)).collect();
     assert_eq!(words, elf.words(ccm_code::SECTION)?);
-    // every pose that is captured is placed by it
-    let solve = ccm.functions.iter().find(|function| function.name.contains("Octahedron"));
-    let solve = u32::try_from(solve.ok_or("forward kinematics is not in the core-coupled memory")?.address)?;
+    // every pass of the estimator comes by here
+    let add = ccm.functions.iter().find(|function| function.name.ends_with("::add_placed"));
+    let add = u32::try_from(add.ok_or("the passes of the estimator are not in the core-coupled memory")?.address)?;
     let mut told = Ok(());
-    debugger.run_to(solve, || told = scene.tell(Opcode::Identify))?;
+    debugger.run_to(add, || told = scene.tell(Opcode::Identify))?;
     told?;
     debugger.resume()?;
     scene.wait_for_state(StateName::Verifying)

@@ -173,6 +173,7 @@ impl<T: Real> Fit<T> {
         true
     }
 
+    #[cfg_attr(feature = "ccm", inline(never), unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
     fn add_placed(
         &mut self,
         pass: &mut Pass<T>,
