@@ -29,10 +29,13 @@
 //! [`Record`] is what is kept, [`image`] its bytes, [`RecordStore`] the two pages.
 
 mod content;
+mod flash;
 pub mod image;
 mod page;
+mod replacement;
 mod store;
 
 pub use content::{Record, Unfit};
+pub use flash::PageFlash;
 pub use image::IMAGE_LEN;
 pub use store::{LoadError, RecordStore, StoreError};

@@ -1,5 +1,7 @@
-//! One page of the two: what it holds, and the three ways in which it changes.
+//! One page of the two: what it holds, and the three ways in which it changes. Each change is started, goes on by itself
+//! where the flash can do that, and is looked at when it is over.
 
+use super::flash::PageFlash;
 use super::image::{self, Header, IMAGE_LEN, Image};
 use embedded_storage::nor_flash::NorFlash;
 
@@ -64,28 +66,42 @@ impl Page {
         Reading { content, committed, image }
     }
 
-    /// Erases the page and looks whether the places that will be written are erased.
-    pub fn erase<F: NorFlash>(self, flash: &mut F) -> Result<(), PageError> {
-        flash.erase(self.from, self.from + F::ERASE_SIZE as u32).map_err(|_| PageError::EraseRefused)?;
+    /// Starts to erase the page.
+    pub fn start_erase<F: PageFlash>(self, flash: &mut F) -> Result<(), PageError> {
+        flash.start_erase(self.from).map_err(|_| PageError::EraseRefused)
+    }
+
+    /// The places that will be written are erased.
+    pub fn check_erased<F: NorFlash>(self, flash: &mut F) -> Result<(), PageError> {
         match self.read(flash).content {
             Content::Blank => Ok(()),
             _ => Err(PageError::EraseIncomplete),
         }
     }
 
-    /// Writes the image into the erased page and reads it back.
-    pub fn write<F: NorFlash>(self, flash: &mut F, image: &Image) -> Result<(), PageError> {
-        flash.write(self.from, image).map_err(|_| PageError::WriteRefused)?;
+    /// Starts to write the word of the image that begins `at` bytes from its start; false behind its end.
+    pub fn start_word<F: PageFlash>(self, flash: &mut F, image: &Image, at: usize) -> Result<bool, PageError> {
+        let Some(word) = image.get(at..at + F::WRITE_SIZE) else { return Ok(false) };
+        flash.start_write(self.from + at as u32, word).map_err(|_| PageError::WriteRefused)?;
+        Ok(true)
+    }
+
+    /// The image stands there as it was written.
+    pub fn check_written<F: NorFlash>(self, flash: &mut F, image: &Image) -> Result<(), PageError> {
         let reading = self.read(flash);
         let same = reading.content != Content::Unreadable && reading.image == *image;
         if same { Ok(()) } else { Err(PageError::ReadBackDiffers) }
     }
 
-    /// Writes the commit word: from here on the image counts.
-    pub fn commit<F: NorFlash>(self, flash: &mut F) -> Result<(), PageError> {
+    /// Starts to write the commit word, from which on the image counts.
+    pub fn start_commit<F: PageFlash>(self, flash: &mut F) -> Result<(), PageError> {
         let word = [COMMITTED; LONGEST_COMMIT];
         let word = word.get(..commit_len::<F>()).unwrap_or_default();
-        flash.write(self.commit_from::<F>(), word).map_err(|_| PageError::WriteRefused)?;
+        flash.start_write(self.commit_from::<F>(), word).map_err(|_| PageError::WriteRefused)
+    }
+
+    /// The commit word is there.
+    pub fn check_committed<F: NorFlash>(self, flash: &mut F) -> Result<(), PageError> {
         if self.read(flash).committed { Ok(()) } else { Err(PageError::ReadBackDiffers) }
     }
 

@@ -1,9 +1,10 @@
 //! The two pages together: which record counts, and how it is replaced.
 
 use super::content::Record;
-use super::image::{self, Header, IMAGE_LEN, Image, VERSION};
+use super::flash::PageFlash;
+use super::image::{self, Header, IMAGE_LEN, VERSION};
 use super::page::{Content, LONGEST_COMMIT, Page, PageError, Reading, commit_len};
-use embedded_storage::nor_flash::NorFlash;
+use super::replacement::Replacement;
 
 /// Why there is no record to start with. The device then starts without a centre.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -109,9 +110,21 @@ impl From<PageError> for StoreError {
 pub struct RecordStore<F> {
     flash: F,
     pages: [Page; 2],
+    work: Work,
 }
 
-impl<F: NorFlash> RecordStore<F> {
+/// What is under way.
+#[derive(Debug)]
+enum Work {
+    /// Nothing.
+    Rest,
+    /// A record is to be stored; where, the pages have not been asked yet.
+    Given(Record),
+    /// It is being stored.
+    Going(Replacement),
+}
+
+impl<F: PageFlash> RecordStore<F> {
     /// Bytes of flash that the store takes: two pages.
     pub const LEN: usize = 2 * F::ERASE_SIZE;
 
@@ -124,7 +137,7 @@ impl<F: NorFlash> RecordStore<F> {
             assert!(commit_len::<F>() <= LONGEST_COMMIT, "the flash's words are too long");
             assert!(commit_len::<F>().is_multiple_of(F::READ_SIZE), "the commit word cannot be read alone");
         }
-        Self { flash, pages: [Page { from }, Page { from: from + F::ERASE_SIZE as u32 }] }
+        Self { flash, pages: [Page { from }, Page { from: from + F::ERASE_SIZE as u32 }], work: Work::Rest }
     }
 
     /// The record that counts, if it is of the rig with this fingerprint. Finishes what a power cut left unfinished, so
@@ -154,16 +167,56 @@ impl<F: NorFlash> RecordStore<F> {
         }
     }
 
-    /// Replaces the record. Two page erases and [`IMAGE_LEN`] bytes of writing: about 50 ms on the drive board.
+    /// Replaces the record, and returns when it is done. Two page erases and [`IMAGE_LEN`] bytes of writing: about 50 ms on
+    /// the drive board, which therefore [`start`](Self::start)s it and [goes on](Self::go_on).
     ///
     /// # Errors
     /// [`StoreError`].
     pub fn store(&mut self, record: &Record) -> Result<(), StoreError> {
+        self.start(record)?;
+        loop {
+            if let Some(result) = self.go_on() {
+                return result;
+            }
+        }
+    }
+
+    /// Begins to replace the record. One that was on its way and not committed is given up.
+    ///
+    /// # Errors
+    /// [`StoreError::Unfit`]; nothing is begun then.
+    pub fn start(&mut self, record: &Record) -> Result<(), StoreError> {
         record.check().map_err(|_| StoreError::Unfit)?;
-        let chosen = choose(&self.read());
-        let (index, sequence) = chosen.map_or((1, 0), |(index, header)| (index, header.sequence));
-        self.replace(index, &image::encode(record, sequence.wrapping_add(1)))?;
+        self.work = Work::Given(*record);
         Ok(())
+    }
+
+    /// Does the next step of what was begun: starts an erase or the writing of one word, or looks how it went. The outcome
+    /// when it is over; None while it goes on, and when there is nothing to do.
+    ///
+    /// # Errors
+    /// [`StoreError`]: the record that was there before still is, unless said otherwise.
+    pub fn go_on(&mut self) -> Option<Result<(), StoreError>> {
+        let outcome = match &mut self.work {
+            Work::Rest => return None,
+            Work::Given(record) => {
+                let record = *record;
+                // what an earlier store has started is waited for
+                if self.flash.is_busy().is_ok_and(|busy| busy) {
+                    return None;
+                }
+                let (index, sequence) = choose(&self.read()).map_or((1, 0), |(index, header)| (index, header.sequence));
+                let (target, old) = self.target_and_old(index);
+                self.work = Work::Going(Replacement::of_record(&record, sequence.wrapping_add(1), target, old));
+                return None;
+            }
+            Work::Going(replacement) => replacement.go_on(&mut self.flash),
+        };
+        match outcome {
+            Ok(false) => return None,
+            Ok(true) | Err(_) => self.work = Work::Rest,
+        }
+        Some(outcome.map(|_| ()).map_err(StoreError::from))
     }
 
     /// The flash, to look at.
@@ -182,32 +235,27 @@ impl<F: NorFlash> RecordStore<F> {
 
     /// Brings the pages to rest: the record that counts, in the page `index`, committed, and the other page erased.
     fn settle(&mut self, index: usize, counts: &Reading, other: &Reading) -> Result<(), PageError> {
+        let (target, old) = self.target_and_old(index);
         match (counts.committed, other.content) {
             (true, Content::Blank) => Ok(()),
-            (true, _) => self.other_page(index).erase(&mut self.flash),
+            (true, _) => {
+                target.start_erase(&mut self.flash)?;
+                while self.flash.is_busy().map_err(|_| PageError::EraseRefused)? {}
+                target.check_erased(&mut self.flash)
+            }
             // Some word of it may be torn and have read rightly just this once.
-            (false, _) => self.replace(index, &counts.image),
+            (false, _) => {
+                let mut replacement = Replacement::of_image(counts.image, target, old);
+                while !replacement.go_on(&mut self.flash)? {}
+                Ok(())
+            }
         }
     }
 
-    /// Writes an image to the page that is not `index`, commits it, erases the page `index`.
-    fn replace(&mut self, index: usize, image: &Image) -> Result<(), PageError> {
-        let target = self.other_page(index);
-        let flash = &mut self.flash;
-        target.erase(flash)?;
-        target.write(flash, image)?;
-        target.commit(flash)?;
-        // The new record counts from here on. The old one must not outlive it; failing to erase it is reported by the next
-        // store, which will need that page.
-        if let Some(old) = self.pages.get(index) {
-            let _ = old.erase(flash);
-        }
-        Ok(())
-    }
-
-    fn other_page(&self, index: usize) -> Page {
+    /// The page that does not hold the record, and the page `index`, which does.
+    fn target_and_old(&self, index: usize) -> (Page, Page) {
         let [first, second] = self.pages;
-        if index == 0 { second } else { first }
+        if index == 0 { (second, first) } else { (first, second) }
     }
 }
 

@@ -11,6 +11,7 @@ pub use word::TornWord;
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
 };
+use glenoid::record::PageFlash;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use word::Word;
@@ -233,6 +234,9 @@ impl NorFlash for MockFlash {
             .try_for_each(|(index, word)| self.write_word(first + index, u64::from_le_bytes(*word)))
     }
 }
+
+/// Its work is done when the call returns.
+impl PageFlash for MockFlash {}
 
 #[cfg(test)]
 mod tests;

@@ -63,8 +63,9 @@ impl Outside {
             Action::Send(frame) => self.bus.send(frame),
             Action::StatusLed(pattern) => self.led_pattern = pattern,
             Action::Store(record) => {
-                let result = self.record.as_mut().map_or(Err(StoreError::FlashLayout), |store| store.store(&record));
-                self.stored = Some(result);
+                let started = self.record.as_mut().map_or(Err(StoreError::FlashLayout), |store| store.start(&record));
+                // what has begun goes on with the samples
+                self.stored = started.err().map(Err);
             }
             Action::Stop(cause) => faults::stop(cause, 0, 0, format_args!("the centre in use changed in memory")),
             Action::Log(entry) => {
@@ -174,6 +175,9 @@ impl Board {
             sampling::note_taken(now_ms);
             self.handle(now_ms, Event::Counts(sample.counts));
             self.handle(now_ms, Event::Button { down: sample.button_down });
+            if let Some(result) = self.outside.record.as_mut().and_then(RecordStore::go_on) {
+                self.handle(now_ms, Event::Stored(result));
+            }
             self.watch_bus(now_ms);
             if now_ms.is_multiple_of(SHOWN_EVERY_MS) {
                 defmt::debug!("counts: {}", sample.counts);
