@@ -219,6 +219,11 @@ impl<F: PageFlash> RecordStore<F> {
         Some(outcome.map(|_| ()).map_err(StoreError::from))
     }
 
+    /// A record is on its way and not yet safe.
+    pub const fn is_storing(&self) -> bool {
+        !matches!(self.work, Work::Rest)
+    }
+
     /// The flash, to look at.
     pub const fn flash(&self) -> &F {
         &self.flash

@@ -195,7 +195,11 @@ impl Board {
         heard || sampled || busy
     }
 
+    /// While a record is stored, commands wait: whoever gets an answer after an accept can rely on the record.
     fn hear_bus(&mut self) -> bool {
+        if self.outside.record.as_ref().is_some_and(RecordStore::is_storing) {
+            return false;
+        }
         let now_ms = self.last_sample_ms;
         for turn in 0..FRAMES_A_TURN {
             let Some(frame) = self.outside.bus.receive() else { return turn != 0 };
