@@ -16,6 +16,8 @@ const SETTLED_MM: f64 = 1e-5;
 const START_PASSES: usize = 12;
 /// Step at which the start has settled, mm.
 const START_SETTLED_MM: f64 = 1e-2;
+/// Poses that those passes count for, when there are more.
+const START_POSES: f64 = 200.0;
 /// Scale of the Geman-McClure weights in those passes, in units of the median χ²: nearly equal for sound poses, next to
 /// nothing for one that was placed in another assembly mode.
 const START_SCALE: f64 = 9.0;
@@ -47,6 +49,8 @@ pub struct Fit<'a> {
     noise_is_known: bool,
     /// The places of the balls take part.
     uses_known_centres: bool,
+    /// How many times the tolerances count.
+    prior_weight: f64,
     passes: usize,
 }
 
@@ -60,6 +64,7 @@ impl<'a> Fit<'a> {
             noise_mm: noise_mm.unwrap_or(machine.noise_mm()),
             noise_is_known: noise_mm.is_some(),
             uses_known_centres: false,
+            prior_weight: 1.0,
             passes: 0,
         }
     }
@@ -74,6 +79,10 @@ impl<'a> Fit<'a> {
     /// # Errors
     /// [`Undetermined`].
     pub fn run(&mut self) -> Result<Solution, Undetermined> {
+        // As if there were few poses: what a start several millimetres off leaves is no noise, and in what hardly any pose
+        // tells apart a hundred thousand of them would outvote the tolerances with it.
+        let poses: usize = self.wearings.iter().map(|wearing| wearing.poses.len()).sum();
+        self.prior_weight = (poses as f64 / START_POSES).max(1.0);
         // No step yet: what the start leaves says how large residuals are that count as usual.
         self.pass(&Weights::Equal, false, 0.0)?;
         for _ in 0..START_PASSES {
@@ -83,6 +92,7 @@ impl<'a> Fit<'a> {
                 break;
             }
         }
+        self.prior_weight = 1.0;
         self.estimate_noise();
         for _ in 0..FINAL_SCALE_PASSES {
             let scale = self.median_chi_square().max(FINAL_SCALE);
@@ -121,7 +131,7 @@ impl<'a> Fit<'a> {
     fn pass(&mut self, weights: &Weights<f64>, place_anew: bool, length: f64) -> Result<(Solution, f64), Undetermined> {
         let variance = self.noise_mm * self.noise_mm;
         let (machine, estimate) = (self.machine, &self.estimate);
-        let prior = normal_equations::prior(machine, estimate, variance);
+        let prior = normal_equations::prior(machine, estimate, variance).times(self.prior_weight);
         let mut logs = Vec::with_capacity(self.wearings.len());
         for wearing in &mut self.wearings {
             let mut sums = normal_equations::sum(machine, estimate, wearing, weights, variance, place_anew);

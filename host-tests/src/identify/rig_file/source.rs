@@ -14,6 +14,7 @@ pub struct Source<'a> {
 }
 
 impl<'a> Source<'a> {
+    /// The value of a key of the file.
     pub fn value<'t>(
         &self,
         table: &'t DeTable<'a>,
