@@ -14,7 +14,7 @@ pub struct Source<'a> {
 }
 
 impl<'a> Source<'a> {
-    /// A value of the file by its key; `shape` is what is wanted where it is missing.
+    /// The value of a key of the file.
     pub fn value<'t>(
         &self,
         table: &'t DeTable<'a>,
