@@ -77,11 +77,7 @@ impl Finding {
     }
 }
 
-fn commission(
-    request: &Request,
-    machine: &Machine<f64>,
-    wearings: Vec<Wearing>,
-) -> Result<(Report, String), Refused> {
+fn commission(request: &Request, machine: &Machine<f64>, wearings: Vec<Wearing>) -> Result<(Report, String), Refused> {
     let mut fit = Fit::new(machine, wearings, request.noise_mm);
     let mut solution = fit.run().map_err(|found| judgement::undetermined(&fit, found))?;
     judgement::require_sound_logs(&fit)?;
@@ -100,7 +96,8 @@ fn commission(
     let worst = worst.map_or(String::new(), |c| format!("{}, {:.1} times its sigma", c.name, c.times_off()));
     judgement::require_within_tolerances(&fit, &before, &worst)?;
 
-    let impossible = |error: glenoid::rig::RigError| Refused::everywhere(format!("the machine found: {}", error.text()));
+    let impossible =
+        |error: glenoid::rig::RigError| Refused::everywhere(format!("the machine found: {}", error.text()));
     let rig = correction::corrected(&request.rig.rig, machine, &fit.estimate).map_err(impossible)?;
     let corrected = Machine::new(&rig);
     let left = correction::covariance(machine, &fit.estimate, &corrected, &after, request.homing_mm);
@@ -114,7 +111,8 @@ fn commission(
 
 /// What the file comes from.
 fn heading(request: &Request, report: &Report) -> Vec<String> {
-    let mut lines = vec!["A machine as commissioned, mm. {B} is the frame best fitted to the stated attachment points.".to_owned()];
+    let mut lines =
+        vec!["A machine as commissioned, mm. {B} is the frame best fitted to the stated attachment points.".to_owned()];
     if let Some(path) = &request.rig_path {
         lines.push(format!("from {}", path.display()));
     }

@@ -164,7 +164,9 @@ fn unused(request: &Request) -> Vec<String> {
         warnings.push("--zeros is not used: the paper's method takes the zeros for known".to_owned());
     }
     if request.method == Method::Paper && request.noise_mm.is_some() {
-        warnings.push("--noise is not used: the paper's method takes its standard deviation from its own residuals".to_owned());
+        warnings.push(
+            "--noise is not used: the paper's method takes its standard deviation from its own residuals".to_owned(),
+        );
     }
     warnings
 }

@@ -1,8 +1,8 @@
 //! The rig as it was found: corrected geometry, offsets and scales, and the covariance that is left.
 
 use super::constants::moved;
-use glenoid::identification::machine::MachineEstimate;
 use glenoid::identification::Machine;
+use glenoid::identification::machine::MachineEstimate;
 use glenoid::identification::machine::MachineParameter;
 use glenoid::kinematics::Geometry;
 use glenoid::rig::{CABLES, CableEnds, Correction, Rig, RigError};
@@ -12,7 +12,11 @@ use nalgebra::{DMatrix, DVector, Vector3};
 ///
 /// # Errors
 /// [`RigError`] for a machine that cannot be.
-pub fn corrected(rig: &Rig<f64>, machine: &Machine<f64>, estimate: &MachineEstimate<f64>) -> Result<Rig<f64>, RigError> {
+pub fn corrected(
+    rig: &Rig<f64>,
+    machine: &Machine<f64>,
+    estimate: &MachineEstimate<f64>,
+) -> Result<Rig<f64>, RigError> {
     let geometry = estimate.geometry();
     let (drum, noise_mm, nominal) = (*rig.drum(), rig.length_noise_mm(), *rig.nominal());
     let bare = match rig.cables() {

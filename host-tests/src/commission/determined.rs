@@ -59,7 +59,11 @@ fn classed(constants: &[Constant], class: &str, belongs: impl Fn(f64) -> bool) -
         .filter(|constant| belongs(constant.share_left()))
         .map(|constant| format!("{} ({:.0} %)", constant.name, 100.0 * constant.share_left()))
         .collect();
-    if names.is_empty() { String::new() } else { format!("{class} (of the stated sigma are left): {}", names.join(", ")) }
+    if names.is_empty() {
+        String::new()
+    } else {
+        format!("{class} (of the stated sigma are left): {}", names.join(", "))
+    }
 }
 
 /// The combination of the parameters that is known least, in the measure of what was known before.
@@ -71,7 +75,10 @@ fn least_known(machine: &Machine<f64>, before: &DMatrix<f64>, after: &DMatrix<f6
     let undetermined = eigen.eigenvalues.iter().filter(|share| share.sqrt() > HARDLY).count();
     let left = eigen.eigenvalues[worst].max(0.0).sqrt();
     if left <= HARDLY {
-        return Some(format!("every combination of the constants is determined: of the least known {:.0} % of the stated sigma are left", 100.0 * left));
+        return Some(format!(
+            "every combination of the constants is determined: of the least known {:.0} % of the stated sigma are left",
+            100.0 * left
+        ));
     }
     let pattern: DVector<f64> = factor * eigen.eigenvectors.column(worst);
     let zeros = machine.first_offset().map(|first| {
@@ -113,7 +120,10 @@ fn what_next(fit: &Fit<'_>, next_sigma_mm: f64) -> Vec<String> {
         next.push(format!("tilt wider: {:.0}° in the mean now, to 55° if the machine allows", widest(0)));
     }
     if widest(1) < WIDE_TORSION_DEG {
-        next.push(format!("turn the arm more about its own axis: {:.0}° in the mean now, to ±55° if it can", widest(1)));
+        next.push(format!(
+            "turn the arm more about its own axis: {:.0}° in the mean now, to ±55° if it can",
+            widest(1)
+        ));
     }
     let poses: usize = fit.wearings.iter().map(Wearing::used).sum();
     if poses < MANY_POSES {

@@ -32,8 +32,7 @@ fn complaint(wearing: &Wearing, noise_mm: f64) -> Option<String> {
 /// # Errors
 /// [`Refused`].
 pub fn require_sound_logs(fit: &Fit<'_>) -> Result<(), Refused> {
-    let complaints: Vec<_> =
-        fit.wearings.iter().map(|wearing| complaint(wearing, fit.noise_mm)).enumerate().collect();
+    let complaints: Vec<_> = fit.wearings.iter().map(|wearing| complaint(wearing, fit.noise_mm)).enumerate().collect();
     let mut bad = complaints.iter().filter_map(|(log, why)| why.as_ref().map(|why| (*log, why))).peekable();
     let Some(&(first, why)) = bad.peek() else { return Ok(()) };
     if let [only] = &fit.wearings[..] {
@@ -100,10 +99,7 @@ pub fn require_centres_agree(fit: &Fit<'_>, solution: &Solution) -> Result<(), R
     require_centres(fit, distance)
 }
 
-fn require_centres(
-    fit: &Fit<'_>,
-    distance: impl Fn(usize, &KnownCentre, &Vector3<f64>) -> f64,
-) -> Result<(), Refused> {
+fn require_centres(fit: &Fit<'_>, distance: impl Fn(usize, &KnownCentre, &Vector3<f64>) -> f64) -> Result<(), Refused> {
     let of_log = |(log, wearing): (usize, &Wearing)| {
         let known = wearing.known.clone()?;
         let off_mm = known.in_base_mm - wearing.centre.in_base_mm;
@@ -138,7 +134,8 @@ fn mahalanobis(covariance: &Matrix3<f64>, off_mm: &Vector3<f64>) -> f64 {
 pub fn distance_from_stated(fit: &Fit<'_>, prior_covariance: &DMatrix<f64>) -> (f64, f64) {
     let count = prior_covariance.nrows();
     let values = DVector::from_fn(count, |index, _| fit.estimate.values()[index]);
-    let squared = prior_covariance.clone().cholesky().map_or(f64::INFINITY, |factor| values.dot(&factor.solve(&values)));
+    let squared =
+        prior_covariance.clone().cholesky().map_or(f64::INFINITY, |factor| values.dot(&factor.solve(&values)));
     (squared, count as f64)
 }
 
@@ -161,5 +158,8 @@ pub fn require_within_tolerances(fit: &Fit<'_>, prior_covariance: &DMatrix<f64>,
 /// A log whose joint centre has no solution.
 pub fn undetermined(fit: &Fit<'_>, found: Undetermined) -> Refused {
     let wearing = &fit.wearings[found.log];
-    Refused::at(wearing.place.clone(), format!("{}: determines nothing: its joint centre has no solution", wearing.file))
+    Refused::at(
+        wearing.place.clone(),
+        format!("{}: determines nothing: its joint centre has no solution", wearing.file),
+    )
 }

@@ -123,7 +123,8 @@ impl Report {
                 let _ = writeln!(text, "  left out, for they fit no common centre: line {}{more}", lines.join(", "));
             }
         }
-        let _ = writeln!(text, "\n{:<8} {:>12} {:>12} {:>14} {:>14}", "", "stated", "found", "sigma before", "sigma now");
+        let _ =
+            writeln!(text, "\n{:<8} {:>12} {:>12} {:>14} {:>14}", "", "stated", "found", "sigma before", "sigma now");
         for c in &self.constants {
             let digits = if c.unit.is_empty() { 5 } else { 3 };
             let _ = writeln!(

@@ -84,9 +84,8 @@ struct Reader<'a> {
 impl Reader<'_> {
     fn request(&self) -> Result<Request, InputError> {
         let text = self.source.text;
-        let table = DeTable::parse(text).map_err(|error| {
-            self.source.error(error.span().unwrap_or(text.len()..text.len()), error.message())
-        })?;
+        let table = DeTable::parse(text)
+            .map_err(|error| self.source.error(error.span().unwrap_or(text.len()..text.len()), error.message()))?;
         let table = table.get_ref();
         self.refuse_unknown(table, "the file", &KEYS)?;
         let rig_path = table.get("rig").map(|value| self.path(value, "rig")).transpose()?;
@@ -111,7 +110,9 @@ impl Reader<'_> {
     fn logs(&self, table: &DeTable) -> Result<Vec<LogRequest>, InputError> {
         let end = self.source.text.len();
         let Some(logs) = table.get("log") else {
-            return Err(self.source.error(end..end, "[[log]] with file = \"a.csv\" is missing: there is nothing to go by"));
+            return Err(self
+                .source
+                .error(end..end, "[[log]] with file = \"a.csv\" is missing: there is nothing to go by"));
         };
         let Some(tables) = logs.get_ref().as_array().filter(|logs| !logs.is_empty()) else {
             return Err(self.source.error(logs.span(), "log: tables [[log]] are wanted, one for each wearing"));
@@ -174,8 +175,7 @@ impl Reader<'_> {
         match table.iter().find(|(key, _)| !known.contains(&key.get_ref().as_ref())) {
             None => Ok(()),
             Some((key, _)) => {
-                let complaint =
-                    format!("unknown key {}: {name} may hold {}", quoted(key.get_ref()), known.join(", "));
+                let complaint = format!("unknown key {}: {name} may hold {}", quoted(key.get_ref()), known.join(", "));
                 Err(self.source.error(key.span(), complaint))
             }
         }

@@ -94,4 +94,3 @@ pub fn write_whole(path: &Path, text: &str) -> std::io::Result<()> {
     }
     written
 }
-

@@ -91,7 +91,10 @@ impl Wearing {
         let placed = calibration.rotations().poses() as usize;
         if placed < MIN_POSES {
             let reason = if poses.len() < MIN_POSES {
-                format!("{} different poses determine nothing of the machine, at least {MIN_POSES} are wanted", poses.len())
+                format!(
+                    "{} different poses determine nothing of the machine, at least {MIN_POSES} are wanted",
+                    poses.len()
+                )
             } else {
                 format!("only {placed} of {} poses fit this rig at all: another rig, or cables exchanged", poses.len())
             };
@@ -112,7 +115,8 @@ impl Wearing {
                  the others too"
             )));
         }
-        let centre = calibration.solve().map_err(|_| refused("its poses leave the joint centre undetermined".to_owned()))?;
+        let centre =
+            calibration.solve().map_err(|_| refused("its poses leave the joint centre undetermined".to_owned()))?;
         let (file, place, known) = (file.to_owned(), request.place.clone(), request.known.clone());
         Ok(Self { file, place, poses, lines, centre, known, notes, excitation })
     }

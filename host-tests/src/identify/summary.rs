@@ -55,7 +55,8 @@ fn figures(text: &mut String, report: &Report, log: &LengthsFile) -> std::fmt::R
         line(text, "worst of centre", &worst)?;
     }
     if let (Some(worst), Some(homed)) = (report.worst_centre, report.worst_sigma_if_homed_mm) {
-        let dominated = if worst.sigma_mm > homed * OFFSETS_DOMINATE { "the centre depends on the zeros: " } else { "" };
+        let dominated =
+            if worst.sigma_mm > homed * OFFSETS_DOMINATE { "the centre depends on the zeros: " } else { "" };
         line(text, "homing", &format!("{dominated}with known zeros it would be {} mm", small(homed)))?;
     }
     if let Some(deviation) = report.deviation_mm {

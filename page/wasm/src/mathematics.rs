@@ -6,7 +6,8 @@ use glenoid::identification::{
 };
 use glenoid::kinematics::rotation::{nearest_attitude, rotation_of};
 use glenoid::kinematics::{
-    AttitudeSolver, CableLengths, CableSet, Geometry, JointCentre, LengthJacobian, PlatformPose, PlatformSolver, inverse,
+    AttitudeSolver, CableLengths, CableSet, Geometry, JointCentre, LengthJacobian, PlatformPose, PlatformSolver,
+    inverse,
 };
 use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, CABLES, POINTS, Rig};
 use nalgebra::{Matrix3, Rotation3, Vector3};
@@ -159,8 +160,9 @@ fn next(
 
 /// Rotation from {P} to {B} with the arm at home.
 fn home(rig: &Rig<f32>) -> Rotation3<f32> {
-    let home =
-        CableLengths::new(rig.drum().home_length_mm).ok().and_then(|lengths| PlatformSolver::new(rig).solve(&lengths).ok());
+    let home = CableLengths::new(rig.drum().home_length_mm)
+        .ok()
+        .and_then(|lengths| PlatformSolver::new(rig).solve(&lengths).ok());
     home.map_or(Rotation3::identity(), |pose| Rotation3::from_matrix_unchecked(pose.rotation))
 }
 
