@@ -23,10 +23,12 @@ use self::determined::Determined;
 use self::fit::Fit;
 use self::report::Report;
 use self::wearing::{Unusable, Wearing};
-use crate::identify::input_error::InputError;
+use crate::identify::input_error::{InputError, Place};
 use crate::identify::rig_file::RigFile;
 use glenoid::identification::Machine;
-use std::path::Path;
+use glenoid::rig::CABLES;
+use nalgebra::Vector3;
+use std::path::{Path, PathBuf};
 
 /// Poses of a log from which on its reading is told.
 const LONG_LOG: usize = 50_000;
@@ -69,6 +71,40 @@ pub fn run(request: &Request) -> Result<Finding, InputError> {
         Ok((report, text)) => Finding { report, rig_text: Some(text), notes },
         Err(refused) => Finding::refused(&refused, notes),
     })
+}
+
+/// Commissions from readings that are in no file, for simulations: of each wearing its readings, mm, and its joint centre
+/// with its 1σ where that is known. The rig as found.
+///
+/// # Errors
+/// [`Refused`].
+pub fn of_readings(rig: &RigFile, wearings: &[Readings]) -> Result<RigFile, Refused> {
+    let machine: Machine<f64> = rig.machine(&rig.rig);
+    let request = |(index, wearing): (usize, &Readings)| {
+        let place = Place { file: "the simulation".to_owned(), line: index + 1, column: 1 };
+        let known =
+            wearing.known.map(|(in_base_mm, sigma_mm)| KnownCentre { in_base_mm, sigma_mm, place: place.clone() });
+        LogRequest { path: PathBuf::from(format!("wearing {}", index + 1)), place, known }
+    };
+    let logs: Vec<LogRequest> = wearings.iter().enumerate().map(request).collect();
+    let placed = logs
+        .iter()
+        .zip(wearings)
+        .map(|(log, wearing)| Wearing::of_readings(log, &wearing.readings_mm, &machine, &rig.rig));
+    let placed = placed.collect::<Result<Vec<_>, _>>()?;
+    let request =
+        Request { rig: rig.clone(), rig_path: None, noise_mm: Some(rig.rig.length_noise_mm()), homing_mm: 0.0, logs };
+    let (_, text) = commission(&request, &machine, placed)?;
+    RigFile::parse("the rig found", text.as_bytes()).map_err(|error| Refused::everywhere(error.to_string()))
+}
+
+/// The readings of one wearing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Readings {
+    /// Of each pose, mm.
+    pub readings_mm: Vec<[f64; CABLES]>,
+    /// The joint centre in {B} and its 1σ, mm, where it is known.
+    pub known: Option<(Vector3<f64>, f64)>,
 }
 
 impl Finding {

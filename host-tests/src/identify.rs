@@ -82,7 +82,8 @@ pub struct Finding {
 /// [`InputError`] names the place that cannot be read. A refusal is not an error: it is a [`Finding`].
 pub fn run(request: &Request) -> Result<Finding, InputError> {
     let machine = machine(request.rig.as_deref())?;
-    let log = log(&request.lengths, &machine.rig)?;
+    let noise_mm = request.noise_mm.unwrap_or(machine.rig.length_noise_mm());
+    let log = log(&request.lengths, &machine.rig)?.with_repeated_rows_merged(noise_mm);
     let second = match request.verify.as_deref() {
         Some(path) => Some(self::log(path, &machine.rig)?),
         // A recording of the bus holds the board's own second set.
@@ -92,6 +93,7 @@ pub fn run(request: &Request) -> Result<Finding, InputError> {
     let notes = logs.flat_map(|log| log.notes().iter().map(|note| format!("{}: {note}", log.file()))).collect();
     let setting = setting(request, &machine, log.rows().len());
     let still = request.still.as_deref().map(|path| self::log(path, &machine.rig)).transpose()?;
+    let still = still.map(|log| log.with_repeated_rows_merged(noise_mm));
     let problem = Problem { rig_file: &machine, log: &log, setting, still: still.as_ref(), second: second.as_ref() };
     let report = problem.solve()?;
     let summary = summary::of(&report, &log, second.as_ref());

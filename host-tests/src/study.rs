@@ -5,9 +5,12 @@
 //! the order of the trials, so that the bytes are the same on one core and on many.
 
 mod bound;
+mod built;
+mod commissioning;
 mod cramer_rao;
 mod degenerate;
 mod findings;
+mod machine;
 pub mod output;
 pub mod scene;
 mod solve;
@@ -55,4 +58,6 @@ pub const ALL: &[Study] = &[
     precision::STUDY,
     zeros::STUDY,
     watch::STUDY,
+    machine::STUDY,
+    commissioning::STUDY,
 ];

@@ -45,30 +45,32 @@ impl<T: Real> MarginalInformation<T> {
     #[cfg_attr(feature = "ccm", inline(never), unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
     pub fn new(jacobian: &LengthJacobian<T>) -> Result<Self, Singular> {
         let rows = &jacobian.rows;
-        // G, U and e.
-        let mut columns: [Six<T>; 7] = core::array::from_fn(|j| {
-            core::array::from_fn(|k| match j {
-                0..3 => rows[k].rotation_mm[j],
-                3..6 => rows[k].translation[j - 3],
-                _ => rows[k].residual_mm,
-            })
-        });
-        let mut reflections = [[T::zero(); CABLES]; 3];
-        for (j, reflection) in reflections.iter_mut().enumerate() {
-            *reflection = reflection_of(&columns[j], j)?;
-            columns.iter_mut().skip(j).for_each(|column| reflect(column, reflection));
+        // The columns of G and U, and e.
+        let [g1, mut g2, mut g3] = core::array::from_fn(|j| core::array::from_fn(|k| rows[k].rotation_mm[j]));
+        let [mut u1, mut u2, mut u3] = core::array::from_fn(|j| core::array::from_fn(|k| rows[k].translation[j]));
+        let mut e: Six<T> = core::array::from_fn(|k| rows[k].residual_mm);
+        let (first, d1) = reflection_of::<T, 0>(&g1)?;
+        for column in [&mut g2, &mut g3, &mut u1, &mut u2, &mut u3, &mut e] {
+            reflect::<T, 0>(column, &first);
         }
-        let [g1, g2, g3, u1, u2, u3, e] = &columns;
+        let (second, d2) = reflection_of::<T, 1>(&g2)?;
+        for column in [&mut g3, &mut u1, &mut u2, &mut u3, &mut e] {
+            reflect::<T, 1>(column, &second);
+        }
+        let (third, d3) = reflection_of::<T, 2>(&g3)?;
+        for column in [&mut u1, &mut u2, &mut u3, &mut e] {
+            reflect::<T, 2>(column, &third);
+        }
         // The triangle, solved from its end.
-        let z = e[2] / g3[2];
-        let y = (e[1] - g3[1] * z) / g2[1];
-        let x = (e[0] - g2[0] * y - g3[0] * z) / g1[0];
+        let z = e[2] / d3;
+        let y = (e[1] - g3[1] * z) / d2;
+        let x = (e[0] - g2[0] * y - g3[0] * z) / d1;
         let last = |column: &Six<T>| Vector3::new(column[3], column[4], column[5]);
         Ok(Self {
-            translation: Matrix3::from_columns(&[last(u1), last(u2), last(u3)]),
-            residuals_mm: last(e),
+            translation: Matrix3::from_columns(&[last(&u1), last(&u2), last(&u3)]),
+            residuals_mm: last(&e),
             turn: Vector3::new(x, y, z),
-            reflections,
+            reflections: [first, second, third],
             whitening: None,
         })
     }
@@ -94,9 +96,9 @@ impl<T: Real> MarginalInformation<T> {
         // The last three rows of the product of the reflections.
         let rows: [Six<T>; 3] = core::array::from_fn(|i| {
             let mut row = core::array::from_fn(|k| if k == 3 + i { T::one() } else { T::zero() });
-            reflect(&mut row, third);
-            reflect(&mut row, second);
-            reflect(&mut row, first);
+            reflect::<T, 2>(&mut row, third);
+            reflect::<T, 1>(&mut row, second);
+            reflect::<T, 0>(&mut row, first);
             row
         });
         let [a, b, c] = &rows;
@@ -132,26 +134,28 @@ impl<T: Real> MarginalInformation<T> {
     }
 }
 
-/// The v of the reflection 1 - v vᵀ that leaves of a column what stands before `from`, and one number at `from`.
-fn reflection_of<T: Real>(column: &Six<T>, from: usize) -> Result<Six<T>, Singular> {
+/// The v of the reflection 1 - v vᵀ that leaves of a column what stands before `FROM`, and one number at `FROM`: that number.
+fn reflection_of<T: Real, const FROM: usize>(column: &Six<T>) -> Result<(Six<T>, T), Singular> {
     let squares = |values: &[T]| values.iter().fold(T::zero(), |sum, x| sum + *x * *x);
-    let rest = squares(column.get(from..).unwrap_or_default());
+    let (done, rest) = column.split_at(FROM);
+    let rest = squares(rest);
     // Reflections keep lengths, so the whole is still that of the first column. Also false for NaN.
-    if !(rest > squares(column) * rounding()) {
+    if !(rest > (squares(done) + rest) * rounding()) {
         return Err(Singular);
     }
     let norm = rest.root();
-    let lead = column[from];
-    // v before it is scaled to |v|² = 2 is the column with its length added to the leading number, on the side of its
-    // sign.
+    let lead = column[FROM];
+    let signed = if lead < T::zero() { -norm } else { norm };
+    // The column with its length added to the leading number, on the side of its sign, scaled to |v|² = 2.
     let scale = T::one() / (norm * (norm + lead.abs())).root();
-    let mut v = core::array::from_fn(|k| if k < from { T::zero() } else { column[k] * scale });
-    v[from] += if lead < T::zero() { -norm * scale } else { norm * scale };
-    Ok(v)
+    let mut v = core::array::from_fn(|k| if k < FROM { T::zero() } else { column[k] * scale });
+    v[FROM] = (lead + signed) * scale;
+    Ok((v, -signed))
 }
 
-/// (1 - v vᵀ) times the column.
-fn reflect<T: Real>(column: &mut Six<T>, v: &Six<T>) {
+/// (1 - v vᵀ) times the column; v is zero before `FROM`.
+fn reflect<T: Real, const FROM: usize>(column: &mut Six<T>, v: &Six<T>) {
+    let (column, v) = (&mut column[FROM..], &v[FROM..]);
     let share = column.iter().zip(v).fold(T::zero(), |sum, (x, v)| sum + *x * *v);
     column.iter_mut().zip(v).for_each(|(x, v)| *x -= *v * share);
 }

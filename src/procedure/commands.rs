@@ -3,12 +3,12 @@
 use super::arm::NotReady;
 use super::outcome::PoseNotice;
 use super::reason::Reason;
-use super::solve::{Detail, Work};
+use super::solve::Detail;
 use super::state::{Command, PoseSet, StateName};
 use super::transition::{Trigger, allows};
 use super::{Guidance, Judging, Procedure, Run, State, Verifying};
+use crate::identification::Pose;
 use crate::identification::gates::MIN_POSES;
-use crate::identification::{Machine, Pose, PredictedAccuracy};
 use crate::kinematics::PlatformError;
 
 /// The answer to a command.
@@ -138,8 +138,7 @@ impl Procedure {
         self.poses.clear();
         self.held_out.clear();
         self.spread = Default::default();
-        self.machine = Machine::with_offset_prior(&self.rig, self.zero_prior_mm);
-        self.accuracy = PredictedAccuracy::new(&self.machine, self.rig.nominal());
+        self.accuracy.restart(&self.machine, self.rig.nominal());
         self.predicted_sigma_mm = None;
     }
 
@@ -150,7 +149,7 @@ impl Procedure {
                 // The estimator before has refined the rotations: it begins anew from the lengths alone.
                 self.poses.poses_mut().iter_mut().for_each(Pose::reset);
             }
-            self.work = Work::new(&self.machine, &self.rig);
+            self.work.restart(&self.machine);
             self.run.attempts = self.run.attempts.saturating_add(1);
             self.run.attempted_poses = self.poses.count();
             self.run.detail = None;

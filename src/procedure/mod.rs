@@ -162,7 +162,7 @@ impl Procedure {
     // Inlined so that it is built where it stays: 13 KB of temporary copies on the stack otherwise.
     #[inline(always)]
     pub fn new(rig: Rig<f32>, limits: Limits) -> Self {
-        let machine = Machine::new(&rig);
+        let machine = Machine::with_offset_prior(&rig, limits.settings().zero_prior_mm);
         Self {
             arm: Arm::new(&limits),
             work: Work::new(&machine, &rig),
@@ -252,6 +252,7 @@ impl Procedure {
             return Reason::BadArgument;
         }
         self.zero_prior_mm = prior_mm;
+        self.machine = Machine::with_offset_prior(&self.rig, prior_mm);
         Reason::Fine
     }
 

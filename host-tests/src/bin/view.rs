@@ -47,7 +47,7 @@ struct Arguments {
 }
 
 fn main() -> ExitCode {
-    match run(&Arguments::parse_from(command_line::arguments())) {
+    match run(&command_line::parse::<Arguments>()) {
         Ok(code) => code,
         Err(error) => {
             eprintln!("cargo view: {error}");

@@ -158,8 +158,14 @@ pub fn require_within_tolerances(fit: &Fit<'_>, prior_covariance: &DMatrix<f64>,
 /// A log whose joint centre has no solution.
 pub fn undetermined(fit: &Fit<'_>, found: Undetermined) -> Refused {
     let wearing = &fit.wearings[found.log];
-    Refused::at(
-        wearing.place.clone(),
-        format!("{}: determines nothing: its joint centre has no solution", wearing.file),
-    )
+    let (poses, left_out) = (wearing.poses.len(), wearing.poses.len() - wearing.used());
+    let why = if left_out > 0 {
+        format!(
+            "{left_out} of {poses} poses fit no common joint centre: another rig, cables exchanged, a joint that is no ball, \
+             or a strap that slips"
+        )
+    } else {
+        "determines nothing: its joint centre has no solution".to_owned()
+    };
+    Refused::at(wearing.place.clone(), format!("{}: {why}", wearing.file))
 }

@@ -8,8 +8,8 @@ use crate::identify::units;
 use glenoid::identification::excitation::Excitation;
 use glenoid::identification::pivot_calibration::PivotCalibration;
 use glenoid::identification::{EstimatorSettings, Machine, Pose};
-use glenoid::kinematics::JointCentre;
-use glenoid::rig::Rig;
+use glenoid::kinematics::{CableLengths, JointCentre};
+use glenoid::rig::{CABLES, Rig};
 use rayon::prelude::*;
 
 /// Fewest poses of a log: each has three equations more than unknowns of its own, the joint centre has six unknowns, and
@@ -73,6 +73,23 @@ impl Wearing {
         let lines = log.rows().iter().map(|row| row.line).collect();
         let notes = log.notes().to_vec();
         Self::place(request, log.file(), poses, lines, notes, machine, rig).map_err(Unusable::Refused)
+    }
+
+    /// Of readings that are in no file.
+    ///
+    /// # Errors
+    /// [`Refused`] when they determine nothing.
+    pub fn of_readings(
+        request: &LogRequest,
+        readings: &[[f64; CABLES]],
+        machine: &Machine<f64>,
+        rig: &Rig<f64>,
+    ) -> Result<Self, Refused> {
+        let lengths = readings.iter().map(|reading| CableLengths::new(*reading)?.corrected(rig));
+        let poses: Result<Vec<_>, _> = lengths.map(|lengths| lengths.map(Pose::new)).collect();
+        let poses = poses.map_err(|error| Refused::at(request.place.clone(), error.fault.text()))?;
+        let lines = (1..=poses.len()).collect();
+        Self::place(request, &request.path.display().to_string(), poses, lines, Vec::new(), machine, rig)
     }
 
     fn place(

@@ -35,8 +35,12 @@ pub(super) fn judge(
         }
         return None;
     };
-    if prior_mm == 0.0 {
+    // Offsets that are known are reported as zero, exactly.
+    if prior_mm == 0.0 && found.iter().any(|zero| zero.value_mm != 0.0 || zero.sigma_mm != 0.0) {
         reasons.push("the board reports encoder zeros, though they were set as known".to_string());
+    }
+    if prior_mm == 0.0 {
+        return None;
     }
     let zeros = Zeros {
         zeros_mm: found.map(|zero| f64::from(zero.value_mm)),

@@ -25,7 +25,7 @@ mod watchdog;
 
 use cortex_m::interrupt::free;
 use cortex_m::{Peripherals, asm, singleton};
-use glenoid::device::{Action, BlinkPattern, Device, Event, LogEntry, fingerprint};
+use glenoid::device::{Action, BlinkPattern, Config, Device, Event, LogEntry, fingerprint};
 use glenoid::identification::{Estimator, PoseBuffer};
 use glenoid::record::Storage;
 use glenoid::restart::{CrashRecord, ResetCause, Restart};
@@ -116,7 +116,7 @@ impl Board {
         let mut storage = Storage::new(FileFlash::open(), 0);
         let (config, parameters) = storage.config(restart, 0)?;
         let mut board = Self {
-            device: singleton!(: Device = Device::new(config))?,
+            device: device(config)?,
             rig: Uart::start(&RIG_LINE, rig_queues),
             rig_link: RigLink::new(),
             outside: Outside {
@@ -277,4 +277,11 @@ fn main() -> ! {
             board.sleep();
         }
     }
+}
+
+/// The device in its place, once. A frame of its own: what building it takes of the stack (25 KB) is free again before
+/// anything else runs.
+#[inline(never)]
+fn device(config: Config) -> Option<&'static mut Device> {
+    singleton!(: Device = Device::new(config))
 }

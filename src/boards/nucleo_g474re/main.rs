@@ -144,7 +144,7 @@ impl Board {
             Some(storage) => storage.config(restart, serial)?,
             None => (ParameterSet::new().config(restart, serial).ok()?, None),
         };
-        let device = singleton!(: Device = Device::new(config))?;
+        let device = device(config)?;
         let bus = Bus::join(chip.FDCAN1, chip.PA11, chip.PA12, config.base)?;
         let mut board = Self {
             device,
@@ -303,4 +303,11 @@ fn give_up(reason: &str) -> ! {
     loop {
         asm::wfi();
     }
+}
+
+/// The device in its place, once. A frame of its own: what building it takes of the stack (25 KB) is free again before
+/// anything else runs.
+#[inline(never)]
+fn device(config: Config) -> Option<&'static mut Device> {
+    singleton!(: Device = Device::new(config))
 }

@@ -7,7 +7,7 @@ use crate::identification::marginal_information::{MarginalInformation, own_centr
 use crate::identification::noise::Residuals;
 use crate::identification::outcome::{Identified, rms_residual};
 use crate::identification::parameters::{
-    CENTRE_UNKNOWNS, Equations, ParameterBlock, PoseAt, Rows, add_pose, sensitivity,
+    CENTRE_UNKNOWNS, CentreSums, Equations, ParameterBlock, PoseAt, Rows, add_pose_of_pass, sensitivity,
 };
 use crate::identification::pose::{Pose, PoseState};
 use crate::identification::refusal::Refusal;
@@ -74,6 +74,8 @@ pub(super) struct Pass<T> {
     pub next: usize,
     /// Poses with a weight above zero.
     pub used: usize,
+    /// Of O and C alone.
+    centre: CentreSums<T>,
     /// Σ |S' δ̂|², mm²: the rate at which the squares fall with the scatter's variance.
     pub squared_gradients: T,
 }
@@ -98,6 +100,20 @@ impl<T: Real> Fit<T> {
             residuals: Residuals::none(noise_mm, machine.noise_mm()),
             result: Identified::empty(*nominal),
         }
+    }
+
+    /// Nothing known any more.
+    pub fn restart(&mut self, machine: &Machine<T>) {
+        self.estimate = MachineEstimate::new(machine);
+        self.joint = Joint::Ball;
+        self.ball_refusal = None;
+        self.held = None;
+        let noise_mm = match self.settings.noise {
+            Noise::Known(noise) => noise,
+            Noise::EstimatedUpTo(_) => machine.noise_mm(),
+        };
+        self.residuals = Residuals::none(noise_mm, machine.noise_mm());
+        self.result.rms_residuals_mm.clear();
     }
 
     /// Parameters beside O and C.
@@ -126,7 +142,7 @@ impl<T: Real> Fit<T> {
             let variance = self.residuals.noise_mm * self.residuals.noise_mm;
             held.add_prior(&mut self.equations, first, &self.centre.in_platform_mm, variance);
         }
-        Pass { next: 0, used: 0, squared_gradients: T::zero() }
+        Pass { next: 0, used: 0, centre: CentreSums::default(), squared_gradients: T::zero() }
     }
 
     /// Adds the next pose of the pass with its weight and refines its rotation; false after the last. Poses whose χ² is
@@ -140,7 +156,10 @@ impl<T: Real> Fit<T> {
         reinitialise_above: T,
     ) -> bool {
         let index = pass.next;
-        let Some(pose) = poses.get_mut(index) else { return false };
+        let Some(pose) = poses.get_mut(index) else {
+            pass.centre.move_to(&mut self.equations);
+            return false;
+        };
         pass.next += 1;
         if pose.chi_square > reinitialise_above && pose.state > PoseState::Broken {
             let lengths = self.estimate.corrected(machine, pose.lengths());
@@ -170,7 +189,8 @@ impl<T: Real> Fit<T> {
         if !matches!(weights, Weights::Without { .. }) {
             pose.state = PoseState::Placed;
         }
-        let Ok(mut information) = MarginalInformation::new(&jacobian) else { return };
+        let mut information = MarginalInformation::new(&jacobian);
+        let Ok(information) = &mut information else { return };
         pose.refine_attitude(turned(pose.attitude(), &information.turn));
         let variance = self.variance_mm2() * pose.relative_variance;
         if let Weights::OwnCentres { .. } = weights {
@@ -191,17 +211,17 @@ impl<T: Real> Fit<T> {
             let at = PoseAt { rotation: &rotation, lengths: &lengths, jacobian: &jacobian };
             let features = self.joint.features(&at);
             let model = Model { machine, estimate: &self.estimate, joint: &self.joint, features };
-            add_pose(&mut self.equations, &model, &at, &information, weight);
+            add_pose_of_pass(&mut self.equations, &mut pass.centre, &model, &at, information, weight);
         }
     }
 
     /// The Jacobian of a pose at the present estimate. For a moving centre its motion with the rotation is included.
     pub fn jacobian(&self, rotation: &Matrix3<T>, lengths: &CableLengths<T>) -> LengthJacobian<T> {
         let centre = self.joint.centre_at(&self.centre, rotation);
-        let jacobian = LengthJacobian::new(self.estimate.geometry(), &centre, rotation, lengths);
+        let geometry = self.estimate.geometry();
         match self.joint.turning(rotation) {
-            None => jacobian,
-            Some(turning) => jacobian.with_moving_centre(&turning),
+            None => LengthJacobian::new(geometry, &centre, rotation, lengths),
+            Some(turning) => LengthJacobian::new(geometry, &centre, rotation, lengths).with_moving_centre(&turning),
         }
     }
 

@@ -104,6 +104,12 @@ impl<T: Real> Estimator<T> {
         Self { stage: Stage::Place(Place::default()), fit: Fit::new(machine, nominal, settings.sound()) }
     }
 
+    /// Back to the beginning, in place: the estimator is too large to be built on a small stack a second time.
+    pub fn restart(&mut self, machine: &Machine<T>) {
+        self.stage = Stage::Place(Place::default());
+        self.fit.restart(machine);
+    }
+
     /// The joint centre in the platform is known from a held phase: a prior for a moving centre.
     pub fn set_held(&mut self, held: HeldCentre<T>) {
         self.fit.held = Some(held);

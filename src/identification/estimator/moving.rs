@@ -6,6 +6,7 @@ use super::inspect::Inspect;
 use super::refine::Refine;
 use crate::identification::joint::Joint;
 use crate::identification::machine::Machine;
+use crate::identification::parameters::{CENTRE_UNKNOWNS, MAX_UNKNOWNS};
 use crate::identification::pose::Pose;
 use crate::identification::refusal::Refusal;
 use crate::identification::statistics::{MEDIAN_OF_CHI_SQUARE_3, count_within};
@@ -31,6 +32,10 @@ impl<T: Real> Fit<T> {
     pub(super) fn begin_scattered(&mut self, machine: &Machine<T>, joint: Joint<T>) -> Stage<T> {
         self.joint = joint;
         self.estimate.release();
+        if self.parameters(machine) + CENTRE_UNKNOWNS > MAX_UNKNOWNS {
+            // A moving joint on a machine of which every end is uncertain: more unknowns than there is room for.
+            return Stage::Done(Err(self.ball_refusal.unwrap_or(Refusal::Singular)));
+        }
         self.residuals.noise_mm = machine.noise_mm().min(self.residuals.noise_mm);
         self.result.rms_residuals_mm.clear();
         Stage::Refine(Refine::new(self, machine, Weights::Equal, true))

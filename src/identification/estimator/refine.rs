@@ -83,7 +83,7 @@ impl<T: Real> Refine<T> {
     /// A pose that fits nothing may stand in the wrong assembly mode: it is re-initialised from the known centre.
     fn reinitialise_above(weights: &Weights<T>, passes: u8) -> T {
         match weights {
-            Weights::Inliers(_) if passes <= 2 => T::of(REINITIALISE_ABOVE),
+            Weights::Inliers(_) if passes <= 1 => T::of(REINITIALISE_ABOVE),
             _ => T::of(f64::INFINITY),
         }
     }

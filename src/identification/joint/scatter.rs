@@ -33,7 +33,9 @@ impl<T: Real> Scatter<T> {
     /// that.
     pub fn follow_median(&mut self, ratio: T) {
         let bounded = ratio.max(T::of(0.1)).min(T::of(10.0));
-        self.0 = (self.0 * bounded.powf(T::of(0.8))).max(T::of(MIN_SCATTER_MM2));
+        // To the power of three quarters: with the whole ratio the variance would swing.
+        let root = bounded.root();
+        self.0 = (self.0 * root * root.root()).max(T::of(MIN_SCATTER_MM2));
     }
 
     /// Improves the variance of the scatter, so that χ² equals its degrees of freedom (Paule and Mandel 1982, a step of
