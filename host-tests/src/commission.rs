@@ -82,21 +82,18 @@ pub fn of_readings(rig: &RigFile, wearings: &[Readings]) -> Result<RigFile, Refu
     let machine: Machine<f64> = rig.machine(&rig.rig);
     let request = |(index, wearing): (usize, &Readings)| {
         let place = Place { file: "the simulation".to_owned(), line: index + 1, column: 1 };
-        let known = wearing.known.map(|(in_base_mm, sigma_mm)| KnownCentre { in_base_mm, sigma_mm, place: place.clone() });
+        let known =
+            wearing.known.map(|(in_base_mm, sigma_mm)| KnownCentre { in_base_mm, sigma_mm, place: place.clone() });
         LogRequest { path: PathBuf::from(format!("wearing {}", index + 1)), place, known }
     };
     let logs: Vec<LogRequest> = wearings.iter().enumerate().map(request).collect();
-    let placed = logs.iter().zip(wearings).map(|(log, wearing)| {
-        Wearing::of_readings(log, &wearing.readings_mm, &machine, &rig.rig)
-    });
+    let placed = logs
+        .iter()
+        .zip(wearings)
+        .map(|(log, wearing)| Wearing::of_readings(log, &wearing.readings_mm, &machine, &rig.rig));
     let placed = placed.collect::<Result<Vec<_>, _>>()?;
-    let request = Request {
-        rig: rig.clone(),
-        rig_path: None,
-        noise_mm: Some(rig.rig.length_noise_mm()),
-        homing_mm: 0.0,
-        logs,
-    };
+    let request =
+        Request { rig: rig.clone(), rig_path: None, noise_mm: Some(rig.rig.length_noise_mm()), homing_mm: 0.0, logs };
     let (_, text) = commission(&request, &machine, placed)?;
     RigFile::parse("the rig found", text.as_bytes()).map_err(|error| Refused::everywhere(error.to_string()))
 }

@@ -7,8 +7,8 @@ use super::solve::Detail;
 use super::state::{Command, PoseSet, StateName};
 use super::transition::{Trigger, allows};
 use super::{Guidance, Judging, Procedure, Run, State, Verifying};
-use crate::identification::gates::MIN_POSES;
 use crate::identification::Pose;
+use crate::identification::gates::MIN_POSES;
 use crate::kinematics::PlatformError;
 
 /// So many poses more would have to gain a tenth, or there are enough.

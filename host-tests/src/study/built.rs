@@ -87,7 +87,10 @@ impl BuiltMachine {
         std::array::from_fn(|cable| {
             let end = worn.centre_mm + rotation * worn.end_points_mm[cable / 2];
             let length = (end - self.base_mm[ATTACHMENTS[cable / 2][cable % 2]]).norm();
-            home[cable] + self.scale[cable] * (length - home[cable]) + self.offset_mm[cable] + symmetric(random, NOISE_MM)
+            home[cable]
+                + self.scale[cable] * (length - home[cable])
+                + self.offset_mm[cable]
+                + symmetric(random, NOISE_MM)
         })
     }
 }
@@ -159,4 +162,3 @@ impl Figures {
         }
     }
 }
-

@@ -63,7 +63,8 @@ const CASES: [Case; 4] = [
 const POSES: [usize; 2] = [30, 100];
 
 fn run(plan: &Plan) -> Result<Findings, Problem> {
-    let columns = ["off by 1σ (mm), as stated", "poses", "accepted", "rms centre error (mm)", "real / reported σ", "wrong"];
+    let columns =
+        ["off by 1σ (mm), as stated", "poses", "accepted", "rms centre error (mm)", "real / reported σ", "wrong"];
     let mut table = Table::new("machine", "A machine off by its stated tolerances", &columns);
     let mut targets = Vec::new();
     let mut points = [Vec::new(), Vec::new()];
@@ -122,12 +123,8 @@ fn row(name: &str, poses: usize, trials: u64, figures: &Figures) -> [String; 6] 
 /// Errors of the machine `times` as large as stated.
 fn figures(plan: &Plan, case: &Case, poses: usize, times: f64) -> Figures {
     let stated = case.tolerance;
-    let truth = tolerance(
-        stated.base_mm * times,
-        stated.edges_mm * times,
-        stated.offset_mm * times,
-        stated.drum * times,
-    );
+    let truth =
+        tolerance(stated.base_mm * times, stated.edges_mm * times, stated.offset_mm * times, stated.drum * times);
     let name = format!("machine {} {poses} {times}", case.name);
     let outcomes = trials::run(plan.seed, &name, plan.trials, |_, mut random| {
         let machine = BuiltMachine::random(&mut random, &truth, stated).ok()?;

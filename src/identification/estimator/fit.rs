@@ -221,9 +221,7 @@ impl<T: Real> Fit<T> {
         let geometry = self.estimate.geometry();
         match self.joint.turning(rotation) {
             None => LengthJacobian::new(geometry, &centre, rotation, lengths),
-            Some(turning) => {
-                LengthJacobian::new(geometry, &centre, rotation, lengths).with_moving_centre(&turning)
-            }
+            Some(turning) => LengthJacobian::new(geometry, &centre, rotation, lengths).with_moving_centre(&turning),
         }
     }
 
