@@ -78,6 +78,8 @@ impl<T: Real> EstimatorSettings<T> {
         };
         self.tolerance_mm = at_least(self.tolerance_mm, half_the_digits());
         self.sigma_limit_mm = at_least(self.sigma_limit_mm, T::zero());
+        self.excitation_limit_rad = at_least(self.excitation_limit_rad, T::zero());
+        self.spread_limit_rad = at_least(self.spread_limit_rad, T::zero());
         self
     }
 }

@@ -126,11 +126,6 @@ impl<T: Real> Fit<T> {
         self.residuals.noise_mm * self.residuals.noise_mm
     }
 
-    /// Finds rotations about the present centre.
-    fn attitude_solver(&self) -> AttitudeSolver<'_, T> {
-        AttitudeSolver { geometry: self.estimate.geometry(), centre: &self.centre }
-    }
-
     /// Begins a pass: the equations hold the priors only.
     pub fn begin_pass(&mut self, machine: &Machine<T>) -> Pass<T> {
         self.equations.clear(self.parameters(machine) + CENTRE_UNKNOWNS);
@@ -163,7 +158,9 @@ impl<T: Real> Fit<T> {
         pass.next += 1;
         if pose.chi_square > reinitialise_above && pose.state > PoseState::Broken {
             let lengths = self.estimate.corrected(machine, pose.lengths());
-            if let Some(fit) = self.attitude_solver().solve(&lengths, CableSet::ALL) {
+            let centre = self.joint.centre_at(&self.centre, &pose.rotation());
+            let solver = AttitudeSolver { geometry: self.estimate.geometry(), centre: &centre };
+            if let Some(fit) = solver.solve(&lengths, CableSet::ALL) {
                 pose.set_attitude(fit.attitude);
             }
         }

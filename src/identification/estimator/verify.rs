@@ -10,7 +10,7 @@ use crate::identification::pose::Pose;
 use crate::identification::verification::{CentrePrediction, VerifiedPose};
 use crate::linear_algebra::{inverse_of_positive_definite, rounding};
 use crate::scalar::Real;
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 
 impl<T: Real> Estimator<T> {
     /// Verifies a pose: its residuals about the estimated centre, tested against the noise and the covariance of the
@@ -47,7 +47,7 @@ impl<T: Real> Estimator<T> {
             predicted_covariance_mm2: fit.covariance_of(&fit.path_rows(machine, rotation))
                 + Matrix3::from_diagonal_element(lack_of_fit),
             live_mm: centre + seen.own_centre_mm,
-            live_covariance_mm2: of_pose * variance + fit.covariance_of(&fit.live_rows(rotation)),
+            live_covariance_mm2: of_pose * variance + fit.covariance_of(&fit.live_rows(machine, &seen)?),
         })
     }
 }
@@ -88,17 +88,22 @@ impl<T: Real> Fit<T> {
         rows
     }
 
-    /// Derivative of the centre that a pose's lengths give, R C + t, with C. That with the machine's constants is left
-    /// out.
-    fn live_rows(&self, rotation: &Matrix3<T>) -> Rows<T> {
-        let mut rows = [[T::zero(); MAX_UNKNOWNS]; 3];
-        let first = self.equations.unknowns() - 3;
-        for (i, row) in rows.iter_mut().enumerate() {
-            for j in 0..3 {
-                set(row, first + j, rotation[(i, j)]);
+    /// Derivative with the unknowns of the centre that a pose's lengths give, R C + t: that of the model's centre plus
+    /// δ̂ = S⁻¹ g, where g changes by minus the sensitivity. What moves the model's centre cancels; C and the machine's
+    /// constants remain.
+    fn live_rows(&self, machine: &Machine<T>, seen: &SeenPose<T>) -> Option<Rows<T>> {
+        let inverse = inverse_of_positive_definite(&seen.scattered.information(), rounding())?;
+        let mut rows = self.path_rows(machine, &seen.rotation);
+        for unknown in 0..self.equations.unknowns() {
+            let changes = seen.sensitivity.each_ref().map(|row| row.get(unknown).copied().unwrap_or_else(T::zero));
+            let moved = inverse * Vector3::from(changes);
+            for (row, moved) in rows.iter_mut().zip(&moved) {
+                if let Some(entry) = row.get_mut(unknown) {
+                    *entry -= *moved;
+                }
             }
         }
-        rows
+        Some(rows)
     }
 }
 
