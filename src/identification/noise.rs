@@ -91,6 +91,24 @@ impl<T: Real> Residuals<T> {
         self.noise_mm * non_negative_root(typical)
     }
 
+    /// Squares (mm²) and degrees of freedom with the poses that were left out narrowly, and how many those are.
+    fn with_narrowly_out(&self, variance_mm2: T, poses: &[Pose<T>]) -> (T, T, usize) {
+        let is_narrowly_out =
+            |pose: &&Pose<T>| pose.state == PoseState::Placed && pose.chi_square <= T::of(CLEARLY_OUT);
+        let add = |(squares, freedom, count), pose: &Pose<T>| {
+            (squares + pose.chi_square * variance_mm2, freedom + T::of(3.0), count + 1)
+        };
+        poses.iter().filter(is_narrowly_out).fold((self.squares_mm2, self.freedom, 0), add)
+    }
+
+    /// More than a tenth of the poses were left out narrowly, and with them the residuals are no noise: what is wrong is
+    /// not a few poses. Where many constants of the machine are unknown, the rest alone may look sound.
+    pub fn narrowly_out_are_no_noise(&self, noise: Noise<T>, poses: &[Pose<T>]) -> bool {
+        let Noise::Known(noise) = noise else { return false };
+        let (squares, freedom, count) = self.with_narrowly_out(noise * noise, poses);
+        10 * count > poses.len() && !chi_square_test(squares, freedom, noise * noise, T::of(FALSE_ALARM))
+    }
+
     /// The noise, and the one behind the reported standard deviation, which is larger where a bad reading may be
     /// hidden; 1σ, mm.
     pub fn noise_of_result_mm(&self, noise: Noise<T>, poses: &[Pose<T>]) -> (T, T) {
@@ -99,12 +117,7 @@ impl<T: Real> Residuals<T> {
             // were left out narrowly are included: without the worst of few poses the others look too good.
             Noise::Known(noise) => {
                 let variance = noise * noise;
-                let is_narrowly_out =
-                    |pose: &&Pose<T>| pose.state == PoseState::Placed && pose.chi_square <= T::of(CLEARLY_OUT);
-                let add =
-                    |(squares, freedom), pose: &Pose<T>| (squares + pose.chi_square * variance, freedom + T::of(3.0));
-                let (squares, freedom) =
-                    poses.iter().filter(is_narrowly_out).fold((self.squares_mm2, self.freedom), add);
+                let (squares, freedom, _) = self.with_narrowly_out(variance, poses);
                 let fits = chi_square_test(squares, freedom, variance, T::of(WIDENING));
                 let noise = if fits { noise } else { non_negative_root(squares / freedom) };
                 (noise, noise)

@@ -216,6 +216,7 @@ impl<T: Real> Refine<T> {
         let used = fit.residuals.used;
         if !is_selection_large_enough(used, poses.len())
             || !fit.residuals.of_inliers_are_noise(fit.settings.noise, poses.len())
+            || fit.residuals.narrowly_out_are_no_noise(fit.settings.noise, poses)
         {
             return measure_migration(poses);
         }
