@@ -5,6 +5,7 @@
 
 pub mod board;
 pub mod breach;
+pub mod by_button;
 pub mod chip;
 pub mod core;
 mod exceptions;

@@ -2,13 +2,14 @@
 //! button, keeps the centre, and is restarted. Exits with 0 only when all of it was right and the chip had no complaint.
 
 use board_model::board::Board;
+use board_model::by_button::ByButton;
 use board_model::image::Image;
 use clap::Parser;
 use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, Rig};
 use host_tests::firmware;
 use host_tests::packages::Consent;
 use host_tests::rehearse::{self, Display, Options, Status};
-use host_tests::wearer::Wearer;
+use host_tests::wearer::{Wearer, WearerSettings};
 use std::process::ExitCode;
 use std::rc::Rc;
 use std::time::Instant;
@@ -24,7 +25,14 @@ fn main() -> Result<ExitCode, Box<dyn error::Error>> {
     let began = Instant::now();
     let report = rehearse::rehearse(&mut board, &mut wearer, &rig, &options, &Display::Lines, None);
     println!("{report}");
+    let by_button = press_through(&mut board, &options);
+    match &by_button {
+        Ok((found, kept)) => println!("by the button: {found:.4?} mm, after a restart {kept:.4?} mm"),
+        Err(error) => println!("by the button: {error}"),
+    }
     let state = board.machine.state();
+    let longest = state.longest_masked;
+    println!("interrupts masked for {} instructions at most, from {}", longest.cycles, board.image.name_of(longest.pc));
     println!("{} instructions since the last power-up in {:.1} s", state.instructions, began.elapsed().as_secs_f64());
     for line in &board.log.lines {
         println!("  log {line}");
@@ -32,6 +40,21 @@ fn main() -> Result<ExitCode, Box<dyn error::Error>> {
     for complaint in board.complaints() {
         println!("breach {complaint}");
     }
-    let ok = report.status == Status::Right && board.breaches().is_empty();
+    let is_same = by_button.is_ok_and(|(found, kept)| found == kept);
+    let ok = report.status == Status::Right && is_same && board.breaches().is_empty();
     Ok(if ok { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// A second wearer is calibrated by the button alone; the centre then, and the one after a restart, mm.
+fn press_through(board: &mut Board, options: &Options) -> Result<([f32; 3], [f32; 3]), Box<dyn error::Error>> {
+    let rig = Rig::shoulder(ASSUMED_BASE_RADIUS_MM).map_err(|error| io::Error::other(error.text()))?;
+    let mut wearer = Wearer::new(rig, WearerSettings { seed: options.seed + 1, ..options.wearer() });
+    let found = ByButton::new(board).calibrate(&mut wearer)?;
+    let truth = wearer.truth().to_array();
+    let off = found.iter().zip(truth).map(|(found, truth)| (f64::from(*found) - truth).powi(2)).sum::<f64>().sqrt();
+    println!("by the button: {off:.4} mm off the true centre");
+    board.power_cycle();
+    board.go_on(50)?;
+    let kept = ByButton::new(board).live()?;
+    Ok((found, kept))
 }

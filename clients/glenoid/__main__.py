@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from . import __doc__ as package_doc
 from .ask import Asker
 from .calibration import calibrate
-from .device import Device, DeviceError, open_device
+from .device import Device, DeviceError, NoAnswer, open_device
 from .interrupt import after_interrupt
 from .parameters import Parameters
 from .recording import read_poses, read_runs, write_csv
@@ -126,13 +126,23 @@ def _record(options: argparse.Namespace) -> int:
     return 0
 
 
+def _shown(parameters: Parameters, name: str, operation: str) -> str:
+    try:
+        return f"{parameters.get(name, operation):g}"
+    except NoAnswer:
+        raise
+    except DeviceError:
+        # the key of the lock cannot be read
+        return "-"
+
+
 def _parameters(options: argparse.Namespace) -> int:
     with _open(options) as device:
         parameters = Parameters(device)
         if options.action == "list":
             for name, parameter in parameters.known.items():
                 value, default, least, most = (
-                    f"{parameters.get(name, operation):g}"
+                    _shown(parameters, name, operation)
                     for operation in ("Read", "ReadDefault", "ReadMinimum", "ReadMaximum")
                 )
                 _say(f"{name} = {value} {parameter.unit}  (default {default}, {least} to {most})  {parameter.comment}")

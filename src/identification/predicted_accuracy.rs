@@ -93,10 +93,8 @@ impl<T: Real> PredictedAccuracy<T> {
     }
 
     fn predicted_of(&self, machine: &Machine<T>, times: T) -> Option<Predicted<T>> {
-        let mut equations = self.information;
-        if times != T::one() {
-            equations.scale(times);
-        }
+        let mut equations = Equations::new(self.information.unknowns());
+        equations.add(&self.information, times);
         let noise_mm = machine.noise_mm();
         let model = Model { machine, estimate: &self.estimate, joint: &Joint::Ball, features: None };
         model.add_prior(&mut equations, 0, noise_mm * noise_mm);

@@ -143,11 +143,13 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
         self.squares += squares;
     }
 
-    /// Multiplies all sums by `factor`: as if there were so many times as many equations.
-    pub fn scale(&mut self, factor: T) {
-        self.matrix.iter_mut().for_each(|entry| *entry *= factor);
-        self.gradient.iter_mut().for_each(|entry| *entry *= factor);
-        self.squares *= factor;
+    /// Adds the equations of another system in the same unknowns, `times` times.
+    pub fn add(&mut self, other: &Self, times: T) {
+        let used = packed_index(self.unknowns, 0);
+        let add = |(entry, other): (&mut T, &T)| *entry += *other * times;
+        self.matrix.iter_mut().zip(&other.matrix).take(used).for_each(add);
+        self.gradient.iter_mut().zip(&other.gradient).take(self.unknowns).for_each(add);
+        self.squares += other.squares * times;
     }
 
     /// Is the whole matrix factored?
@@ -274,6 +276,23 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
         }
         self.solve_trailing(&mut unit, from);
         unit
+    }
+
+    /// Variance of unknown `unknown`: its entry of the inverse of JᵀJ, once factored. It is the squared length of L⁻¹ times
+    /// the unit vector, which is zero before that unknown.
+    pub fn variance(&self, unknown: usize) -> T {
+        let mut whitened = [T::zero(); N];
+        let mut variance = T::zero();
+        for i in unknown..self.unknowns {
+            let Some((row, inverse)) = self.factor_row(i) else { return variance };
+            let known = row.iter().zip(&whitened).skip(unknown).fold(T::zero(), |sum, (a, b)| sum + *a * *b);
+            let one = if i == unknown { T::one() } else { T::zero() };
+            if let Some(entry) = whitened.get_mut(i) {
+                *entry = (one - known) * inverse;
+                variance += *entry * *entry;
+            }
+        }
+        variance
     }
 
     /// Row `i` of the factor without its diagonal, and the inverse of that.

@@ -11,6 +11,9 @@ use crate::identification::Pose;
 use crate::identification::gates::MIN_POSES;
 use crate::kinematics::PlatformError;
 
+/// So many poses more would have to gain a tenth, or there are enough.
+const MORE_POSES: usize = 10;
+
 /// The answer to a command.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -140,6 +143,7 @@ impl Procedure {
         self.spread = Default::default();
         self.accuracy.restart(&self.machine, self.rig.nominal());
         self.predicted_sigma_mm = None;
+        self.sigma_with_more_mm = None;
     }
 
     /// Hands the first set to the solver.
@@ -215,6 +219,8 @@ impl Procedure {
                 self.spread.add(&pose.rotation());
                 self.accuracy.add(&self.machine, &pose);
                 self.predicted_sigma_mm = self.accuracy.predicted(&self.machine).map(|predicted| predicted.sigma_mm);
+                let with_more = self.accuracy.predicted_with(&self.machine, MORE_POSES);
+                self.sigma_with_more_mm = with_more.map(|predicted| predicted.sigma_mm);
                 self.run.advice = self.spread.advice();
             }
             PoseSet::HeldOut => {

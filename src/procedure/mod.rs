@@ -153,6 +153,8 @@ pub struct Procedure {
     accuracy: PredictedAccuracy<f32>,
     /// Of the first set so far, mm; kept, for it is asked for with every heartbeat.
     predicted_sigma_mm: Option<f32>,
+    /// The same with ten poses more.
+    sigma_with_more_mm: Option<f32>,
     ending: Option<Ending>,
     live: Option<Candidate>,
 }
@@ -170,6 +172,7 @@ impl Procedure {
             accuracy: PredictedAccuracy::new(&machine, rig.nominal()),
             machine,
             predicted_sigma_mm: None,
+            sigma_with_more_mm: None,
             rig,
             limits,
             boot: 0,

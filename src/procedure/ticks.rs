@@ -89,7 +89,15 @@ impl Procedure {
         let settings = self.limits.settings();
         !self.run.by_command_only
             && self.poses.count() >= self.enough_poses()
-            && self.predicted_sigma_mm().is_some_and(|sigma| sigma <= settings.target_sigma_mm)
+            && self.predicted_sigma_mm().is_some_and(|sigma| {
+                sigma <= settings.target_sigma_mm || self.more_poses_gain_little(sigma)
+            })
+    }
+
+    /// Would ten more poses gain less than a tenth? Tolerances of the machine set a floor that no number of poses goes
+    /// below.
+    fn more_poses_gain_little(&self, sigma_mm: f32) -> bool {
+        self.sigma_with_more_mm.is_some_and(|with_more_mm| with_more_mm > sigma_mm * 0.9)
     }
 
     fn tick_identifying(&mut self, now_ms: u32) {

@@ -66,8 +66,10 @@ pub enum RefusalDetail {
         poses: u32,
     },
     /// See [`Refusal::CentreNotFixed`].
+    #[serde(rename = "not_a_ball")]
     CentreNotFixed {
         /// Root-mean-square migration of the centre along one axis, mm.
+        #[serde(rename = "wander_mm")]
         migration_mm: f64,
     },
     /// See [`Refusal::OffsetNotDetermined`].

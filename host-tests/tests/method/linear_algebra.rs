@@ -81,6 +81,7 @@ fn covariance_solution_and_whitening_are_those_of_the_dense_inverse() {
         for j in 0..unknowns {
             let column = equations.covariance_column(j, 0);
             assert!((0..unknowns).all(|i| (column[i] - inverse[(i, j)]).abs() < close), "{column:?}: {inverse}");
+            assert!((equations.variance(j) - inverse[(j, j)]).abs() < close, "{}", equations.variance(j));
         }
         // L⁻¹ a and L⁻¹ b have the product aᵀ (JᵀJ)⁻¹ b.
         let vectors: [[f64; 9]; 2] = std::array::from_fn(|_| {
@@ -168,8 +169,8 @@ fn entries_added_one_by_one_are_those_of_the_rows() {
     }
     assert!(equations.gradient().iter().zip(problem.equations.gradient()).all(|(a, b)| (a - b).abs() < 1e-12));
     // As many equations three times over: the same step, a third of the covariance.
-    let mut thrice = equations;
-    thrice.scale(3.0);
+    let mut thrice = Nine::new(7);
+    thrice.add(&equations, 3.0);
     equations.factor().expect("a regular problem");
     thrice.factor().expect("a regular problem");
     let (once, again) = (equations.step(), thrice.step());

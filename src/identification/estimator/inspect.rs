@@ -173,7 +173,10 @@ impl<T: Real> Inspect<T> {
         let residual_mm = non_negative_root(largest);
         let scatter_mm = fit.joint.scatter_mm2().root();
         if residual_mm > T::of(MAX_RESIDUAL_MM) || scatter_mm > T::of(MAX_SCATTER_MM) {
-            return Some(Refusal::NotExplained { residual_mm: residual_mm.to_f32() });
+            // Outliers name what to look for better than the joint does.
+            let not_explained = Refusal::NotExplained { residual_mm: residual_mm.to_f32() };
+            let outliers = fit.ball_refusal.filter(|refusal| matches!(refusal, Refusal::TooManyOutliers { .. }));
+            return Some(outliers.unwrap_or(not_explained));
         }
         let across_mm = non_negative_root(self.across_mm2 / poses);
         let all_mm = non_negative_root(self.all_mm2 / poses);

@@ -81,10 +81,7 @@ impl<T: Real> Fit<T> {
     /// 1σ of the encoder offsets for a noise of 1 mm; `None` when they take no part.
     fn offset_sigmas(&self, machine: &Machine<T>) -> Option<[T; CABLES]> {
         let first = machine.first_offset()?;
-        Some(core::array::from_fn(|k| {
-            let column = self.equations.covariance_column(first + k, 0);
-            non_negative_root(column.get(first + k).copied().unwrap_or_else(T::zero))
-        }))
+        Some(core::array::from_fn(|k| non_negative_root(self.equations.variance(first + k))))
     }
 }
 

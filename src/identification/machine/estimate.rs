@@ -99,8 +99,11 @@ impl<T: Real> MachineEstimate<T> {
             }
             MachineParameter::Offset(cable) => Column::OneCable(cable, T::one()),
             MachineParameter::Scale(cable) => {
-                let from_home = |(length, home): (&T, &T)| (*length - *home) * T::of(SCALE_UNIT);
-                let change = pose.lengths.as_mm().iter().zip(&machine.home_mm).nth(cable).map(from_home);
+                // The length of the model, not the measured one: the noise in that would go with the residual, and thousands
+                // of poses would favour drums that make lengths, and so the noise, smaller.
+                let mm = pose.lengths.as_mm();
+                let change = rows.get(cable).zip(mm.get(cable)).zip(machine.home_mm.get(cable));
+                let change = change.map(|((row, length), home)| (*length - row.residual_mm - *home) * T::of(SCALE_UNIT));
                 Column::OneCable(cable, change.unwrap_or_else(T::zero))
             }
         }

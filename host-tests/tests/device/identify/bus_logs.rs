@@ -65,7 +65,7 @@ fn a_recording_gives_the_centre_and_its_second_set_verifies_it() {
         ran.stderr,
         "cargo identify: run.log: a candump recording: run 7, 12 poses, and 5 held out to verify them\n"
     );
-    assert_eq!(ran.json()["verification"]["poses"], 5, "{ran:?}");
+    assert_eq!(ran.json()["verification"]["pose_count"], 5, "{ran:?}");
     // What candump prints, instead of what it writes.
     let printed: String = (0..12)
         .flat_map(|index| (0..6).map(move |cable| (index, cable)))
