@@ -131,7 +131,7 @@ fn a_hundred_thousand_rows_are_read_at_once() {
         let took = begin.elapsed();
         assert_eq!(log.rows().len(), 100_000);
         assert_eq!(log.rows()[99_999].line, 100_001);
-        // 60 ms on an idle machine; a busy one may take three times as long.
-        assert!(took < Duration::from_millis(200), "{took:?}");
+        // 60 ms on an idle machine; a busy one, with many tests at once, takes several times as long.
+        assert!(took < Duration::from_secs(2), "{took:?}");
     }
 }
