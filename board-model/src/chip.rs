@@ -150,12 +150,10 @@ impl Chip {
         }
         if self.can.next_ps(now_ps).is_some_and(|at| now_ps >= at) {
             let connected = self.is_can_connected();
-            let (can, mut env) = (&mut self.can, Env {
-                now_ps,
-                clocks: self.supply.clocks,
-                breaches: &mut self.breaches,
-                nvic: &mut self.nvic,
-            });
+            let (can, mut env) = (
+                &mut self.can,
+                Env { now_ps, clocks: self.supply.clocks, breaches: &mut self.breaches, nvic: &mut self.nvic },
+            );
             can.advance(connected, &mut env);
         }
     }
@@ -389,12 +387,8 @@ impl Chip {
 
     fn with_env<T>(&mut self, act: impl FnOnce(&mut Self, &mut Env) -> T) -> T {
         let (mut breaches, mut nvic) = (std::mem::take(&mut self.breaches), std::mem::take(&mut self.nvic));
-        let mut env = Env {
-            now_ps: self.time.now_ps(),
-            clocks: self.supply.clocks,
-            breaches: &mut breaches,
-            nvic: &mut nvic,
-        };
+        let mut env =
+            Env { now_ps: self.time.now_ps(), clocks: self.supply.clocks, breaches: &mut breaches, nvic: &mut nvic };
         let result = act(self, &mut env);
         (self.breaches, self.nvic) = (breaches, nvic);
         result
@@ -403,11 +397,7 @@ impl Chip {
 
 /// Clocks, voltage and wait states as the registers have them.
 fn supply(rcc: &Rcc, pwr: &Plain, flash: &Flash) -> Supply {
-    Supply {
-        clocks: rcc.clocks(),
-        boost: !pwr.file.is("CR5", "R1MODE"),
-        wait_states: flash.file.get("ACR", "LATENCY"),
-    }
+    Supply { clocks: rcc.clocks(), boost: !pwr.file.is("CR5", "R1MODE"), wait_states: flash.file.get("ACR", "LATENCY") }
 }
 
 /// The second bank lies where the map says.

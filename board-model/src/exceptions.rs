@@ -76,7 +76,9 @@ impl Machine {
         self.protect();
         let handler = self.word(vector);
         if handler & 1 == 0 {
-            self.chip_mut().breaches.add(Rule::Architecture, format!("the vector of exception {number} is {handler:#x}"));
+            self.chip_mut()
+                .breaches
+                .add(Rule::Architecture, format!("the vector of exception {number} is {handler:#x}"));
             self.locked_up = true;
         }
         self.set(RegisterARM::PC, handler | 1);

@@ -88,7 +88,8 @@ impl Image {
             while at + 2 <= bytes.len() {
                 let address = from + at as u32;
                 let is_code = self.mapping.range(..=address).next_back().is_some_and(|(_, is_code)| *is_code);
-                let half_at = |at: usize| bytes.get(at..at + 2).map_or(0, |half| u16::from_le_bytes([half[0], half[1]]));
+                let half_at =
+                    |at: usize| bytes.get(at..at + 2).map_or(0, |half| u16::from_le_bytes([half[0], half[1]]));
                 let half = half_at(at);
                 if is_code {
                     see(address, half, half_at(at + 2));

@@ -34,8 +34,7 @@ impl Log {
             // the firmware has not come so far
             return;
         }
-        let [buffer, size, written, read] =
-            [BUFFER, SIZE, WRITTEN, READ].map(|field| machine.word(self.block + field));
+        let [buffer, size, written, read] = [BUFFER, SIZE, WRITTEN, READ].map(|field| machine.word(self.block + field));
         let is_ram = buffer >= SRAM.0 && buffer.saturating_add(size) <= SRAM.0 + SRAM.1 as u32;
         if !is_ram || written >= size || read >= size || written == read {
             return;

@@ -1,6 +1,6 @@
 //! `cargo identify`: the board's identification on a recorded log, for the researcher's desk.
 //!
-//! A log and a rig are read ([`lengths_file`], [`rig_file`]; anything that cannot be read is told by file, line and
+//! A log and a rig are read ([`lengths_file`], [`rig_file`]; anything that cannot be read is reported by file, line and
 //! column), the library's solver is run in the precision asked for ([`calculation`]), and the outcome is one [`report`]
 //! that is printed as JSON or as a [`summary`] with a remedy for every refusal.
 
@@ -18,6 +18,7 @@ pub mod selection;
 pub mod summary;
 pub mod units;
 pub mod verification;
+mod wording;
 
 use glenoid::identification::{DEFAULT_CAPACITY, JointChoice};
 use glenoid::rig::Rig;
@@ -33,7 +34,7 @@ use self::selection::RowsUsed;
 /// Without `--noise`, residuals up to this many times the noise expected of the rig are taken for noise of the cables:
 /// 0.35 mm for the shoulder, which uniform noise within ±0.6 mm gives. What is left of a rig file that is wrong by a
 /// centimetre, or of a strap that slips, is larger.
-const MOST_TIMES_EXPECTED_NOISE: f64 = 6.0;
+const MAX_TIMES_EXPECTED_NOISE: f64 = 6.0;
 
 /// What is to be identified, and how.
 #[derive(Clone, Debug, PartialEq)]
@@ -81,7 +82,8 @@ pub struct Finding {
 /// [`InputError`] names the place that cannot be read. A refusal is not an error: it is a [`Finding`].
 pub fn run(request: &Request) -> Result<Finding, InputError> {
     let machine = machine(request.rig.as_deref())?;
-    let log = log(&request.lengths, &machine.rig)?;
+    let noise_mm = request.noise_mm.unwrap_or(machine.rig.length_noise_mm());
+    let log = log(&request.lengths, &machine.rig)?.with_repeated_rows_merged(noise_mm);
     let second = match request.verify.as_deref() {
         Some(path) => Some(self::log(path, &machine.rig)?),
         // A recording of the bus holds the board's own second set.
@@ -91,6 +93,7 @@ pub fn run(request: &Request) -> Result<Finding, InputError> {
     let notes = logs.flat_map(|log| log.notes().iter().map(|note| format!("{}: {note}", log.file()))).collect();
     let setting = setting(request, &machine, log.rows().len());
     let still = request.still.as_deref().map(|path| self::log(path, &machine.rig)).transpose()?;
+    let still = still.map(|log| log.with_repeated_rows_merged(noise_mm));
     let problem = Problem { rig_file: &machine, log: &log, setting, still: still.as_ref(), second: second.as_ref() };
     let report = problem.solve()?;
     let summary = summary::of(&report, &log, second.as_ref());
@@ -138,7 +141,7 @@ fn setting(request: &Request, machine: &RigFile, rows: usize) -> Setting {
         start: (!full).then(|| start(request, machine)),
         given_noise_mm: request.noise_mm.filter(|_| full),
         expected_noise_mm,
-        noise_limit_mm: expected_noise_mm * MOST_TIMES_EXPECTED_NOISE,
+        noise_limit_mm: expected_noise_mm * MAX_TIMES_EXPECTED_NOISE,
     }
 }
 
@@ -163,7 +166,9 @@ fn unused(request: &Request) -> Vec<String> {
         warnings.push("--zeros is not used: the paper's method takes the zeros for known".to_owned());
     }
     if request.method == Method::Paper && request.noise_mm.is_some() {
-        warnings.push("--noise is not used: the paper's method takes its error bar from its own residuals".to_owned());
+        warnings.push(
+            "--noise is not used: the paper's method takes its standard deviation from its own residuals".to_owned(),
+        );
     }
     warnings
 }

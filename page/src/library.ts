@@ -12,11 +12,14 @@ export interface Placed {
   origin: number[];
   /** What each cable leaves, mm; only once a centre is determined. */
   residuals?: number[];
-  /** The centre as this pose alone shows it, mm. */
+  /** The centre as this pose alone shows it, and as the joint's model has it in this pose, mm. */
   centre?: number[];
+  path?: number[];
 }
 
 export interface Identification {
+  /** The joint's centre moves with the arm. */
+  moving?: boolean;
   refusal: string | null;
   centre: number[] | null;
   sigma?: number[];

@@ -3,7 +3,7 @@
 import {
   AmbientLight, BufferGeometry, CanvasTexture, CylinderGeometry, DirectionalLight, DoubleSide, Float32BufferAttribute,
   Group, Line, LineBasicMaterial, LineSegments, Matrix4, Mesh, MeshLambertMaterial,
-  PerspectiveCamera, Quaternion, RingGeometry, Scene, SphereGeometry, Sprite, SpriteMaterial, Vector3, WebGLRenderer,
+  PerspectiveCamera, Quaternion, RingGeometry, Scene, SphereGeometry, Sprite, SpriteMaterial, SRGBColorSpace, Vector3, WebGLRenderer,
   WireframeGeometry, BoxGeometry, ConeGeometry, MeshBasicMaterial,
 } from "three";
 import type { Identification, Machine, Placed } from "./library.ts";
@@ -198,8 +198,13 @@ export class ArmScene {
       this.directions.add(mark);
       if (pose.centre !== undefined && found.centre !== null) {
         const dot = new Mesh(new SphereGeometry(2, 8, 6), new MeshBasicMaterial({ color: ORANGE }));
-        // the centre that this pose alone shows, ten times as far from the common one
-        dot.position.fromArray(pose.centre.map((value, k) => found.centre![k]! + 10 * (value - found.centre![k]!)));
+        // the centre that this pose alone shows
+        dot.position.fromArray(apart(pose.centre, found.centre));
+        this.path.add(dot);
+      }
+      if (found.moving === true && pose.path !== undefined && found.centre !== null) {
+        const dot = new Mesh(new BoxGeometry(5, 5, 5), new MeshBasicMaterial({ color: BLUE }));
+        dot.position.fromArray(apart(pose.path, found.centre));
         this.path.add(dot);
       }
     });
@@ -320,6 +325,11 @@ function ellipsoid([xx, yx, yy, zx, zy, zz]: number[], centre: number[]): Matrix
   );
 }
 
+/** Ten times as far from the common centre, so that millimetres are seen. */
+function apart(centre: number[], common: number[]): number[] {
+  return centre.map((value, k) => common[k]! + 10 * (value - common[k]!));
+}
+
 function cross(): Group {
   const group = new Group();
   for (const axis of [[14, 0, 0], [0, 14, 0], [0, 0, 14]]) {
@@ -349,7 +359,9 @@ function label(text: string): Sprite {
   context.textBaseline = "middle";
   context.fillStyle = "#16202a";
   context.fillText(text, 8, 31);
-  const sprite = new Sprite(new SpriteMaterial({ map: new CanvasTexture(canvas), depthTest: false }));
+  const texture = new CanvasTexture(canvas);
+  texture.colorSpace = SRGBColorSpace;
+  const sprite = new Sprite(new SpriteMaterial({ map: texture, depthTest: false }));
   sprite.scale.set(canvas.width * 0.5, canvas.height * 0.5, 1);
   return sprite;
 }

@@ -97,7 +97,8 @@ export const words = {
   },
   scene: {
     label: "The arm in the machine: base, cables, cuff, centre, and the directions covered",
-    magnified: (factor: number) => `error ellipsoid magnified ${factor} times`,
+    magnified: (factor: number) => `ellipsoid: error of the centre, magnified ${factor} times. Small dots: the centre as `
+      + "each pose alone shows it, ten times as far apart",
     goThere: "go there",
     noWebgl: "This browser draws no 3D. Everything else works.",
   },

@@ -2,9 +2,7 @@
 
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { mkdtempSync, readFileSync, writeFileSync } from "node:fs";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
+import { readFileSync } from "node:fs";
 import { test } from "node:test";
 import { Library } from "../src/library.ts";
 
@@ -59,25 +57,18 @@ test("the centre is the true one, and each pose stands where the arm stood", () 
   }
 });
 
-test("WebAssembly and the host agree to the bit", () => {
-  const folder = mkdtempSync(join(tmpdir(), "glenoid-page-"));
+test("WebAssembly and the host agree in every digit", () => {
+  const host = (poses: number[][]) => JSON.parse(execFileSync("target/release/examples/identify", {
+    input: poses.map((row) => row.join(" ")).join("\n"), encoding: "utf8",
+  }));
+  let accepted = 0;
   for (let seed = 1; seed <= 20; seed += 1) {
     const poses = arm(6 + seed, 0.1, seed);
-    const log = join(folder, `${seed}.csv`);
-    writeFileSync(log, `l1,l2,l3,l4,l5,l6\n${poses.map((row) => row.join(",")).join("\n")}\n`);
-    const noise = String(0.1 / Math.sqrt(3));
-    let printed = "";
-    try {
-      printed = execFileSync("target/release/identify", [log, "--json", "--precision", "f32", "--noise", noise], { encoding: "utf8" });
-    } catch (error) {
-      printed = (error as { stdout: string }).stdout;
-    }
-    const host = JSON.parse(printed) as { centre_mm: number[] | null };
     const here = library.identify(poses);
-    const bits = (values: number[]) => [...new Uint32Array(Float32Array.from(values).buffer)];
-    assert.equal(host.centre_mm === null, here.centre === null, `seed ${seed}`);
-    if (host.centre_mm !== null) assert.deepEqual(bits(here.centre!), bits(host.centre_mm), `seed ${seed}`);
+    accepted += here.centre === null ? 0 : 1;
+    assert.deepEqual(here, host(poses), `seed ${seed}`);
   }
+  assert.ok(accepted > 15, `${accepted} of 20 identified`);
 });
 
 test("too few poses, nonsense and none at all are refused in words", () => {

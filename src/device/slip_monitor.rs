@@ -9,9 +9,9 @@ use super::{Action, Device, LogEntry};
 use crate::can::Message;
 use crate::can::watch::WatchReport;
 use crate::kinematics::CableLengths;
+use crate::monitor::{DetectorState, SlipDetector};
 use crate::procedure::{Candidate, Reason, StateName};
 use crate::rig::{CABLES, Rig};
-use crate::monitor::{DetectorState, SlipDetector};
 use nalgebra::UnitQuaternion;
 
 /// Shortest time between two samples that are looked at, ms.

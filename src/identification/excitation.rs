@@ -2,9 +2,9 @@
 //! (observability about the most common axis).
 //!
 //! Every pose says δO = R δC (see [`marginal_information`](super::marginal_information)). The centre is free along `a`
-//! when all poses agree on it: R_m a' = a for one a'. How well they agree shows in the mean rotation R̄ = Σ R_m / m: with
-//! its singular values σ_i, the mean of |R_m a' - a|² over the poses is 2 (1 - σ_i) for the singular vectors a, a'.
-//! So a largest singular value of one means a common axis, and its left singular vector is that axis in {B}.
+//! when all poses agree on it: R_m a' = a for one a'. How well they agree shows in the mean rotation R̄ = Σ R_m / m:
+//! with its singular values σ_i, the mean of |R_m a' - a|² over the poses is 2 (1 - σ_i) for the singular vectors a,
+//! a'. So a largest singular value of one means a common axis, and its left singular vector is that axis in {B}.
 
 use crate::linear_algebra::{non_negative_root, symmetric_eigen, unit};
 use crate::scalar::Real;
@@ -17,16 +17,17 @@ pub struct MeanRotation<T> {
     poses: usize,
 }
 
-/// How far a set of poses is from turning about one common axis.
+/// How far a set of poses is from turning about one common axis: the two singular values of R̄ nearest to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Excitation<T> {
     /// The axis in {B} that the poses move least, a unit vector.
     pub axis: Vector3<T>,
     /// The same axis in {P}.
     pub axis_in_platform: Vector3<T>,
-    /// Root-mean-square length by which the poses move that axis; for small angles, the angle in rad. 0 = one axis.
+    /// Root-mean-square length by which the poses move that axis (a unit vector), 0 to 2; for small angles, the angle
+    /// in rad. 0: all turn about it.
     pub least_rad: T,
-    /// The same for the axis that they move second least. 0 as well = the poses are all alike.
+    /// The same for the axis that they move second least. 0: the poses are all alike.
     pub second_rad: T,
 }
 
@@ -73,9 +74,9 @@ impl<T: Real> MeanRotation<T> {
     }
 }
 
-/// By how much an axis is moved, rad: 2 (1 - σ) is its square, `lost` is 1 - σ².
-fn moved<T: Real>(lost: T) -> T {
-    let singular = non_negative_root(T::one() - lost);
+/// By how much an axis is moved, rad: √(2 (1 - σ)) from the eigenvalue 1 - σ².
+fn moved<T: Real>(eigenvalue: T) -> T {
+    let singular = non_negative_root(T::one() - eigenvalue);
     non_negative_root((T::one() - singular) * T::of(2.0))
 }
 

@@ -10,21 +10,22 @@ use crate::kinematics::cable_length::cable_number;
 use crate::scalar::Real;
 use nalgebra::{Matrix3, Vector3};
 
-/// Fewest poses that can determine the centre. Three determine it but cannot be trusted: each of them can be wrong in
-/// one direction without the others contradicting it, and the set is refused as not redundant.
+/// Minimum number of poses. Three determine the centre without redundancy: each of them can be wrong in one direction
+/// without the others contradicting it, so such a set is refused by [`Refusal::NotRedundant`].
 pub const MIN_POSES: usize = 3;
 
-/// Fewest poses that must remain when others are left out: fewer can agree by chance with the wrong one among them.
+/// Minimum number of poses that remain when others are left out: a smaller set can agree by chance with a wrong pose in
+/// it.
 pub const MIN_POSES_AFTER_REJECTION: usize = 5;
 
-/// A pose that makes this part of the excitation makes most of it.
-const MOST_OF_THE_EXCITATION: f64 = 0.5;
+/// Share of the squared excitation above which one pose dominates it.
+const DOMINANT_SHARE: f64 = 0.5;
 
-/// Mean over median of the squared distances of the poses' own centres, up to which the centre itself migrates: a normal
-/// scatter in space has 1.27; a few poses far off, much more.
+/// Mean over median of the squared distances of the poses' own centres, up to which the centre itself counts as not
+/// fixed. A normal scatter in three dimensions has 1.27; a few outliers give much more.
 const MIGRATION_RATIO: f64 = 4.0;
 
-/// Enough poses have a rotation.
+/// Refuses fewer than [`MIN_POSES`] poses with a rotation.
 ///
 /// # Errors
 /// [`Refusal::BadLength`] or [`Refusal::PlatformDoesNotClose`] for the first that has none.
@@ -42,7 +43,7 @@ pub fn require_placed<T: Real>(poses: &[Pose<T>]) -> Result<(), Refusal> {
     })
 }
 
-/// How many poses move the axis that all of them move least, and which moves it most.
+/// Sums over the poses: how far each moves the axis that all of them move least.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxisMotion<T> {
     moving: usize,
@@ -71,15 +72,14 @@ impl<T: Real> AxisMotion<T> {
         }
     }
 
-    /// The pose that makes most of the excitation, if one does.
+    /// The pose that makes more than half of the squared excitation, from 0; `None` when none does.
     pub fn dominant_pose(&self) -> Option<usize> {
-        (self.largest > self.squares * T::of(MOST_OF_THE_EXCITATION)).then_some(self.largest_pose)
+        (self.largest > self.squares * T::of(DOMINANT_SHARE)).then_some(self.largest_pose)
     }
 }
 
-/// Refuses poses that are all alike, that turn about one axis, or of which hardly any (fewer than two and a tenth of
-/// them) does not: a direction that one or two odd poses determine is not determined, for the others could not
-/// contradict them.
+/// Refuses poses that are all alike, or that turn about one common axis. The latter also when at most one pose and a
+/// tenth of all leave that axis: the others could not contradict them, so the direction is not determined reliably.
 ///
 /// # Errors
 /// [`Refusal::TooAlike`], [`Refusal::OneAxis`].
@@ -98,18 +98,19 @@ pub fn require_excitation<T: Real>(
     Ok(())
 }
 
-/// How well the centre is determined.
+/// How well the centre is determined, for the noise of the gate.
 #[derive(Clone, Copy, Debug)]
 pub struct Accuracy<'a, T> {
     /// Covariance of the centre, mm².
     pub centre: &'a Matrix3<T>,
-    /// The same if all else were known.
+    /// The same if the machine's constants and the joint's motion were known, mm².
     pub centre_alone: Option<Matrix3<T>>,
-    /// The encoder offset known worst: cable from 0, 1σ, mm. `None` when they are known.
+    /// The encoder offset with the largest 1σ: cable from 0, 1σ in mm. `None` when the offsets are not estimated.
     pub worst_offset: Option<(usize, T)>,
 }
 
-/// Refuses a standard deviation beyond the limit, and says when it is the unknown offsets that make it so.
+/// Refuses a standard deviation of the centre above `limit_mm`; names an encoder offset when the offsets alone cause
+/// it.
 ///
 /// # Errors
 /// [`Refusal::Weak`], [`Refusal::OffsetNotDetermined`].
@@ -122,16 +123,15 @@ pub fn require_accuracy<T: Real>(accuracy: &Accuracy<'_, T>, limit_mm: T) -> Res
     if let (Some((cable, offset_sigma_mm)), Some(alone)) = (accuracy.worst_offset, accuracy.centre_alone)
         && worst_direction_of_point(&alone).0 <= limit_mm
     {
-        return Err(Refusal::OffsetNotDetermined {
-            cable: cable_number(cable),
-            sigma_mm: offset_sigma_mm.to_f32(),
-        });
+        return Err(Refusal::OffsetNotDetermined { cable: cable_number(cable), sigma_mm: offset_sigma_mm.to_f32() });
     }
     Err(Refusal::Weak { direction: direction.map(Real::to_f32), sigma_mm: sigma_mm.to_f32() })
 }
 
-/// A few poses alone contradict the others, or the joint centre itself is not fixed. `variance_mm2`: mean square along an
-/// axis of the poses' own centres; `median_mm2`: median of their squared distances.
+/// Decides why a set is refused as a ball: a few outliers, or a joint centre that is not fixed.
+///
+/// `variance_mm2`: mean square of the poses' own centres along one axis, mm². `median_mm2`: median of their squared
+/// distances from the common centre, mm². `rejected`: poses beyond the inlier limit.
 pub fn migration_or_outliers<T: Real>(variance_mm2: T, median_mm2: T, rejected: usize, poses: usize) -> Refusal {
     if variance_mm2 * T::of(3.0) <= median_mm2 * T::of(MIGRATION_RATIO) {
         Refusal::CentreNotFixed { migration_mm: variance_mm2.root().to_f32() }

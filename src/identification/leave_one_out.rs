@@ -1,6 +1,7 @@
 //! Redundancy: would the result stand without any one of its poses? (Leave-one-out; internal reliability after Baarda.)
 //!
-//! A pose that improves the standard deviation of the centre very much can be wrong without the others showing it.
+//! If the standard deviation of the centre is far larger without a pose, the others cannot detect an error of that
+//! pose.
 
 use super::gates::MIN_POSES;
 use super::refusal::Refusal;
@@ -8,7 +9,7 @@ use crate::scalar::Real;
 
 /// Sets of up to this many poses are checked pose by pose. Of a larger set only the pose that makes most of the
 /// excitation is.
-pub const FEW_POSES: usize = 12;
+const FEW_POSES: usize = 12;
 
 /// The poses to leave out in turn: from `next` to before `last`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,10 +29,9 @@ pub fn candidates(used: usize, poses: usize, dominant: Option<usize>) -> Option<
     }
 }
 
-/// How many times larger the centre's standard deviation may be without any one of `used` poses. Refuses 0.6 % of four
+/// Largest ratio of the centre's standard deviation without one of `used` poses to that with all. Refuses 0.6 % of four
 /// random poses (tilt 45, torsion 30 degrees), 0.07 % of five, 0.02 % of six, next to none of more (`cargo study
-/// million`). Two poses never suffice, though rounding may hide that in the equations that are left of three: those
-/// never stand.
+/// million`). Three are always refused: two never suffice, though rounding may hide that in their equations.
 fn limit<T: Real>(used: usize) -> T {
     if used <= MIN_POSES {
         return T::zero();
@@ -43,8 +43,9 @@ fn limit<T: Real>(used: usize) -> T {
 /// Refuses a set whose centre depends on pose `pose` alone. `sigma`, `without`: the centre's standard deviation in its
 /// worst direction with all poses, and without that one.
 ///
-/// Four poses hardly contradict each other when there are offsets to be found as well, and the prior hides it: it alone
-/// bounds the standard deviation of what is left. So few poses get no more indulgence than many then.
+/// With offsets or other parameters to be estimated, few poses hardly contradict each other, and the priors hide that
+/// by bounding the standard deviation without the pose. `has_parameters` therefore sets the stricter limit of many
+/// poses.
 ///
 /// # Errors
 /// [`Refusal::NotRedundant`].

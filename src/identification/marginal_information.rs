@@ -3,15 +3,15 @@
 //! Of the six unknowns (O in {B}, C in {P}) a pose sees three combinations, δ = δO - R δC (see
 //! [`length_jacobian`](crate::kinematics::length_jacobian)). With U and G the translation and rotation columns of the
 //! Jacobian, the six lengths say U δ + G ω = e. Householder's reflections turn G into a triangle over zeros (QR
-//! factorization; Golub and Van Loan, algorithm 5.2.1). Three of the six equations determine the small rotation ω then, and
-//! the other three hold none of it:
+//! factorization; Golub and Van Loan, algorithm 5.2.1). Three of the six equations determine the small rotation ω then,
+//! and the other three hold none of it:
 //!
 //! ```text
 //! Ū δ = ē
 //! ```
 //!
-//! Their squares are the Schur complement of the normal equations, S = ŪᵀŪ = UᵀU - (GᵀU)ᵀ (GᵀG)⁻¹ GᵀU, and S δ̂ = Ūᵀē: all
-//! that the pose knows, with the exact maximum-likelihood weight.
+//! Their squares are the Schur complement of the normal equations, S = ŪᵀŪ = UᵀU - (GᵀU)ᵀ (GᵀG)⁻¹ GᵀU, and S δ̂ = Ūᵀē:
+//! all that the pose knows, with the exact maximum-likelihood weight.
 
 use crate::kinematics::LengthJacobian;
 use crate::linear_algebra::{Singular, inverse_of_positive_definite, rounding};
@@ -38,10 +38,11 @@ pub struct MarginalInformation<T> {
 }
 
 impl<T: Real> MarginalInformation<T> {
-    /// The information in six lengths.
+    /// The information of a pose on δ.
     ///
     /// # Errors
-    /// [`Singular`] when they do not determine the rotation (no such pose of a sound rig).
+    /// [`Singular`] when the lengths do not determine the rotation; no pose of a regular rig is like that.
+    #[cfg_attr(feature = "ccm", inline(never), unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
     pub fn new(jacobian: &LengthJacobian<T>) -> Result<Self, Singular> {
         let rows = &jacobian.rows;
         // The columns of G and U, and e.
@@ -108,9 +109,9 @@ impl<T: Real> MarginalInformation<T> {
         }
     }
 
-    /// The same where the pose has a joint centre of its own, beside the common one by a scatter with this variance along
-    /// each axis, in units of the noise's: the three equations are made as uncertain as they are then, and independent
-    /// again. 0 = none.
+    /// The same where the pose has a joint centre of its own, beside the common one by a scatter with this variance
+    /// along each axis, in units of the noise's: the three equations are made as uncertain as they are then, and
+    /// independent again. 0 = none.
     pub fn add_scatter(&mut self, scatter: T) {
         // Also false for NaN.
         if scatter > T::zero() {
@@ -122,8 +123,8 @@ impl<T: Real> MarginalInformation<T> {
         }
     }
 
-    /// δ̂ for itself: the centre that the pose would have alone, exactly known, at a distance of √squares from the common
-    /// one. `ridge` is added to the information, which may not know a direction.
+    /// δ̂ for itself: the centre that the pose would have alone, exactly known, at a distance of √squares from the
+    /// common one. `ridge` is added to the information, which may not know a direction.
     pub fn become_own_centre(&mut self, ridge: T) {
         let information = self.information() + Matrix3::from_diagonal_element(ridge);
         let gradient_mm = self.gradient_mm();
@@ -170,4 +171,10 @@ fn inverse_of_factor<T: Real>(m: &Matrix3<T>) -> Matrix3<T> {
     let b = -l21 * a * c;
     let d = -(l31 * a + l32 * b) * f;
     Matrix3::new(a, zero, zero, b, c, zero, d, -l32 * c * f, f)
+}
+
+/// δ̂ = S⁻¹ g of a pose, mm; a small ridge bounds a direction that the pose does not determine.
+pub fn own_centre<T: Real>(information: &Matrix3<T>, gradient_mm: &Vector3<T>) -> Vector3<T> {
+    let ridge = Matrix3::from_diagonal_element(T::of(1e-6));
+    inverse_of_positive_definite(&(information + ridge), T::zero()).map_or_else(Vector3::zeros, |v| v * gradient_mm)
 }

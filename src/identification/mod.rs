@@ -1,8 +1,8 @@
 //! Finding the joint centre from the cable lengths of a set of poses: pure functions of numbers.
 //!
-//! * [`estimator`]: the way that the device goes. No start, a standard deviation, refusal of what cannot be known.
-//! * [`predicted_accuracy`]: the standard deviation that the poses so far would give.
-//! * [`machine`], [`joint`]: what is unknown beside the joint centre.
+//! * [`estimator`]: what the device runs. It needs no start and gives a standard deviation or a named refusal.
+//! * [`predicted_accuracy`]: the standard deviation that the poses captured so far would give.
+//! * [`machine`], [`joint`]: the unknowns beside the joint centre.
 //!
 //! `docs/method.md` follows the method from six lengths to a standard deviation, with references. The paper's own
 //! iteration stands in [`paper`](crate::paper).

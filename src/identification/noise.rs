@@ -1,4 +1,4 @@
-//! How large the noise is: as stated, or as the residuals say. Pure functions of one pass.
+//! The noise of a cable length: as stated, or estimated from the residuals. Pure functions of one pass.
 
 use super::pose::{Pose, PoseState};
 use super::settings::{MIN_NOISE_MM, Noise};
@@ -7,36 +7,37 @@ use super::weights::INLIER_LIMIT;
 use crate::linear_algebra::non_negative_root;
 use crate::scalar::Real;
 
-/// Poses from which the median of χ² is good enough to take the noise from again, pass by pass.
+/// Number of poses from which the median of χ² is good enough to estimate the noise from.
 pub const POSES_TO_ESTIMATE: usize = 10;
 
-/// χ² beyond which a pose that is left out was certainly no sound one.
+/// χ² beyond which a pose that is left out is certainly an outlier.
 const CLEARLY_OUT: f64 = 100.0;
 
 /// The rig's stated noise counts as this many degrees of freedom where the noise is estimated.
 const PRIOR_FREEDOM: f64 = 6.0;
 
-/// How much wider the standard deviation is when all residuals may be due to one bad reading that is not seen as such.
+/// Factor on the standard deviation when all residuals may come from one undetected bad reading (external reliability
+/// after Baarda).
 ///
-/// A reading with redundancy r that is off by b leaves a square of r b² and moves the centre by b times its share of the
-/// variance. Of the 6 m readings of m poses the mean redundancy is freedom / 6 m, the mean share 1 / 6 m. The whole
+/// A reading with redundancy r that is off by b leaves a square of r b² and moves the centre by b times its share of
+/// the variance. Of the 6 m readings of m poses the mean redundancy is freedom / 6 m, the mean share 1 / 6 m. The whole
 /// residual, freedom σ², in one reading of mean redundancy and six times the mean share adds 6 σ²: the root of 1 + 6.
 const WIDENING_FOR_ONE_BAD_READING: f64 = 2.65;
 
-/// What a pass has left.
+/// The residuals of a pass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Residuals<T> {
-    /// Sum of squares after the step, mm².
+    /// Weighted sum of squares after the step, mm², priors included.
     pub squares_mm2: T,
-    /// Its degrees of freedom.
+    /// Its degrees of freedom, 1 at least.
     pub freedom: T,
     /// Poses that took part.
     pub used: usize,
-    /// χ² of the poses, in units of `noise_mm`.
+    /// χ² of the poses, for a noise of `noise_mm`.
     pub chi_squares: ChiSquares<T>,
-    /// Noise that χ² is reckoned with, mm.
+    /// Noise that χ² is computed with, 1σ, mm.
     pub noise_mm: T,
-    /// Noise that the rig states, mm.
+    /// Noise that the rig states, 1σ, mm.
     pub rig_noise_mm: T,
 }
 
@@ -48,14 +49,14 @@ impl<T: Real> Residuals<T> {
         Self { squares_mm2: zero, freedom: one, used: 0, chi_squares, noise_mm, rig_noise_mm }
     }
 
-    /// Are the residuals no larger than the noise explains? `poses`: given in all.
+    /// Are the residuals no larger than the noise explains? `poses`: number of poses given.
     pub fn are_noise(&self, noise: Noise<T>, poses: usize) -> bool {
         match noise {
             Noise::Known(noise) => chi_square_test(self.squares_mm2, self.freedom, noise * noise, T::of(FALSE_ALARM)),
             Noise::EstimatedUpTo(most) => {
                 let estimate = non_negative_root(self.squares_mm2 / self.freedom);
-                // A bad reading must not hide behind the noise that it pretends: the typical χ² is the measure, unless it
-                // is finer than the noise that the rig states. A handful has no typical χ².
+                // A bad reading raises the RMS, and could hide in the noise estimated from it. So the median decides,
+                // but not below the noise that the rig states. Few poses have no meaningful median.
                 let typical = if poses >= POSES_TO_ESTIMATE {
                     smaller(self.typical_noise_mm(poses).max(self.rig_noise_mm), estimate)
                 } else {
@@ -75,7 +76,7 @@ impl<T: Real> Residuals<T> {
         }
     }
 
-    /// An unknown noise, estimated anew from the median of χ², mm; a known one as it is.
+    /// The noise, 1σ, mm: a known one as it is, an unknown one from the median of χ².
     pub fn estimated_noise_mm(&self, noise: Noise<T>, poses: usize) -> T {
         match noise {
             Noise::Known(noise) => noise,
@@ -83,34 +84,33 @@ impl<T: Real> Residuals<T> {
         }
     }
 
-    /// The noise that the median of χ² speaks of, mm.
+    /// The noise that the median of χ² corresponds to, 1σ, mm.
     fn typical_noise_mm(&self, poses: usize) -> T {
         let poses = T::of_integer(poses as i32);
-        let typical =
-            self.chi_squares.median / T::of(MEDIAN_OF_CHI_SQUARE_3) * poses / (poses - T::of(2.0));
+        let typical = self.chi_squares.median / T::of(MEDIAN_OF_CHI_SQUARE_3) * poses / (poses - T::of(2.0));
         self.noise_mm * non_negative_root(typical)
     }
 
-    /// The noise, and that of the reported standard deviation, which is wider where a bad reading may hide, mm.
+    /// The noise, and the one behind the reported standard deviation, which is larger where a bad reading may be
+    /// hidden; 1σ, mm.
     pub fn noise_of_result_mm(&self, noise: Noise<T>, poses: &[Pose<T>]) -> (T, T) {
         match noise {
-            // Residuals that sound sets leave only once in twenty widen the standard deviation (Birge's ratio). Poses that
-            // were left out by a close call are counted in: of few poses, the worst leaves the others looking too good.
+            // Residuals that only one sound set in twenty has widen the standard deviation (Birge ratio). Poses that
+            // were left out narrowly are included: without the worst of few poses the others look too good.
             Noise::Known(noise) => {
                 let variance = noise * noise;
-                let is_close_call =
+                let is_narrowly_out =
                     |pose: &&Pose<T>| pose.state == PoseState::Placed && pose.chi_square <= T::of(CLEARLY_OUT);
-                let add = |(squares, freedom), pose: &Pose<T>| {
-                    (squares + pose.chi_square * variance, freedom + T::of(3.0))
-                };
+                let add =
+                    |(squares, freedom), pose: &Pose<T>| (squares + pose.chi_square * variance, freedom + T::of(3.0));
                 let (squares, freedom) =
-                    poses.iter().filter(is_close_call).fold((self.squares_mm2, self.freedom), add);
+                    poses.iter().filter(is_narrowly_out).fold((self.squares_mm2, self.freedom), add);
                 let fits = chi_square_test(squares, freedom, variance, T::of(WIDENING));
                 let noise = if fits { noise } else { non_negative_root(squares / freedom) };
                 (noise, noise)
             }
             // A variance estimated from few residuals is too small too often: the rig's own noise is worth a few more.
-            // Residuals beyond the rig's noise may also be one bad reading's that few poses cannot show as such.
+            // Residuals beyond the rig's noise may also come from one bad reading, which few poses cannot detect.
             Noise::EstimatedUpTo(_) => {
                 let prior = T::of(PRIOR_FREEDOM);
                 let rig = self.rig_noise_mm * self.rig_noise_mm;

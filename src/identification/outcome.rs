@@ -1,4 +1,4 @@
-//! What an identification ends with: a centre that can be trusted, or a reason why there is none.
+//! What an identification ends with: a centre with its covariance, or a refusal.
 
 use super::uncertainty;
 use crate::linear_algebra::non_negative_root;
@@ -7,17 +7,13 @@ use crate::scalar::Real;
 use heapless::Vec;
 
 pub use super::refusal::Refusal;
+pub use super::uncertainty::{RESULT_PACKED, RESULT_UNKNOWNS};
 
-/// Most iterations of any method; the residuals of all of them are kept.
+/// Maximum number of iterations of any method; the RMS residual of each is kept.
 pub const MAX_ITERATIONS: usize = 30;
 
-/// Most poses that can be left out: a fifth of the default buffer.
+/// Maximum number of rejected poses that a result lists: a fifth of the default buffer.
 pub const MAX_REJECTED: usize = 25;
-
-/// x, y, z, p1, p2, p3.
-pub const RESULT_UNKNOWNS: usize = 6;
-/// Entries of their packed covariance.
-pub const RESULT_PACKED: usize = 21;
 
 /// Why an iteration ended well.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,7 +54,7 @@ pub struct Identified<T> {
     /// Standard deviation (1σ) of the noise of a cable length, mm. The covariance is computed with it; wider where an
     /// estimated noise beyond the rig's may hide a bad reading.
     pub noise_mm: T,
-    /// What is left of the residuals over the poses used, root mean square of three per pose, mm. The paper's
+    /// RMS residual δE over the poses used, three degrees of freedom a pose, mm. The paper's
     /// iteration gives δE of the platform edges (Eq. 17, as the root mean square that its text describes); the
     /// estimator gives the same figure in terms of cable lengths.
     pub rms_residual_mm: T,
@@ -72,17 +68,17 @@ pub struct Identified<T> {
     pub poses: u32,
     /// Poses left out, each with its faulty cables; the first [`MAX_REJECTED`] of them.
     pub rejected: Vec<Rejected, MAX_REJECTED>,
-    /// How far the poses are from turning about one common axis, rad (see
+    /// RMS angle by which the poses move the axis that they move least, rad (see
     /// [`Excitation`](super::excitation::Excitation)). Infinite for the paper's iteration, which does not look.
     pub excitation_rad: T,
-    /// What each reading is too much, mm. 0 when the offsets are known.
+    /// Encoder offsets (reading minus true length), mm. 0 when they are taken as known.
     pub offsets_mm: [T; CABLES],
-    /// 1σ of the offsets, mm. 0 when they are known.
+    /// 1σ of the encoder offsets, mm. 0 when they are taken as known.
     pub offset_sigmas_mm: [T; CABLES],
 }
 
 impl<T: Real> Identified<T> {
-    /// A result to be filled in, where it stays: the estimator's largest value is never moved.
+    /// An empty result that the estimator fills in place.
     pub(crate) fn empty(nominal: Parameters<T>) -> Self {
         let zero = T::zero();
         Self {
@@ -117,14 +113,14 @@ impl<T: Real> Identified<T> {
     }
 }
 
-/// Where a method stands after a slice of work. `R`: the result, or a reference to it where it is kept.
+/// State of a method after a slice of work. `R`: the result, or a reference to it.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Progress<R> {
-    /// More slices are wanted.
+    /// Not done: call again.
     Working,
     /// The centre is identified.
     Identified(R),
-    /// There is no result, and why.
+    /// There is no result; the refusal names the cause.
     Refused(Refusal),
 }
 

@@ -1,9 +1,9 @@
 //! The unknowns of the estimator and their normal equations.
 //!
 //! Every pose sees O and C. Whatever else is unknown (the machine's constants, how the joint centre moves) is a
-//! [`ParameterBlock`]: it says how the lengths of a pose change with each of its parameters, and what is known of them
-//! beforehand. The unknowns stand in the order: block, O, C, so that elimination of the block
-//! leaves the normal equations of O and C at the end of the factor.
+//! [`ParameterBlock`]: it gives the Jacobian column of each of its parameters in a pose, and their prior. The unknowns
+//! stand in the order block, O, C, so that elimination of the block leaves the normal equations of O and C at the end of
+//! the factor.
 
 use super::marginal_information::MarginalInformation;
 use crate::kinematics::{CableLengths, LengthJacobian};
@@ -13,10 +13,14 @@ use crate::scalar::Real;
 use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
 
-/// Most parameters beside O and C.
-pub const MAX_PARAMETERS: usize = 54;
-/// Most unknowns.
+/// Maximum number of parameters beside O and C: 36 of a machine with ends of its own for every cable; or 18 of a 3-3
+/// machine and 18 of a moving joint.
+const MAX_PARAMETERS: usize = 36;
+/// Maximum number of unknowns.
 pub const MAX_UNKNOWNS: usize = MAX_PARAMETERS + CENTRE_UNKNOWNS;
+
+/// Three linear functions of the unknowns, one column for each unknown.
+pub type Rows<T> = [[T; MAX_UNKNOWNS]; 3];
 /// O and C.
 pub const CENTRE_UNKNOWNS: usize = 6;
 /// Entries of the packed normal matrix.
@@ -32,7 +36,7 @@ pub enum Column<T> {
     OneCable(usize, T),
     /// The lengths of all cables do.
     AllCables([T; CABLES]),
-    /// The joint centre of the pose moves so, in {B}.
+    /// The joint centre of the pose moves by this in {B}, mm.
     Centre(Vector3<T>),
 }
 
@@ -41,13 +45,13 @@ pub enum Column<T> {
 pub struct PoseAt<'a, T> {
     /// Rotation from {P} to {B}.
     pub rotation: &'a Matrix3<T>,
-    /// The lengths less what is known to be wrong with them.
+    /// The lengths, corrected by the estimated offsets and drum scales.
     pub lengths: &'a CableLengths<T>,
     /// The Jacobian of the lengths.
     pub jacobian: &'a LengthJacobian<T>,
 }
 
-/// Parameters that are estimated with the joint centre.
+/// Parameters that are estimated together with the joint centre.
 pub trait ParameterBlock<T: Real> {
     /// How many take part.
     fn count(&self) -> usize;
@@ -55,7 +59,7 @@ pub trait ParameterBlock<T: Real> {
     /// The column of the Jacobian of parameter `index`, from 0, in a pose.
     fn column(&self, index: usize, pose: &PoseAt<'_, T>) -> Column<T>;
 
-    /// Adds what is known of the parameters beforehand, for a noise of this variance; the first of them is unknown
+    /// Adds the prior of the parameters, times the noise's variance `variance_mm2`, mm². Their unknowns begin at
     /// `first`.
     fn add_prior(&self, equations: &mut Equations<T>, first: usize, variance_mm2: T);
 }
@@ -143,6 +147,7 @@ impl<T: Real> CentreSums<T> {
 }
 
 /// Adds a pose's information on O, C and the block's parameters, `weight` times.
+#[cfg_attr(feature = "ccm", inline(never), unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
 pub fn add_pose<T: Real>(
     equations: &mut Equations<T>,
     block: &impl ParameterBlock<T>,
@@ -173,7 +178,7 @@ pub fn add_pose_of_pass<T: Real>(
     }
 }
 
-/// How S δ̂ of a pose changes with the unknowns: three rows, one column an unknown.
+/// Derivative of S δ̂ of a pose with the unknowns: three rows, one column for each unknown.
 pub fn sensitivity<T: Real>(
     block: &impl ParameterBlock<T>,
     at: &PoseAt<'_, T>,

@@ -2,8 +2,8 @@
 //! rotation estimation, SCoRE; Ehrig et al. 2006). Where the estimator begins; it needs no start itself.
 //!
 //! Every platform pose with rotation R and origin t says O - R C = t (see
-//! [`length_jacobian`](crate::kinematics::length_jacobian)). With the means R̄, t̄ and r̄ of R, t and Rᵀt over the poses
-//! the normal equations of (O, C) are
+//! [`length_jacobian`](crate::kinematics::length_jacobian)). With the means R̄, t̄ and r̄ of R, t and Rᵀt over the
+//! poses the normal equations of (O, C) are
 //!
 //! ```text
 //! | 1   -R̄ | |O|   | t̄ |
@@ -36,7 +36,7 @@ impl<T: Real> Default for PivotCalibration<T> {
 }
 
 impl<T: Real> PivotCalibration<T> {
-    /// Adds a platform pose.
+    /// Adds a platform pose (mm, {P} to {B}).
     pub fn add(&mut self, pose: &PlatformPose<T>) {
         self.rotations.add(&pose.rotation);
         self.origins += pose.origin_mm;
@@ -48,7 +48,7 @@ impl<T: Real> PivotCalibration<T> {
         &self.rotations
     }
 
-    /// The joint centre that fits the poses best.
+    /// The joint centre in both bodies, mm: the least-squares solution over the poses added.
     ///
     /// # Errors
     /// [`Singular`] when the poses leave some direction of it undetermined.

@@ -1,18 +1,18 @@
-//! A captured pose: its lengths, where the platform stands in it, and how well it fits.
+//! A captured pose: its lengths, the platform's pose by them, and its χ².
 
 use crate::kinematics::rotation::{nearest_attitude, rotation_of};
 use crate::kinematics::{CableLengths, LengthError, PlatformError, PlatformPose, PlatformSolver};
 use crate::scalar::Real;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
-/// How far a pose has come, in this order.
+/// State of a pose, in the order in which it advances.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd)]
 pub enum PoseState {
     /// The two cables of an end-point and their base edge make no triangle: never takes part.
     Broken,
-    /// No platform pose sought yet.
+    /// Forward kinematics not done yet.
     Unplaced,
-    /// The forward kinematics found none.
+    /// The forward kinematics found no platform pose.
     NotClosing,
     /// Rotation known; took no part in the last pass.
     Placed,
@@ -26,14 +26,14 @@ pub struct Pose<T: Real> {
     lengths: CableLengths<T>,
     attitude: UnitQuaternion<T>,
     origin_mm: Vector3<T>,
-    /// Variance of its lengths over that of the rig's noise; 1 unless the pose says otherwise.
+    /// Variance of its lengths over that of the rig's noise; 1 by default.
     pub relative_variance: T,
     /// χ² of its lengths at the present estimate, the pose's rotation at its best: three degrees of freedom when the
     /// pose is sound. Infinite where it has no rotation.
     pub chi_square: T,
-    /// How far it has come.
+    /// Its state.
     pub state: PoseState,
-    /// Bit k set: cable k + 1 is suspect. For a broken triangle both its cables.
+    /// Bit k set: cable k + 1 is suspect. For a broken triangle both cables of the end-point.
     pub suspect_cables: u8,
 }
 
@@ -76,7 +76,7 @@ impl<T: Real> Pose<T> {
         }
     }
 
-    /// Forgets what an earlier estimate made of it.
+    /// Back to the state before placing; lengths and variance stay.
     pub fn reset(&mut self) {
         *self = Self { relative_variance: self.relative_variance, ..Self::new(self.lengths) };
     }
@@ -86,13 +86,13 @@ impl<T: Real> Pose<T> {
         self.set_attitude(nearest_attitude(&pose.rotation));
     }
 
-    /// A rotation that places the pose, from {P} to {B}; whether it fits is not known yet.
+    /// Sets the rotation ({P} to {B}) and marks the pose as placed, with χ² 0 until the next pass.
     pub fn set_attitude(&mut self, attitude: UnitQuaternion<T>) {
         self.attitude = attitude;
         (self.chi_square, self.state) = (T::zero(), PoseState::Placed);
     }
 
-    /// A better rotation of a placed pose.
+    /// Replaces the rotation of a placed pose; its state stays.
     pub fn refine_attitude(&mut self, attitude: UnitQuaternion<T>) {
         self.attitude = attitude;
     }
@@ -107,12 +107,12 @@ impl<T: Real> Pose<T> {
         &self.attitude
     }
 
-    /// The same as a matrix.
+    /// Rotation from {P} to {B} as a matrix.
     pub fn rotation(&self) -> Matrix3<T> {
         rotation_of(&self.attitude)
     }
 
-    /// Where the forward kinematics put the platform.
+    /// The platform's pose: origin by the forward kinematics, present rotation.
     pub fn platform(&self) -> PlatformPose<T> {
         PlatformPose { origin_mm: self.origin_mm, rotation: self.rotation() }
     }

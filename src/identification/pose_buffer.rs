@@ -4,10 +4,10 @@ use super::pose::Pose;
 use crate::scalar::Real;
 use heapless::Vec;
 
-/// Poses that the drive board holds unless told otherwise.
+/// Poses that the drive board holds by default.
 pub const DEFAULT_CAPACITY: usize = 128;
 
-/// The captured poses, in the order of their capture. 60 bytes a pose in single precision.
+/// The captured poses, in the order of their capture. 64 bytes a pose in single precision.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PoseBuffer<T: Real, const N: usize = DEFAULT_CAPACITY> {
     poses: Vec<Pose<T>, N>,

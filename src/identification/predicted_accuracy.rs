@@ -1,8 +1,9 @@
-//! Predicted accuracy: the standard deviation that the poses captured so far will give, updated with every pose (running
-//! covariance).
+//! Predicted accuracy: the standard deviation that the poses captured so far will give, updated with every pose
+//! (running covariance).
 //!
-//! The information of a pose depends on its geometry alone, so the covariance of the result is known before any residual
-//! is looked at. A therapist can be told after each pose how good the centre would be, and what is missing.
+//! The information of a pose depends on its geometry alone, so the covariance of a result can be predicted without
+//! residuals: after each pose the device reports how good the centre would be, and which direction is worst. A ball
+//! joint is assumed.
 
 use super::estimator::Model;
 use super::excitation::Excitation;
@@ -31,7 +32,7 @@ pub struct PredictedAccuracy<T: Real> {
     poses: usize,
 }
 
-/// What an identification from the poses so far would be worth.
+/// The accuracy of an identification from the poses so far.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Predicted<T> {
     /// 1σ of the centre in its worst direction, mm.
@@ -41,7 +42,7 @@ pub struct Predicted<T> {
 }
 
 impl<T: Real> PredictedAccuracy<T> {
-    /// No poses yet. The information of the first ones is judged at the nominal centre.
+    /// No poses yet. The information of the first ones is computed at the nominal centre.
     pub fn new(machine: &Machine<T>, nominal: &Parameters<T>) -> Self {
         Self {
             centre: JointCentre::from_parameters(nominal, machine.geometry()),
@@ -52,10 +53,19 @@ impl<T: Real> PredictedAccuracy<T> {
         }
     }
 
+    /// No poses any more. In place: its equations are too large to be built on a small stack a second time.
+    pub fn restart(&mut self, machine: &Machine<T>, nominal: &Parameters<T>) {
+        self.centre = JointCentre::from_parameters(nominal, machine.geometry());
+        self.estimate = MachineEstimate::new(machine);
+        self.calibration = PivotCalibration::default();
+        self.information.clear(machine.parameters() + CENTRE_UNKNOWNS);
+        self.poses = 0;
+    }
+
     /// Adds a placed pose.
     pub fn add(&mut self, machine: &Machine<T>, pose: &Pose<T>) {
         self.calibration.add(&pose.platform());
-        // As soon as the poses tell a centre, theirs is better than the nominal one. Until then that stays.
+        // The nominal centre serves until the pivot calibration of the poses has a solution.
         if let Ok(centre) = self.calibration.solve() {
             self.centre = centre;
         }
@@ -68,12 +78,12 @@ impl<T: Real> PredictedAccuracy<T> {
         self.poses += 1;
     }
 
-    /// What the poses so far would give, or `None` while they leave the centre undetermined.
+    /// Accuracy with the poses so far; `None` while they leave the centre undetermined.
     pub fn predicted(&self, machine: &Machine<T>) -> Option<Predicted<T>> {
         self.predicted_of(machine, T::one())
     }
 
-    /// What `more` poses of the same kind beside the present ones would give.
+    /// Accuracy with `more` further poses distributed like those so far; `None` as for [`predicted`](Self::predicted).
     pub fn predicted_with(&self, machine: &Machine<T>, more: usize) -> Option<Predicted<T>> {
         if self.poses == 0 {
             return None;
@@ -101,7 +111,7 @@ impl<T: Real> PredictedAccuracy<T> {
         Some(Predicted { sigma_mm: sigma * noise_mm, direction })
     }
 
-    /// How far the poses so far are from turning about one axis, and about which.
+    /// Rotational excitation of the poses so far.
     pub fn excitation(&self) -> Excitation<T> {
         self.calibration.rotations().excitation()
     }

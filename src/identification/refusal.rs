@@ -12,13 +12,13 @@ pub enum Refusal {
         /// Poses given.
         poses: u32,
     },
-    /// A cable length of a pose cannot be.
+    /// A cable length of a pose is impossible.
     BadLength {
         /// Pose, from 0.
         pose: u32,
         /// Cable, 1 to 6.
         cable: u8,
-        /// What is wrong with it.
+        /// The fault.
         fault: LengthFault,
     },
     /// A tetrahedron does not close at the current estimate: the start is too far off, or a length is wrong.
@@ -65,14 +65,14 @@ pub enum Refusal {
         /// Poses given.
         poses: u32,
     },
-    /// The poses are sound one by one, but have no common centre: it migrates (no ball joint), or the strap slips.
+    /// Each pose is consistent, but they have no common centre: the joint is no ball, or the strap slips.
     CentreNotFixed {
         /// Root-mean-square migration of the centre along one axis, mm.
         migration_mm: f32,
     },
     /// The centre depends on an encoder offset that the poses do not determine.
     OffsetNotDetermined {
-        /// Cable whose offset is known worst, 1 to 6.
+        /// Cable with the largest 1σ of its offset, 1 to 6.
         cable: u8,
         /// 1σ of its offset, mm.
         sigma_mm: f32,
@@ -82,11 +82,11 @@ pub enum Refusal {
         /// Poses given.
         poses: u32,
     },
-    /// The arm moves too little for a joint centre that moves with it.
+    /// The arm moves too little to determine how the joint centre moves with it.
     MissingMotion {
         /// What is missing.
         missing: MissingMotion,
-        /// Standard deviation of what there is of it, rad.
+        /// Standard deviation of that motion over the poses, rad.
         spread_rad: f32,
         /// For [`MissingMotion::SecondPlane`] the direction in {B} in which the arm does not tilt, a unit vector.
         direction: [f32; 3],

@@ -1,18 +1,17 @@
-//! What the estimator is given beside the poses: the noise, and the limits of acceptance.
+//! Settings of the estimator: the noise, the model of the joint, and the limits of acceptance.
 
 use crate::rig::Rig;
 use crate::scalar::Real;
 
-/// No encoder is finer: below this an estimated noise is rounding, mm.
+/// Smallest noise, 1σ, mm: no encoder is finer, and below this an estimated noise is rounding.
 pub const MIN_NOISE_MM: f64 = 1e-3;
 
-/// What is known of the noise of a cable length.
+/// What is known of the noise of a cable length, 1σ.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Noise<T> {
-    /// Its standard deviation is known, mm. Residuals beyond it are then evidence: of a bad reading, or of a centre
-    /// that migrates.
+    /// It is known, mm. Larger residuals are then evidence of a bad reading or of a centre that is not fixed.
     Known(T),
-    /// It is estimated from the residuals; at most this much, mm, is taken for noise.
+    /// It is estimated from the residuals, up to this much, mm; larger residuals are not taken for noise.
     EstimatedUpTo(T),
 }
 
@@ -42,8 +41,8 @@ pub struct EstimatorSettings<T> {
     pub sigma_limit_mm: T,
     /// Smallest excitation about the most common axis, rad (see [`Excitation`](super::excitation::Excitation)).
     pub excitation_limit_rad: T,
-    /// Refuse a set whose centre one pose alone determines, though noise-free lengths would give it: nothing could
-    /// contradict that pose if it were wrong. Every set of three poses is one.
+    /// Refuse a set whose centre depends on one pose alone, which no other could contradict if it were wrong. Every set
+    /// of three poses is one.
     pub require_redundancy: bool,
     /// Smallest excitation about the second most common axis, rad: poses that stay below it are all alike.
     pub spread_limit_rad: T,
@@ -56,19 +55,20 @@ impl<T: Real> EstimatorSettings<T> {
             noise: Noise::Known(rig.length_noise_mm()),
             joint: JointChoice::Auto,
             require_redundancy: true,
-            // Single precision: 3e-3 mm, double: 1e-7 mm. The error after a step is about its square over the rig's size.
+            // Single precision: 3e-3 mm, double: 1e-7 mm. The error after a step is about its square over the rig's
+            // size.
             tolerance_mm: half_the_digits::<T>() * T::of(8.0),
             // A tenth of what the humeral head itself moves in elevation (2-6 mm).
             sigma_limit_mm: T::one(),
             // 1 degree: 0.1 mm of noise alone makes rotations about one axis differ by 0.1 degrees.
             excitation_limit_rad: T::of(0.017_5),
-            // 2.5 degrees: nobody can hold such poses apart, let alone a control loop.
+            // 2.5 degrees: poses this near to each other determine nothing useful.
             spread_limit_rad: T::of(0.043_6),
         }
     }
 
-    /// The same with every number that cannot be a limit (negative, NaN, a noise finer than any encoder) put right:
-    /// a noise to its least value, a limit to the strictest.
+    /// The same with every invalid number (negative, NaN, a noise below [`MIN_NOISE_MM`]) replaced: a noise by its
+    /// minimum, a limit by the strictest.
     pub(super) fn sound(mut self) -> Self {
         let at_least = |value: T, least: T| if value >= least { value } else { least };
         let least_noise = T::of(MIN_NOISE_MM);

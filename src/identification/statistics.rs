@@ -30,20 +30,20 @@ pub fn chi_square_quantile<T: Real>(freedom: T, quantile: T) -> T {
 /// χ² of the placed poses; 0 without any.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChiSquares<T> {
-    /// The median, within 1 %.
+    /// The median, at most 1 % too large.
     pub median: T,
     /// The largest.
     pub worst: T,
 }
 
 impl<T: Real> ChiSquares<T> {
-    /// Of poses that all fit.
+    /// Both 0.
     pub fn none() -> Self {
         Self { median: T::zero(), worst: T::zero() }
     }
 }
 
-/// Bisection for the median on the value: no copy, no reordering. A few rounds a call.
+/// The median by bisection on its value: no copy, no sorting. A few rounds a call.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MedianSearch<T> {
     half: usize,
@@ -67,12 +67,7 @@ impl<T: Real> MedianSearch<T> {
                 worst = pose.chi_square;
             }
         }
-        Self {
-            half: placed.div_ceil(2),
-            low: T::zero(),
-            found: ChiSquares { median: worst, worst },
-            rounds: 0,
-        }
+        Self { half: placed.div_ceil(2), low: T::zero(), found: ChiSquares { median: worst, worst }, rounds: 0 }
     }
 
     /// Halves the interval a few times; the result, once it is narrow enough.
@@ -98,7 +93,7 @@ impl<T: Real> MedianSearch<T> {
     }
 }
 
-/// Poses with a χ² of `limit`, which is finite, at most: all of them are placed.
+/// Number of poses with a χ² of at most `limit`, which is finite, so that only placed poses count.
 pub fn count_within<T: Real>(poses: &[Pose<T>], limit: T) -> usize {
     poses.iter().filter(|pose| pose.chi_square <= limit).count()
 }

@@ -1,15 +1,20 @@
-//! Standard deviations: from the covariance of the unknowns to figures that a person can read.
+//! From the covariance of O and C to that of the paper's six unknowns, and to standard deviations.
 
-use super::outcome::{RESULT_PACKED, RESULT_UNKNOWNS};
 use crate::kinematics::{Geometry, JointCentre};
 use crate::linear_algebra::{largest_eigenpair, non_negative_root, packed_index, unit};
 use crate::rig::Parameters;
 use crate::scalar::Real;
 use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3};
 
-/// Centre and radii of a joint centre, and their covariance from that of O and C: dp_i = -(s_i - C)·dC / p_i.
+/// x, y, z, p1, p2, p3.
+pub const RESULT_UNKNOWNS: usize = 6;
+/// Entries of their packed covariance.
+pub const RESULT_PACKED: usize = 21;
+
+/// Centre and radii of a joint centre, mm, and their covariance from that of O and C: dp_i = -(s_i - C)·dC / p_i, with
+/// the end-points s_i taken as exact.
 ///
-/// `covariance`: of O and C. The result: of x, y, z, p1, p2, p3, packed lower triangle.
+/// `covariance`: of O and C, mm². Returns that of x, y, z, p1, p2, p3, mm², packed lower triangle.
 pub fn parameters_of<T: Real>(
     centre: &JointCentre<T>,
     covariance: &Matrix6<T>,

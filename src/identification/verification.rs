@@ -1,12 +1,12 @@
-//! Verification on poses that identified nothing: their residuals about the estimated centre, by χ² (step 4 of the
-//! paper's procedure, with the estimator's own model).
+//! Verification on a second set of poses, which did not identify: χ² of their residuals about the estimated centre
+//! (step 4 of the paper's procedure, with the estimator's own model).
 
 use super::statistics::{FALSE_ALARM, chi_square_quantile};
 use crate::linear_algebra::non_negative_root;
 use crate::scalar::Real;
 use nalgebra::{Matrix3, Vector3};
 
-/// What a pose that was not used to identify leaves, its rotation at its best.
+/// Residuals of a pose that was not used to identify, its rotation at its best.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VerifiedPose<T> {
     /// Sum of the squared length residuals, mm²: three degrees of freedom.
@@ -22,7 +22,7 @@ pub struct CentrePrediction<T> {
     pub predicted_mm: Vector3<T>,
     /// Its covariance, mm².
     pub predicted_covariance_mm2: Matrix3<T>,
-    /// As the pose's own six lengths read it, R C + t, mm.
+    /// From the pose's own six lengths, R C + t, mm.
     pub live_mm: Vector3<T>,
     /// Its covariance, mm².
     pub live_covariance_mm2: Matrix3<T>,

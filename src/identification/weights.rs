@@ -2,10 +2,10 @@
 
 use crate::scalar::Real;
 
-/// χ² beyond which a pose is left out: with three degrees of freedom it exceeds 25 once in 65 000 sound poses.
+/// χ² beyond which a pose is left out: with three degrees of freedom, once in 65 000 sound poses.
 pub const INLIER_LIMIT: f64 = 25.0;
 
-/// Final scale of the Geman-McClure weights: a pose at the limit of being left out weighs a seventh.
+/// Final scale of the Geman-McClure weights, in units of χ²: a pose at the inlier limit weighs a seventh.
 pub const FINAL_SCALE: f64 = 16.0;
 
 /// The scale is lowered by this factor a pass (graduated non-convexity; Yang, Antonante, Tzoumas and Carlone 2020).
@@ -14,20 +14,20 @@ pub const SCALE_STEP: f64 = 0.25;
 /// The weights of a pass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Weights<T> {
-    /// All alike.
+    /// Equal weights.
     Equal,
     /// Geman-McClure with this scale, in units of χ²: (scale / (scale + χ²))².
     GemanMcClure(T),
-    /// In up to this χ², or out.
+    /// 1 up to this χ², else 0.
     Inliers(T),
-    /// The same with `only` left out: does the result stand without it?
+    /// The poses of the last pass without one of them (leave-one-out).
     Without {
         /// The pose left out, from 0.
         pose: usize,
     },
-    /// Equal weight for each pose's own centre: measures how far it migrates, after acceptance is lost.
+    /// Equal weight for each pose's own centre: measures their scatter, once the set is refused as a ball.
     OwnCentres {
-        /// Poses that the selection left out.
+        /// Poses beyond the inlier limit.
         rejected: usize,
     },
 }

@@ -1,7 +1,7 @@
-//! The platform's rotation from the cable lengths, once the joint centre is known.
+//! The platform's rotation from the cable lengths, once the joint centre is known: Gauss-Newton on three angles.
 //!
-//! Six lengths for three angles: one cable may be missing. Position control needs it, and it places a pose that the
-//! forward kinematics cannot place (beyond their singularity, or with a bad length).
+//! Six lengths for three angles: one cable may be left out. It also solves poses that the forward kinematics cannot
+//! (beyond their singularity, or with a bad length).
 
 use super::cable_length::CableLengths;
 use super::geometry::Geometry;
@@ -13,7 +13,7 @@ use crate::rig::CABLES;
 use crate::scalar::Real;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
-/// Gauss-Newton steps after which a start is given up.
+/// Maximum number of Gauss-Newton steps from one start.
 const MAX_STEPS: usize = 12;
 
 /// Which cables take part: bit k is cable k + 1.
@@ -56,7 +56,8 @@ pub struct AttitudeSolver<'a, T> {
 impl<T: Real> AttitudeSolver<'_, T> {
     /// Best rotation for the cables in `cables` from a start nearby: for tracking, the rotation of the sample before.
     ///
-    /// `None` when the iteration meets a singular arrangement or does not settle.
+    /// `None` when the iteration meets a singularity or does not converge.
+    #[cfg_attr(feature = "ccm", inline(never), unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
     pub fn track(
         &self,
         start: UnitQuaternion<T>,
@@ -82,7 +83,7 @@ impl<T: Real> AttitudeSolver<'_, T> {
             let turn = inverse_of_positive_definite(&information, rounding())? * gradient;
             attitude = turned(&attitude, &turn);
             if turn.norm_squared() <= settled {
-                // What the step has gained is taken off without another evaluation.
+                // The squares after the step by the linear model, without another evaluation.
                 let squares_mm2 = (squares_mm2 - gradient.dot(&turn)).max(T::zero());
                 return Some(AttitudeFit { attitude, squares_mm2 });
             }
@@ -90,8 +91,9 @@ impl<T: Real> AttitudeSolver<'_, T> {
         None
     }
 
-    /// Best rotation with no start: end-points from their distances to the known centre and to the base points, on either
-    /// side of the plane of those. `cables` may lack one cable; the two end-points without it serve then.
+    /// Best rotation without a start: two end-points by trilateration from the known centre and their base points, on
+    /// either side of the plane of those; the best of the four assembly modes. `cables` may lack one cable: the two
+    /// other end-points serve then. `None` when no mode converges.
     pub fn solve(&self, lengths: &CableLengths<T>, cables: CableSet) -> Option<AttitudeFit<T>> {
         // One bit for each of two end-points.
         (0..4)
@@ -99,7 +101,7 @@ impl<T: Real> AttitudeSolver<'_, T> {
             .reduce(|best, fit| if fit.squares_mm2 < best.squares_mm2 { fit } else { best })
     }
 
-    /// The same in one of the four assembly modes, 0 to 3. For callers that spread the work.
+    /// The same in one of the four assembly modes, 0 to 3, for callers that spread the work over slices.
     pub fn solve_in(&self, mode: u8, lengths: &CableLengths<T>, cables: CableSet) -> Option<AttitudeFit<T>> {
         let whole = |i: usize| cables.has(2 * i) && cables.has(2 * i + 1);
         // Two end-points with both cables sound fix the rotation.
@@ -114,8 +116,8 @@ impl<T: Real> AttitudeSolver<'_, T> {
     }
 
     /// End-point `i` from O, on one `side` (1 or -1) of the plane through O and its two base points: where the spheres
-    /// that its two cables and its radius allow meet. When they do not quite meet, a point near: a start to iterate from.
-    /// Not finite with O on the base edge's line.
+    /// that its two cables and its radius allow meet. When they do not quite meet, a point near: a start to iterate
+    /// from. Not finite with O on the base edge's line.
     fn apex(&self, i: usize, radius_mm: T, lengths: &CableLengths<T>, side: T) -> Vector3<T> {
         let (base_mm, mm) = (&self.geometry.base_mm, lengths.as_mm());
         let centres = [&self.centre.in_base_mm, &base_mm[2 * i], &base_mm[2 * i + 1]];

@@ -1,12 +1,11 @@
-//! An end-point turns about its base edge like a door about its hinge.
+//! Hinge coordinates: an end-point turns about its base edge like a door about its hinge.
 //!
-//! The two cables of end-point P_i run to the two ends of one base edge. Their lengths alone fix how far along the
-//! edge P_i stands (ξ) and how far from it (ρ); what remains is one angle. Everything here is independent of the
-//! joint centre and computed once a pose.
+//! The two cables of end-point P_i run to the two ends of one base edge. Their lengths give its coordinate along the
+//! edge (ξ) and its distance from it (ρ); one angle is left. Nothing here depends on the joint centre.
 //!
-//! Points are reckoned in the **axes of the base plane**: from B1 along the first edge, towards the third attachment
-//! point, and upward to the platform. In them an edge and its outward normal lack the third component, so two numbers
-//! stand for the edge's direction and a third of all products is spared.
+//! Points are given in the **axes of the base plane**: origin B1, x along the first edge, y towards the third
+//! attachment point, z towards the platform. Edges and their outward normals have no z there, which saves a third of
+//! all products.
 
 use super::cable_length::{CableLengths, LengthError};
 use crate::linear_algebra::{non_negative_root, triad};
@@ -39,7 +38,7 @@ pub struct BaseEdges<T> {
     pub(super) origin_mm: Vector3<T>,
 }
 
-/// Where an end-point stands on its hinge: coordinate along the base edge and squared distance from it.
+/// Hinge coordinates of an end-point: along the base edge, and squared distance from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HingeCoordinates<T> {
     /// ξ: coordinate of P_i along the edge from its first attachment point, mm.
@@ -74,7 +73,8 @@ impl<T: Real> BaseEdges<T> {
         self.axes.tr_mul(&(point_mm - self.origin_mm))
     }
 
-    /// The axes of the base plane as columns, in {B}. A left-handed triad when the attachment points are numbered clockwise.
+    /// The axes of the base plane as columns, in {B}. A left-handed triad when the attachment points are numbered
+    /// clockwise.
     pub fn axes(&self) -> &Matrix3<T> {
         &self.axes
     }
@@ -84,15 +84,15 @@ impl<T: Real> BaseEdges<T> {
         self.axes * in_plane
     }
 
-    /// The first end-point whose two cables and base edge do not make a triangle.
-        pub fn first_broken(&self, lengths: &CableLengths<T>) -> Option<LengthError> {
+    /// The first end-point whose two cables and base edge make no triangle, as an error; `None` when all do.
+    pub fn first_broken(&self, lengths: &CableLengths<T>) -> Option<LengthError> {
         let (pairs, _) = lengths.as_mm().as_chunks();
         let closes = |(edge, [first, second]): (&BaseEdge<T>, &[T; 2])| edge.coordinates(*first, *second).closes();
         let broken = self.edges.iter().zip(pairs).position(|cables| !closes(cables))?;
         Some(LengthError::broken_triangle(broken))
     }
 
-    /// (ξ, ρ²) of lengths that may break their triangles. ρ² is not a positive number then, and no tetrahedron closes.
+    /// Hinge coordinates of the three end-points. Where lengths break their triangle, ρ² is not positive.
     pub fn unchecked(&self, lengths: &CableLengths<T>) -> [HingeCoordinates<T>; POINTS] {
         let [l1, l2, l3, l4, l5, l6] = *lengths.as_mm();
         let [e1, e2, e3] = &self.edges;

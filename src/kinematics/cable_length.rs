@@ -1,4 +1,4 @@
-//! Encoder counts to cable lengths.
+//! Cable lengths: from encoder counts, checked and corrected.
 
 use crate::rig::{CABLES, Correction, Drum, Rig};
 use crate::scalar::Real;
@@ -7,7 +7,7 @@ use crate::scalar::Real;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CableLengths<T>([T; CABLES]);
 
-/// What is wrong with a cable length.
+/// A fault of a cable length.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
@@ -34,13 +34,13 @@ impl LengthFault {
     }
 }
 
-/// A cable length that cannot be, and of which cable.
+/// An impossible cable length: which cable, and why.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct LengthError {
     /// Cable, 1 to 6. For a broken triangle the first of its two cables.
     pub cable: u8,
-    /// What is wrong with it.
+    /// The fault.
     pub fault: LengthFault,
 }
 
@@ -79,15 +79,12 @@ impl<T: Real> CableLengths<T> {
         Self::from_mean_counts(drum, counts, &[T::zero(); CABLES])
     }
 
-    /// The same for a mean over samples: `counts` of the first sample, and by how much the mean lies above it, counts.
+    /// Lengths from the mean over samples: `counts` of the first sample, and by how much the mean lies above it, in
+    /// counts.
     ///
     /// # Errors
     /// The first cable whose length would not be positive.
-    pub fn from_mean_counts(
-        drum: &Drum<T>,
-        counts: &[i32; CABLES],
-        above: &[T; CABLES],
-    ) -> Result<Self, LengthError> {
+    pub fn from_mean_counts(drum: &Drum<T>, counts: &[i32; CABLES], above: &[T; CABLES]) -> Result<Self, LengthError> {
         let mm_per_count = drum.mm_per_count();
         Self::new(core::array::from_fn(|k| {
             // Within ±2^24 counts (over 380 m of cable on the shoulder's drum) f32 holds a count exactly.
@@ -95,8 +92,8 @@ impl<T: Real> CableLengths<T> {
         }))
     }
 
-    /// True lengths from readings: what commissioning has found of `rig` is taken off, reading = home + k (L - home) +
-    /// offset.
+    /// True lengths L from readings by the correction that commissioning found for `rig`: reading = home + scale (L -
+    /// home) + offset. Unchanged without one.
     ///
     /// # Errors
     /// The first cable whose length would not be positive.

@@ -1,7 +1,7 @@
 //! The platform's pose where every cable has ends of its own, or runs over a pulley: a 6-6 Stewart-Gough platform.
 //!
 //! The 3-3 platform of the nearest triangles gives the start and the assembly mode; Newton's method on the pose's six
-//! unknowns finishes it.
+//! unknowns does the rest (Merlet, Parallel Robots, 2006).
 
 use super::cable_length::CableLengths;
 use super::geometry::Geometry;
@@ -13,7 +13,7 @@ use crate::rig::Rig;
 use crate::scalar::Real;
 use nalgebra::Vector3;
 
-/// Newton steps after which a pose is given up. From the nearest triangles three or four suffice.
+/// Maximum number of Newton steps. From the nearest triangles three or four suffice.
 const MAX_STEPS: usize = 12;
 
 /// Finds the platform's pose from six lengths, for any rig.
@@ -29,7 +29,7 @@ impl<T: Real> PlatformSolver<T> {
         Self { three_three: ForwardKinematics::new(rig), geometry: Geometry::new(rig) }
     }
 
-    /// The machine as it is stated.
+    /// The geometry of the rig as stated, mm.
     pub fn geometry(&self) -> &Geometry<T> {
         &self.geometry
     }
@@ -46,8 +46,8 @@ impl<T: Real> PlatformSolver<T> {
         }
     }
 
-    /// Newton's method on the pose, from a start nearby. The six equations have six unknowns, so the normal equations
-    /// give Newton's step; what their squared condition costs in digits the next step repairs.
+    /// Newton's method on the pose, from a start nearby. Six equations for six unknowns, so the normal equations give
+    /// Newton's step; digits lost to their squared condition number are recovered by the next step.
     fn finish(&self, start: &PlatformPose<T>, lengths: &CableLengths<T>) -> Result<PlatformPose<T>, PlatformError> {
         let mut origin_mm = start.origin_mm;
         let mut attitude = nearest_attitude(&start.rotation);

@@ -1,4 +1,4 @@
-//! Where the six cables begin and end, and over what they run.
+//! Geometry of the six cables: their ends, and the guide pulleys that they run over.
 
 use crate::rig::{ATTACHMENTS, CABLES, POINTS, Pulley, Rig};
 use crate::scalar::Real;
@@ -13,12 +13,12 @@ pub struct Geometry<T> {
     pub end_mm: [Vector3<T>; CABLES],
     /// The guide pulley of each cable.
     pub pulleys: Option<[Pulley<T>; CABLES]>,
-    /// Cables 1 and 2, 3 and 4, 5 and 6 end at one point each, and every base point serves two cables: the 3-3 machine of
-    /// the paper.
+    /// Cables 1 and 2, 3 and 4, 5 and 6 end at one point each, and every base point serves two cables: the 3-3 machine
+    /// of the paper.
     pub is_three_three: bool,
 }
 
-/// A cable at one place of its end: its length and how that changes.
+/// Length of a cable with its end at one place, and its gradient.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Span<T> {
     /// Length from where the cable enters (or is attached) to its end, mm.
@@ -34,7 +34,10 @@ impl<T: Real> Geometry<T> {
             Some(cables) => Self {
                 base_mm: cables.map(|cable| cable.base_mm),
                 end_mm: cables.map(|cable| cable.end_mm),
-                pulleys: cables.iter().any(|cable| cable.pulley.radius_mm > T::zero()).then(|| cables.map(|c| c.pulley)),
+                pulleys: cables
+                    .iter()
+                    .any(|cable| cable.pulley.radius_mm > T::zero())
+                    .then(|| cables.map(|c| c.pulley)),
                 is_three_three: false,
             },
             None => Self::three_three(rig.base_mm(), &rig.platform_mm()),
@@ -72,18 +75,18 @@ impl<T: Real> Geometry<T> {
     }
 }
 
-/// A cable from a point straight to its end.
+/// A straight cable. `span`: from its attachment point to its end, in {B}, mm.
 pub fn straight<T: Real>(span: &Vector3<T>) -> Span<T> {
     let length_mm = span.norm_squared().root();
     Span { length_mm, direction: span * (T::one() / length_mm) }
 }
 
-/// A cable that comes up along the swivel axis, runs round a pulley that swivels about that axis to face the cable's
-/// end, and leaves it on a tangent.
+/// A cable over a swivelling guide pulley (Pott 2012): it comes up along the swivel axis, runs round the pulley, which
+/// turns about that axis to face the cable's end, and leaves it on a tangent.
 ///
-/// In the plane of the swivel axis (z, from where the cable enters) and the end (x across): the pulley's centre stands at
-/// (r, 0), free = √((x - r)² + z² - r²), and the cable touches the rim over r (π - atan2(z, x - r) - atan2(free, r)).
-/// Not finite where the end lies inside the pulley.
+/// In the plane of the swivel axis (z, from where the cable enters) and the end (x across): the pulley's centre stands
+/// at (r, 0), free = √((x - r)² + z² - r²), and the cable touches the rim over r (π - atan2(z, x - r) - atan2(free,
+/// r)). Not finite where the end lies inside the pulley.
 pub fn over_pulley<T: Real>(pulley: &Pulley<T>, span: &Vector3<T>) -> Span<T> {
     let (r, axis) = (pulley.radius_mm, &pulley.axis);
     let z = span.dot(axis);
@@ -94,8 +97,10 @@ pub fn over_pulley<T: Real>(pulley: &Pulley<T>, span: &Vector3<T>) -> Span<T> {
     let to_end = z.atan2(from_centre);
     let to_tangent = free.atan2(r);
     let length_mm = free + r * (T::pi() - to_end - to_tangent);
-    // The rim's point of tangency stands at this angle from the direction away from the axis.
-    let (sin, cos) = (to_end + to_tangent).sin_cos();
+    // The rim's point of tangency stands at the sum of both angles from the direction away from the axis: sine and cosine
+    // of the sum, from (z, x - r) and (free, r), which are equally long. A call of `sin_cos` takes 7 KB of flash.
+    let by_square = T::one() / (free * free + r * r);
+    let (sin, cos) = ((z * r + from_centre * free) * by_square, (from_centre * r - z * free) * by_square);
     let along = z - r * sin;
     let outward = from_centre - r * cos;
     let direction = (axis * along + across * (outward / x)) * (T::one() / free);

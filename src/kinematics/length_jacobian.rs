@@ -1,10 +1,10 @@
 //! The joint centre in both bodies, and the Jacobian of the six lengths about it.
 //!
 //! The centre is fixed in both bodies: at O in {B} and at C in {P}. With R the platform's rotation and s_k the end of
-//! cable k in {P}, that end stands at P_k = O + R (s_k - C), and the six cable lengths follow. Let O move by δO, C by δC
-//! and the platform turn by ω: P_k moves by δ + ω × w_k with w_k = R (s_k - C) and **δ = δO - R δC**, and a length with
-//! unit vector u along its cable changes by u·δ + (w × u)·ω. Lengths are smooth functions of O, C and R: nothing here is
-//! singular at a flat tetrahedron or at a singularity of the forward kinematics.
+//! cable k in {P}, that end stands at P_k = O + R (s_k - C), and the six cable lengths follow. Let O move by δO, C by
+//! δC and the platform turn by ω: P_k moves by δ + ω × w_k with w_k = R (s_k - C) and **δ = δO - R δC**, and a length
+//! with unit vector u along its cable changes by u·δ + (w × u)·ω. Lengths are smooth functions of O, C and R: nothing
+//! here is singular at a flat tetrahedron or at a singularity of the forward kinematics.
 
 use super::cable_length::CableLengths;
 use super::geometry::{Geometry, Span};
@@ -29,7 +29,7 @@ impl<T: Real> JointCentre<T> {
     }
 
     /// From the centre in {B} and the radii: C is where three spheres of radii p_i about the end-points meet, on the
-    /// base's side of the platform. When they do not meet, the point below their radical axis.
+    /// base's side of the platform. When they do not meet, the point of the platform's plane on their radical axis.
     pub fn from_parameters(parameters: &Parameters<T>, geometry: &Geometry<T>) -> Self {
         let [s1, s2, s3] = &geometry.end_points_mm();
         let mut in_platform_mm = trilaterate([s1, s2, s3], &parameters.radii_mm, T::one());

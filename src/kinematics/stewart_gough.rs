@@ -1,31 +1,32 @@
 //! Forward kinematics of the 3-3 Stewart-Gough platform: the platform's pose from six cable lengths, without the joint
 //! centre. Base triangle, platform triangle and six cables are an octahedron (Nanua, Waldron and Murthy 1990).
 //!
-//! Each end-point turns about its base edge (see [`base edges`](super::base_edges)), so three hinge angles are unknown and the
-//! three edges give three equations, |P_i - P_j|² = p_ij². Newton's method needs no trigonometric call: the cosine
-//! and sine of a hinge are turned by the step and renormalised, and each row of the 3x3 system has two entries.
+//! Each end-point turns about its base edge (see [`base edges`](super::base_edges)), so three hinge angles are unknown
+//! and the three edges give three equations, |P_i - P_j|² = p_ij². Newton's method needs no trigonometric call: the
+//! cosine and sine of a hinge are turned by the step and renormalised, and each row of the 3x3 system has two entries.
 //!
 //! The lengths admit up to sixteen assembly modes. The one wanted is connected with the home pose without passing a
-//! (type II) singularity, so the determinant of the system keeps the sign that it has at home. Beyond that singularity
-//! (0.9 % of poses at 60 degrees of tilt and torsion with the centre 60 mm off) the lengths alone cannot tell the two
-//! modes; there the joint centre of the other poses decides.
+//! (type II) singularity (Gosselin and Angeles 1990), so the determinant of the system keeps the sign that it has at
+//! home. Beyond that singularity (0.9 % of poses at 60 degrees of tilt and torsion with the centre 60 mm off) the
+//! lengths alone cannot distinguish the two modes; there the joint centre of the other poses decides.
 
-use super::cable_length::{CableLengths, LengthError};
 use super::base_edges::{BaseEdges, HingeCoordinates};
+use super::cable_length::{CableLengths, LengthError};
 use crate::linear_algebra::triad;
 use crate::rig::{CABLES, POINTS, Rig};
 use crate::scalar::Real;
 use nalgebra::{Matrix3, Vector3};
 
-/// Newton steps after which a pose is given up. A regular pose takes about five.
-const STEP_CAP: usize = 20;
+/// Maximum number of Newton steps. A regular pose takes about five.
+const MAX_STEPS: usize = 20;
 
-/// Angle of every hinge from the base plane at which Newton's method begins: 78 degrees (cosine, sine). No pose up
-/// to 45 degrees of tilt and 30 degrees of torsion was lost from 60 to 80 degrees; the steps are fewer than from 75 or less.
+/// Angle of every hinge from the base plane at which Newton's method begins: 78 degrees (cosine, sine). No pose up to
+/// 45 degrees of tilt and 30 degrees of torsion was lost from 60 to 80 degrees; the steps are fewer than from 75 or
+/// less.
 const START: (f64, f64) = (0.207_911_690_817_759_45, 0.978_147_600_733_805_6);
 
-/// Smallest determinant of the normalised system at which an assembly mode counts as regular. Closer to the singularity the
-/// lengths determine the pose too poorly to find a start from it.
+/// Smallest determinant of the system with normalised rows at which a pose counts as regular. Closer to the singularity
+/// the lengths determine the pose too poorly for a start.
 const REGULAR: f64 = 0.02;
 
 /// An end-point's arm, seen along its hinge, mm: length times cosine and sine of the angle from the base plane
@@ -41,10 +42,10 @@ struct HingeArm<T> {
     up: T,
 }
 
-/// A platform edge P_i P_j spans a corner of the base: hinge j begins where hinge i ends, turned by an angle γ. Seen from
-/// there, P_i is (-a, out_i, up_i) along hinge i, outward and upward, and P_j is (b, out_j, up_j) along hinge j; the
-/// cables from the corner to both, L and L', and the edge make a triangle. By the law of cosines
-/// -P_i·P_j + (L² + L'² - p_ij²)/2 = 0, where -P_i·P_j = (a b - out_i out_j) cos γ + (b out_i + a out_j) sin γ - up_i up_j.
+/// A platform edge P_i P_j spans a corner of the base: hinge j begins where hinge i ends, turned by an angle γ. Seen
+/// from there, P_i is (-a, out_i, up_i) along hinge i, outward and upward, and P_j is (b, out_j, up_j) along hinge j;
+/// the cables from the corner to both, L and L', and the edge make a triangle. By the law of cosines -P_i·P_j + (L² +
+/// L'² - p_ij²)/2 = 0, where -P_i·P_j = (a b - out_i out_j) cos γ + (b out_i + a out_j) sin γ - up_i up_j.
 #[derive(Clone, Copy, Debug)]
 struct Corner<T> {
     /// All in it that depends on no angle, mm².
@@ -66,7 +67,7 @@ struct Row<T> {
     second: T,
 }
 
-/// Where the platform stands: its end-points and its axes.
+/// The pose of the platform.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlatformPose<T> {
     /// P1, the origin of {P}, in {B}, mm.
@@ -93,7 +94,7 @@ pub struct ForwardKinematics<T> {
     /// p12, p23, p31, mm.
     edges_mm: [T; POINTS],
     /// Largest error of half a squared edge at which Newton's method ends, mm².
-    close_mm2: T,
+    tolerance_mm2: T,
 }
 
 impl<T: Real> ForwardKinematics<T> {
@@ -101,20 +102,21 @@ impl<T: Real> ForwardKinematics<T> {
     pub fn new(rig: &Rig<T>) -> Self {
         let edges_mm = *rig.edges_mm();
         // Half the digits: the step that follows has them all.
-        let close_mm2 = edges_mm[0] * edges_mm[0] * T::default_epsilon().root() * T::of(0.5);
-        Self { base: BaseEdges::new(rig), edges_mm, close_mm2 }
+        let tolerance_mm2 = edges_mm[0] * edges_mm[0] * T::default_epsilon().root() * T::of(0.5);
+        Self { base: BaseEdges::new(rig), edges_mm, tolerance_mm2 }
     }
 
     /// The platform's pose on the home side of the singularity, from one constant start: no estimate is needed.
     ///
     /// # Errors
     /// [`PlatformError`] when a cable triangle is broken or no regular assembly is found.
+    #[cfg_attr(feature = "ccm", inline(never), unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
     pub fn solve(&self, lengths: &CableLengths<T>) -> Result<PlatformPose<T>, PlatformError> {
         let (edges, mm) = (self.base.as_array(), lengths.as_mm());
         let mut arms = core::array::from_fn(|i| HingeArm::at_start(&edges[i].coordinates(mm[2 * i], mm[2 * i + 1])));
         let corners = core::array::from_fn(|j| self.corner((j + 2) % POINTS, j, &arms, mm));
         let [c31, c12, c23] = &corners;
-        for _ in 0..STEP_CAP {
+        for _ in 0..MAX_STEPS {
             let [a1, a2, a3] = &arms;
             let (r1, r2, r3) = (&c12.row(a1, a2), &c23.row(a2, a3), &c31.row(a3, a1));
             let (determinant, steps) = newton(r1, r2, r3);
@@ -122,8 +124,8 @@ impl<T: Real> ForwardKinematics<T> {
             a1.turn(s1);
             a2.turn(s2);
             a3.turn(s3);
-            let close = self.close_mm2;
-            if r1.value.abs() < close && r2.value.abs() < close && r3.value.abs() < close {
+            let tolerance = self.tolerance_mm2;
+            if r1.value.abs() < tolerance && r2.value.abs() < tolerance && r3.value.abs() < tolerance {
                 // Judged where the equations hold: on the home side the determinant is positive.
                 let least = r1.slope_squared() * r2.slope_squared() * r3.slope_squared() * T::of(REGULAR * REGULAR);
                 if determinant > T::zero() && determinant * determinant > least {

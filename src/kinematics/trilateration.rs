@@ -7,9 +7,9 @@ use crate::linear_algebra::{non_negative_root, triad};
 use crate::scalar::Real;
 use nalgebra::Vector3;
 
-/// The point at these distances from the three centres, seen from the first, on one `side` of their plane: 1 where they
-/// are numbered counterclockwise, -1 on the other. When the spheres do not meet, the point of the plane where the
-/// differences of their equations hold. Not finite when the centres lie on one line.
+/// The point at these distances from the three centres, relative to the first, on one `side` of their plane: 1 where
+/// they are numbered counterclockwise, -1 on the other. When the spheres do not meet, the point of the plane on their
+/// radical axis. Not finite when the centres lie on one line.
 pub(super) fn trilaterate<T: Real>([a, b, c]: [&Vector3<T>; 3], [ra, rb, rc]: &[T; 3], side: T) -> Vector3<T> {
     let (second, third) = (b - a, c - a);
     let axes = triad(&second, &third);

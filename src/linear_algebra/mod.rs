@@ -1,5 +1,5 @@
-//! The linear algebra that nalgebra does not offer without a panic or a heap: normal equations of a size that is known
-//! at run time only, eigenvalues of small symmetric matrices, the inverse of a positive definite 3x3 matrix.
+//! Linear algebra that nalgebra does not offer without a heap or a reachable panic: normal equations whose size is
+//! known at run time only, eigenvalues of small symmetric matrices, the inverse of a positive definite 3x3 matrix.
 
 pub mod axes;
 pub mod eigen;
@@ -18,8 +18,8 @@ pub fn non_negative_root<T: Real>(x: T) -> T {
     if x < T::zero() { T::zero() } else { x.root() }
 }
 
-/// The smallest pivot that rounding alone cannot make, as a part of the diagonal entry that it came from. The
-/// information on the rotation in a pose of a sound rig is a hundred times above it.
+/// The smallest pivot above rounding, as a share of the diagonal entry that it came from. The information on the
+/// rotation in a pose of a regular rig is a hundred times above it.
 pub fn rounding<T: Real>() -> T {
     T::default_epsilon() * T::of(64.0)
 }

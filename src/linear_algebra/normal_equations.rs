@@ -1,5 +1,5 @@
-//! Least squares, streamed: each equation is added to the normal equations JᵀJ x = Jᵀe and forgotten, so the Jacobian
-//! of all poses never exists (the paper's 3m x 6 matrix D~ of Eq. 14 neither).
+//! Normal equations JᵀJ x = Jᵀe, summed equation by equation, so that the Jacobian of all poses (the paper's 3m x 6
+//! matrix D~ of Eq. 14) is never stored; solved by Cholesky factorisation.
 //!
 //! The matrix is a packed lower triangle, row by row. How many of the `N` unknowns take part is decided at run time.
 //! Its Cholesky factor takes its place, a few rows a call if wanted.
@@ -7,8 +7,8 @@
 use crate::scalar::Real;
 use nalgebra::{SMatrix, Vector3};
 
-/// The smallest pivot that counts, as a share of the diagonal entry that it came from: below it the weakest
-/// combination of the unknowns is seen a thousand times worse than the others.
+/// The smallest pivot that counts as regular, as a share of the diagonal entry that it came from: below it the weakest
+/// combination of the unknowns has a standard deviation a thousand times larger than the others.
 ///
 /// Measured over random machines, at the end of the paper's iteration from ±10 mm starts: 4000 sets of 3 to 100 poses
 /// about one axis left at most 6e-7 (their centre is wrong by up to 100 mm while δE looks perfect), three poses within
@@ -33,7 +33,7 @@ pub struct Singular;
 
 /// JᵀJ, Jᵀe and eᵀe of the equations added so far; after [`factor`](Self::factor) the Cholesky factor of JᵀJ.
 ///
-/// `N`: most unknowns; `P` = N (N + 1) / 2.
+/// `N`: maximum number of unknowns; `P` = N (N + 1) / 2.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NormalEquations<T, const N: usize, const P: usize> {
     unknowns: usize,
@@ -62,7 +62,7 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
         }
     }
 
-    /// No equations any more, in this many unknowns, at most `N`. In place.
+    /// Back to no equations, in this many unknowns, at most `N`. In place.
     pub fn clear(&mut self, unknowns: usize) {
         self.unknowns = if unknowns < N { unknowns } else { N };
         self.matrix.iter_mut().take(packed_index(self.unknowns, 0)).for_each(|entry| *entry = T::zero());
@@ -124,21 +124,11 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
         }
     }
 
-    /// Row `i` of JᵀJ from column `from` to the diagonal; nothing beside the triangle.
-    fn row_slice(&mut self, i: usize, from: usize) -> &mut [T] {
-        self.matrix.get_mut(packed_index(i, from)..=packed_index(i, i)).unwrap_or_default()
-    }
-
-    /// Adds to one entry of JᵀJ, row `i`, column `j <= i`. Nothing happens beside the triangle.
+    /// Adds to one entry of JᵀJ, row `i`, column `j <= i`. Does nothing outside the triangle.
     pub fn add_to_entry(&mut self, i: usize, j: usize, value: T) {
         if let Some(entry) = self.matrix.get_mut(packed_index(i, j)) {
             *entry += value;
         }
-    }
-
-    /// The part of row `i` of JᵀJ from column `from` to the diagonal, to be added to.
-    pub fn row_mut(&mut self, i: usize, from: usize) -> impl Iterator<Item = &mut T> {
-        self.row_slice(i, from).iter_mut()
     }
 
     /// Adds to Jᵀe of unknown `i`.
@@ -162,12 +152,12 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
         self.squares += other.squares * times;
     }
 
-    /// All rows have become the factor's.
+    /// Is the whole matrix factored?
     pub fn is_factored(&self) -> bool {
         self.factored >= self.unknowns
     }
 
-    /// No row has.
+    /// Is no row factored yet?
     pub fn is_unfactored(&self) -> bool {
         self.factored == 0
     }
@@ -187,7 +177,8 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
         self.factor_rows(self.unknowns)
     }
 
-    /// The next `rows` rows of the factor, at most those that are left (Golub and Van Loan, algorithm 4.2.1, row by row).
+    /// The next `rows` rows of the factor, at most those that are left (Golub and Van Loan, algorithm 4.2.1, row by
+    /// row).
     ///
     /// # Errors
     /// [`Singular`] when a pivot is too small against the diagonal entry that it came from, or is not a number.
@@ -217,13 +208,13 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
         Ok(())
     }
 
-    /// The largest share by which a diagonal entry exceeds the pivot that it became: an estimate of the condition; how
-    /// much worse the weakest combination of the unknowns is seen than the others. 1 or more.
+    /// The largest ratio of a diagonal entry to its pivot, 1 or more: an estimate of the condition number of the matrix
+    /// with unit diagonal.
     pub fn pivot_ratio(&self) -> T {
         self.pivot_ratio
     }
 
-    /// Eq. 15: the solution of JᵀJ x = `right`, once factored; `right` becomes x.
+    /// Solves JᵀJ x = `right` (Eq. 15), once factored; `right` becomes x.
     pub fn solve_for(&self, right: &mut [T; N]) {
         self.solve_trailing(right, 0);
     }
@@ -235,14 +226,14 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
         x
     }
 
-    /// What a step leaves of the squares, as far as the equations are linear, mm².
+    /// The sum of squares after a step by the linear model, mm².
     pub fn squares_after(&self, step: &[T; N]) -> T {
         let gained = step.iter().zip(&self.gradient).take(self.unknowns).fold(T::zero(), |sum, (x, g)| sum + *x * *g);
         (self.squares - gained).max(T::zero())
     }
 
-    /// Solves with the part of the factor from unknown `from` on: the unknowns before it are eliminated. `right` is zero
-    /// before `from`.
+    /// Solves with the part of the factor from unknown `from` on: the unknowns before it are eliminated. `right` is
+    /// zero before `from`.
     pub fn solve_trailing(&self, right: &mut [T; N], from: usize) {
         let x = right;
         // Forwards: L y = right.
@@ -265,7 +256,7 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
         }
     }
 
-    /// L⁻¹ `right`, once factored: of a row k of a Jacobian it is what k's variance kᵀ (JᵀJ)⁻¹ k is the squared length of.
+    /// `right` becomes L⁻¹ `right`, once factored. The squared norm of L⁻¹ k is kᵀ (JᵀJ)⁻¹ k, the variance of k·x.
     pub fn whiten(&self, right: &mut [T; N]) {
         for i in 0..self.unknowns {
             let Some((row, inverse)) = self.factor_row(i) else { return };
@@ -276,7 +267,8 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
         }
     }
 
-    /// Column `column` of the covariance (the inverse of JᵀJ) of the unknowns from `from` on, the ones before eliminated.
+    /// Column `column` of the covariance (the inverse of JᵀJ) of the unknowns from `from` on, the ones before
+    /// eliminated.
     pub fn covariance_column(&self, column: usize, from: usize) -> [T; N] {
         let mut unit = [T::zero(); N];
         if let Some(entry) = unit.get_mut(column) {

@@ -3,14 +3,14 @@
 use crate::scalar::Real;
 use nalgebra::Matrix3;
 
-/// The inverse, by the adjugate. `smallest`: the smallest pivot that counts, as a part of the diagonal entry that it
-/// came from; `None` below it and for what is not a number.
+/// The inverse, by the adjugate. `smallest`: the smallest pivot that counts as regular, as a share of the diagonal
+/// entry that it came from; `None` below it and for NaN.
 pub fn inverse_of_positive_definite<T: Real>(matrix: &Matrix3<T>, smallest: T) -> Option<Matrix3<T>> {
     inverse_of_eliminated(matrix, matrix, smallest)
 }
 
-/// The same for a Schur complement, whose pivots are compared with the diagonal of the matrix `original` that
-/// elimination has left it of.
+/// The same for a Schur complement: its pivots are compared with the diagonal of `original`, the matrix before the
+/// elimination.
 pub fn inverse_of_eliminated<T: Real>(matrix: &Matrix3<T>, original: &Matrix3<T>, smallest: T) -> Option<Matrix3<T>> {
     let m = matrix;
     let c11 = m.m22 * m.m33 - m.m32 * m.m32;

@@ -1,4 +1,4 @@
-//! The evidence of a suspicious stretch of motion, laid against each possible cause.
+//! The evidence of a suspicious stretch of motion, fitted with each possible cause.
 
 use crate::identification::marginal_information::MarginalInformation;
 use crate::linear_algebra::{NormalEquations, inverse_of_positive_definite};
@@ -6,11 +6,11 @@ use crate::rig::CABLES;
 use crate::scalar::Real;
 use nalgebra::{Matrix3, Vector3};
 
-/// What is left per degree of freedom, in units of the noise's variance, up to which a cause explains the evidence. 1
-/// would be noise alone; a slip of 3 mm is seen through equations linear in it, which adds a little.
+/// χ² per degree of freedom up to which a cause explains the evidence. 1 is noise alone; the equations are linear in
+/// the slip, which adds a little at 3 mm.
 const EXPLAINED: f64 = 4.0;
 
-/// A richer cause must leave so many times less than a simpler one that explains the evidence as well.
+/// A cause with more unknowns must leave a χ² smaller by this factor than a simpler one that explains the evidence.
 const CLEARLY: f64 = 1.4;
 
 /// What has happened.
@@ -24,7 +24,7 @@ pub enum Cause<T> {
     CableSlipped {
         /// Cable, 1 to 6.
         cable: u8,
-        /// What its length reads too much, mm.
+        /// Error of its length (reading minus true), mm.
         error_mm: T,
     },
     /// The centre moves with the arm's elevation: not a ball joint. Movement per 10 degrees, mm, axes of {B}.
@@ -33,7 +33,7 @@ pub enum Cause<T> {
     Unknown,
 }
 
-/// A warning: what has happened, and how sure it is.
+/// A warning: the cause, and how well it explains the evidence.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Warning<T> {
     /// The cause that explains the evidence best.
@@ -87,7 +87,7 @@ impl<T: Real> Evidence<T> {
         }
     }
 
-    /// What a sample knows of δO = a + b t, unknowns a and b, for a known t.
+    /// Adds a sample to the normal equations of δO = a + b t, unknowns a and b, for a known t.
     fn add_growing(&mut self, information: &Matrix3<T>, gradient: &Vector3<T>, t: T) {
         for i in 0..3 {
             for j in 0..3 {
@@ -102,8 +102,8 @@ impl<T: Real> Evidence<T> {
         }
     }
 
-    /// The cause that explains the evidence; `None` when there is nothing to explain. `usual`: chi_square per degree of
-    /// freedom when all was well, 1 or more.
+    /// The cause that explains the evidence; `None` when there is nothing to explain. `usual`: χ² per degree of
+    /// freedom before the suspicion, 1 or more.
     pub fn judge(&self, variance_mm2: T, suspicious: T, usual: T) -> Option<Warning<T>> {
         let before = self.left(T::zero(), 0) / variance_mm2;
         if before < suspicious {
@@ -116,8 +116,8 @@ impl<T: Real> Evidence<T> {
             let after = self.left(explained, unknowns) / variance_mm2;
             if after <= T::of(EXPLAINED) && after < best.chi_square[1] {
                 let first = best.cause == Cause::Unknown;
-                // A richer cause must explain clearly more than a simpler one that already does. What is left below
-                // the usual tells nothing: that much the noise and the error of the centre in use leave anyway.
+                // A cause with more unknowns must explain clearly more. Differences below the usual χ² do not count:
+                // the noise and the error of the centre in use leave that much anyway.
                 if first || after.max(usual) * T::of(CLEARLY) < best.chi_square[1] {
                     best = Warning { cause, chi_square: [before, after] };
                 }
@@ -126,7 +126,7 @@ impl<T: Real> Evidence<T> {
         Some(best)
     }
 
-    /// What an explanation leaves per degree of freedom, mm².
+    /// Squares per degree of freedom that an explanation leaves, mm².
     fn left(&self, explained: T, unknowns: i32) -> T {
         let freedom = (3 * i32::from(self.samples) - unknowns).max(1);
         (self.squares - explained).max(T::zero()) / T::of_integer(freedom)
@@ -164,7 +164,7 @@ impl<T: Real> Evidence<T> {
     }
 }
 
-/// What moves a point best, and the squares that it explains.
+/// The displacement that fits best, mm, and the squares that it explains, mm².
 fn moved<T: Real>(information: &Matrix3<T>, gradient: &Vector3<T>) -> Option<(Vector3<T>, T)> {
     let moved = inverse_of_positive_definite(information, T::default_epsilon())? * gradient;
     Some((moved, moved.dot(gradient)))

@@ -1,7 +1,7 @@
-//! Slip detection: is the centre in use still the centre? Three of the six lengths are redundant at every instant.
+//! Slip detection: does the centre in use still hold? Three of the six lengths are redundant at every instant.
 //!
-//! Once the centre is known, three angles explain six lengths; what they do not explain says that something has moved.
-//! Each sample sees the displacement δ = δO - R δC of the centre (see
+//! Once the centre is known, three angles explain six lengths; a residual beyond the noise says that something has
+//! moved. Each sample sees the displacement δ = δO - R δC of the centre (see
 //! [`marginal_information`](crate::identification::marginal_information)), and over a motion the causes look different:
 //!
 //! | cause | what it leaves |
@@ -32,23 +32,23 @@ use crate::rig::{CABLES, Parameters, Rig};
 use crate::scalar::Real;
 use nalgebra::{UnitQuaternion, Vector3};
 
-/// A sample counts when a cable has moved by this much since the last one that did, mm: 0.25 degrees of the arm, and
-/// twenty counts of the encoder; more than ±0.1 mm of noise in both samples can feign.
+/// A sample counts when a cable has moved by this much since the last one that did, mm: 0.25 degrees of the arm, twenty
+/// counts of the encoder, and more than ±0.1 mm of noise in both samples.
 const MOVED_MM: f64 = 0.5;
 
-/// Share of a new sample in the running mean of the chi_square.
+/// Weight of a new sample in the running mean of χ².
 const SHARE: f64 = 1.0 / 16.0;
 
-/// Share of a new sample in what the chi_square usually is, and the most that one sample counts there: the first samples of
-/// a slip must not pass for usual.
+/// Weight of a new sample in the slow mean of χ², and the maximum that one sample counts there, so that the first
+/// samples of a slip hardly change it.
 const USUAL_SHARE: f64 = 1.0 / 128.0;
 const MAX_USUAL: f64 = 4.0;
 
-/// Running mean of the chi_square per degree of freedom (1 when all is well) at which suspicion begins. The mean of sixteen
+/// Running mean of χ² per degree of freedom (1 when all is well) at which suspicion begins. The mean of sixteen
 /// sound samples is 1 ± 0.2; ten is what 0.5 mm of slip leaves.
 const SUSPICIOUS: f64 = 10.0;
 
-/// Samples that a judgement wants, and how far the arm must have turned among them, rad (16 degrees).
+/// Samples that a decision takes, and how far the arm must have turned among them, rad (16 degrees).
 const SAMPLES: u16 = 32;
 const SPAN_RAD: f64 = 0.28;
 
@@ -73,7 +73,8 @@ pub struct SlipDetector<T: Real> {
     attitude: Option<UnitQuaternion<T>>,
     counted: Option<CableLengths<T>>,
     chi_square: T,
-    /// Slow mean of the chi_square while all is well: 1, and more where the centre in use is itself a little off.
+    /// Slow mean of χ² per degree of freedom while all is well: 1, and more where the centre in use is itself a little
+    /// off.
     usual: T,
     state: DetectorState,
     first: Vector3<T>,
@@ -82,7 +83,7 @@ pub struct SlipDetector<T: Real> {
 }
 
 impl<T: Real> SlipDetector<T> {
-    /// Watches the centre `parameters` with the encoder offsets `offsets_mm` (0 when they are known).
+    /// A detector for the centre `parameters` with the encoder offsets `offsets_mm` (0 when they are known), in mm.
     ///
     /// `noise_mm`: standard deviation of a length, mm, encoder quantisation included.
     pub fn new(rig: &Rig<T>, parameters: &Parameters<T>, offsets_mm: &[T; CABLES], noise_mm: T) -> Self {
@@ -108,7 +109,7 @@ impl<T: Real> SlipDetector<T> {
         self.state
     }
 
-    /// Running mean of the chi_square per degree of freedom; 1 when all is well.
+    /// Running mean of χ² per degree of freedom; 1 when all is well.
     pub fn chi_square(&self) -> T {
         self.chi_square
     }
@@ -134,10 +135,11 @@ impl<T: Real> SlipDetector<T> {
         }
     }
 
-    /// Takes in a sample of raw lengths. Returns a warning once, when it is sure of one.
+    /// Takes in a sample of raw lengths. Returns a warning once, when a decision falls for one.
     ///
     /// Cost: comparing six lengths while the arm is still; else one rotation fit from the sample before and one
-    /// elimination. A sample that fits no rotation at all is counted as a large chi_square.
+    /// elimination. A sample that fits no rotation is not counted; the next one is solved without a start.
+    #[cfg_attr(feature = "ccm", inline(never), unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
     pub fn sample(&mut self, lengths: &CableLengths<T>) -> Option<Warning<T>> {
         if !self.has_moved(lengths) {
             return None;

@@ -1,24 +1,24 @@
 //! The paper's identification: Fig. 4, iterated least squares from a start estimate.
 
-use super::model::{Contradiction, Model};
 use super::SixUnknowns;
-use crate::linear_algebra::Singular;
+use super::model::{Contradiction, Model};
+use super::pass_sum::PassSum;
 use crate::identification::outcome::{
     Identified, MAX_ITERATIONS, Progress, RESULT_PACKED, RESULT_UNKNOWNS, Refusal, Termination, rms_residual,
 };
 use crate::identification::uncertainty::packed;
-use super::pass_sum::PassSum;
 use crate::kinematics::{BaseEdges, CableLengths};
+use crate::linear_algebra::Singular;
 use crate::rig::{CABLES, Parameters, Rig};
 use crate::scalar::Real;
 use heapless::Vec;
 use nalgebra::{Matrix6, Vector6};
 
-/// Fewest poses that can determine the centre. The paper's bound of two is not enough: for two poses the centre is
-/// free along the axis of their relative rotation.
+/// Minimum number of poses. The paper's bound of two is not enough: for two poses the centre is free along the axis of
+/// their relative rotation.
 pub const MIN_POSES: usize = 3;
 
-/// Poses of a slice: 25 000 cycles of a Cortex-M4F, 0.15 ms at 170 MHz. Beginning one takes as long as half a pose.
+/// Poses a slice: 25 000 cycles of a Cortex-M4F, 0.15 ms at 170 MHz.
 pub const POSES_A_SLICE: usize = 32;
 
 /// When the iteration ends.
@@ -26,7 +26,7 @@ pub const POSES_A_SLICE: usize = 32;
 pub struct PaperSettings<T> {
     /// ε: the iteration ends when δE or the largest change of a parameter falls below it, mm.
     pub tolerance_mm: T,
-    /// Steps after which it gives up, at most [`MAX_ITERATIONS`].
+    /// Maximum number of steps, at most [`MAX_ITERATIONS`].
     pub iteration_cap: u8,
 }
 
@@ -37,7 +37,7 @@ impl<T: Real> Default for PaperSettings<T> {
     }
 }
 
-/// The iteration of Fig. 4, resumable: each call of [`advance`](Self::advance) does the work of one pose.
+/// The iteration of Fig. 4, resumable: each call of [`advance`](Self::advance) does a bounded slice of work.
 #[derive(Clone, Debug)]
 pub struct PaperIteration<T> {
     settings: PaperSettings<T>,
@@ -83,7 +83,7 @@ impl<T: Real> PaperIteration<T> {
         }
     }
 
-    /// One slice: lays the next poses against the model ([`POSES_A_SLICE`] at most), and after the last pose takes a
+    /// One slice: evaluates the next poses ([`POSES_A_SLICE`] at most) with the model; after the last pose takes a
     /// step. `poses` must be the same in every call.
     pub fn advance(&mut self, poses: &[CableLengths<T>]) -> Progress<Identified<T>> {
         if poses.len() < MIN_POSES {

@@ -1,8 +1,9 @@
-//! The paper's own identification, whole: the tetrahedra of Fig. 3 ([`tetrahedron`]), the model Y = D X of Eq. 13 and the
-//! Appendix ([`model`]), the iteration of Fig. 4 from a start estimate ([`iteration`]), and step 4 of its procedure, the
-//! verification on a second set ([`verification`]).
+//! The paper's own identification, whole: the tetrahedra of Fig. 3 ([`tetrahedron`]), the model Y = D X of Eq. 13 and
+//! the Appendix ([`model`]), the iteration of Fig. 4 from a start estimate ([`iteration`]), and step 4 of its
+//! procedure, the verification on a second set ([`verification`]).
 //!
-//! The drive board does not go this way: it needs a start, and its error is larger. It stands here to be compared with.
+//! For comparison only: it needs a start, and its error is larger. The drive board uses the
+//! [`estimator`](crate::identification::estimator).
 
 pub mod iteration;
 pub mod model;

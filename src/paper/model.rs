@@ -2,12 +2,12 @@
 //!
 //! An end-point reacts to the six unknowns by one number only, q_i = OP_i·δO + p_i δp_i: it turns about its base edge
 //! by a3_i q_i, and the rest of its motion is common to all three end-points. So the row of edge (i, j) with unit
-//! vector e is `(e·a3_i) q_i - (e·a3_j) q_j`, which equals the Appendix's (1/p) C A⁻¹ B, and a pose's D is the 3x3 **edge
-//! Jacobian** K with two entries a row, times the 3x6 matrix W whose rows are the q_i. D itself is never formed to
-//! solve (see `pass_sum`).
+//! vector e is `(e·a3_i) q_i - (e·a3_j) q_j`, which equals the Appendix's (1/p) C A⁻¹ B, and a pose's D is the 3x3
+//! **edge Jacobian** K with two entries a row, times the 3x6 matrix W whose rows are the q_i. D itself is never formed
+//! to solve (see `pass_sum`).
 
-use crate::kinematics::base_edges::{BaseEdges, HingeCoordinates};
 use super::tetrahedron::{Foot, TetrahedronBase};
+use crate::kinematics::base_edges::{BaseEdges, HingeCoordinates};
 use crate::kinematics::{CableLengths, LengthError};
 use crate::rig::{EDGE_ENDS, POINTS, Parameters};
 use crate::scalar::Real;
@@ -75,7 +75,8 @@ impl<T: Real> Model<T> {
     /// # Errors
     /// [`Contradiction`]; a broken triangle goes before a tetrahedron that does not close.
     pub fn evaluate(&self, base: &BaseEdges<T>, lengths: &CableLengths<T>) -> Result<EvaluatedPose<T>, Contradiction> {
-        // No tetrahedron closes over a broken triangle: the triangles need no look of their own until one does not.
+        // No tetrahedron closes over a broken triangle, so the triangles are checked only when a tetrahedron does not
+        // close.
         self.evaluate_hinges(&base.unchecked(lengths)).map_err(|error| contradiction(base, lengths, error))
     }
 

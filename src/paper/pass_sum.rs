@@ -4,10 +4,10 @@
 //! three and three. In W = [OP_i, p_i] the radii are the same for all poses of a pass, so they are multiplied in once,
 //! at its end: 144 operations a pose instead of 189 with the rows of D, and fewer sums to load and store.
 
-use super::model::{EdgeJacobian, EvaluatedPose};
 use super::SixUnknowns;
-use crate::linear_algebra::packed_index;
+use super::model::{EdgeJacobian, EvaluatedPose};
 use crate::kinematics::BaseEdges;
+use crate::linear_algebra::packed_index;
 use crate::rig::POINTS;
 use crate::scalar::Real;
 use nalgebra::{Matrix3, Vector3};

@@ -1,12 +1,12 @@
 //! From a set of values to a machine, and back.
 
+use super::config::Config;
 use super::set::ParameterSet;
 use super::table::Key;
 use crate::can::BaseId;
-use crate::device::Config;
 use crate::procedure::{Limits, LimitsError, Plausibility, Settings};
 use crate::restart::Restart;
-use crate::rig::{Drum, Parameters, Rig, RigError};
+use crate::rig::{CableEnds, Correction, Drum, Parameters, Pulley, Rig, RigError, Tolerance};
 use nalgebra::Vector3;
 
 use Key::*;
@@ -15,6 +15,83 @@ const BASE: [[Key; 3]; 3] = [[Base1X, Base1Y, Base1Z], [Base2X, Base2Y, Base2Z],
 const EDGES: [Key; 3] = [Edge12, Edge23, Edge31];
 const HOMES: [Key; 6] = [Home1, Home2, Home3, Home4, Home5, Home6];
 const NOMINAL: [Key; 6] = [NominalX, NominalY, NominalZ, NominalRadius1, NominalRadius2, NominalRadius3];
+const OFFSETS: [Key; 6] = [Offset1, Offset2, Offset3, Offset4, Offset5, Offset6];
+const SCALES: [Key; 6] = [Scale1, Scale2, Scale3, Scale4, Scale5, Scale6];
+/// Of each cable: base, end, radius and axis of the pulley.
+const CABLES: [[Key; 10]; 6] = [
+    [
+        Cable1BaseX,
+        Cable1BaseY,
+        Cable1BaseZ,
+        Cable1EndX,
+        Cable1EndY,
+        Cable1EndZ,
+        Cable1PulleyRadius,
+        Cable1PulleyAxisX,
+        Cable1PulleyAxisY,
+        Cable1PulleyAxisZ,
+    ],
+    [
+        Cable2BaseX,
+        Cable2BaseY,
+        Cable2BaseZ,
+        Cable2EndX,
+        Cable2EndY,
+        Cable2EndZ,
+        Cable2PulleyRadius,
+        Cable2PulleyAxisX,
+        Cable2PulleyAxisY,
+        Cable2PulleyAxisZ,
+    ],
+    [
+        Cable3BaseX,
+        Cable3BaseY,
+        Cable3BaseZ,
+        Cable3EndX,
+        Cable3EndY,
+        Cable3EndZ,
+        Cable3PulleyRadius,
+        Cable3PulleyAxisX,
+        Cable3PulleyAxisY,
+        Cable3PulleyAxisZ,
+    ],
+    [
+        Cable4BaseX,
+        Cable4BaseY,
+        Cable4BaseZ,
+        Cable4EndX,
+        Cable4EndY,
+        Cable4EndZ,
+        Cable4PulleyRadius,
+        Cable4PulleyAxisX,
+        Cable4PulleyAxisY,
+        Cable4PulleyAxisZ,
+    ],
+    [
+        Cable5BaseX,
+        Cable5BaseY,
+        Cable5BaseZ,
+        Cable5EndX,
+        Cable5EndY,
+        Cable5EndZ,
+        Cable5PulleyRadius,
+        Cable5PulleyAxisX,
+        Cable5PulleyAxisY,
+        Cable5PulleyAxisZ,
+    ],
+    [
+        Cable6BaseX,
+        Cable6BaseY,
+        Cable6BaseZ,
+        Cable6EndX,
+        Cable6EndY,
+        Cable6EndZ,
+        Cable6PulleyRadius,
+        Cable6PulleyAxisX,
+        Cable6PulleyAxisY,
+        Cable6PulleyAxisZ,
+    ],
+];
 /// The four words of the key of the lock.
 pub const LOCK_KEYS: [Key; 4] = [LockKey1, LockKey2, LockKey3, LockKey4];
 
@@ -32,13 +109,11 @@ impl Contradiction {
 
     fn of_rig(error: RigError) -> Self {
         Self::about(match error {
-            RigError::BaseCollapsed
-            | RigError::BaseOnEdge
-            | RigError::NotFinite
-            | RigError::EndsCoincide
-            | RigError::PulleyImpossible
-            | RigError::ToleranceImpossible
-            | RigError::CorrectionImpossible => Base1X,
+            RigError::BaseCollapsed | RigError::BaseOnEdge | RigError::NotFinite => Base1X,
+            RigError::EndsCoincide => Cable1EndX,
+            RigError::PulleyImpossible => Cable1PulleyRadius,
+            RigError::ToleranceImpossible => ToleranceBase,
+            RigError::CorrectionImpossible => Offset1,
             RigError::PlatformCollapsed => Edge12,
             RigError::DrumNotPositive => DrumRadius,
             RigError::NoiseNotPositive => LengthNoise,
@@ -98,7 +173,28 @@ impl ParameterSet {
             fastest_mm_per_s: self.single(MaxSpeed),
         };
         let nominal = Parameters::from_array(NOMINAL.map(|key| self.single(key)));
-        Rig::new(base_mm, EDGES.map(|key| self.single(key)), drum, self.single(LengthNoise), nominal)
+        let noise_mm = self.single(LengthNoise);
+        let rig = if self.integer(Geometry) == 0 {
+            Rig::new(base_mm, EDGES.map(|key| self.single(key)), drum, noise_mm, nominal)
+        } else {
+            Rig::with_cables(CABLES.map(|cable| self.cable(cable)), drum, noise_mm, nominal)
+        }?;
+        let rig = rig.with_tolerance(Tolerance {
+            base_mm: self.single(ToleranceBase),
+            edges_mm: self.single(ToleranceEdges),
+            offset_mm: self.single(ToleranceOffset),
+            drum: self.single(ToleranceDrum),
+        })?;
+        let found =
+            Correction { offset_mm: OFFSETS.map(|key| self.single(key)), scale: SCALES.map(|key| self.single(key)) };
+        let is_none = Correction { offset_mm: [0.0; 6], scale: [1.0; 6] } == found;
+        if is_none { Ok(rig) } else { rig.with_correction(found) }
+    }
+
+    fn cable(&self, keys: [Key; 10]) -> CableEnds<f32> {
+        let [b1, b2, b3, e1, e2, e3, radius_mm, a1, a2, a3] = keys.map(|key| self.single(key));
+        let pulley = Pulley { radius_mm, axis: Vector3::new(a1, a2, a3) };
+        CableEnds { base_mm: Vector3::new(b1, b2, b3), end_mm: Vector3::new(e1, e2, e3), pulley }
     }
 
     fn put_rig(&mut self, rig: &Rig<f32>) {
@@ -108,6 +204,22 @@ impl ParameterSet {
         let nominal = rig.nominal().to_array();
         for (key, value) in geometry.chain(HOMES.iter().zip(&drum.home_length_mm)).chain(NOMINAL.iter().zip(&nominal)) {
             self.put_single(*key, *value);
+        }
+        self.put_integer(Geometry, rig.cables().is_some().into());
+        for (keys, cable) in CABLES.iter().zip(rig.cables().into_iter().flatten()) {
+            let CableEnds { base_mm, end_mm, pulley } = cable;
+            let values = base_mm.iter().chain(end_mm.iter()).chain([&pulley.radius_mm]).chain(pulley.axis.iter());
+            keys.iter().zip(values).for_each(|(key, value)| self.put_single(*key, *value));
+        }
+        let Tolerance { base_mm, edges_mm, offset_mm, drum: relative } = *rig.tolerance();
+        let tolerances = [ToleranceBase, ToleranceEdges, ToleranceOffset, ToleranceDrum];
+        for (key, value) in tolerances.into_iter().zip([base_mm, edges_mm, offset_mm, relative]) {
+            self.put_single(key, value);
+        }
+        if let Some(Correction { offset_mm, scale }) = rig.correction() {
+            for (key, value) in OFFSETS.iter().chain(&SCALES).zip(offset_mm.iter().chain(scale)) {
+                self.put_single(*key, *value);
+            }
         }
         self.put_single(DrumRadius, drum.radius_mm);
         self.put_single(CountsPerTurn, drum.counts_per_turn);

@@ -2,7 +2,7 @@
 //!
 //! An index is a contract with every client, as a reason's code is: never renumbered, and that of a retired parameter
 //! is never used again. `docs/parameters.md` and the parameter messages of `glenoid.dbc` are made from this table by
-//! `cargo run -p vocabulary -- parameters`, and a test holds them against it.
+//! `cargo run -p vocabulary`, and a test holds them against it.
 
 /// How the four bytes of a value are to be read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -94,6 +94,8 @@ macro_rules! parameters {
 const HOME_MM: f32 = 277.83972;
 
 parameters! {
+    Geometry = 1, integer, "", 0, 0, 1, guarded, "0: attachment points and edges make two triangles; 1: every cable has its own ends";
+
     Base1X = 10, single, "mm", 150.0, -2000.0, 2000.0, guarded, "x of attachment point B1 in the base frame";
     Base1Y = 11, single, "mm", 0.0, -2000.0, 2000.0, guarded, "y of attachment point B1 in the base frame";
     Base1Z = 12, single, "mm", 0.0, -2000.0, 2000.0, guarded, "z of attachment point B1 in the base frame";
@@ -106,6 +108,72 @@ parameters! {
     Edge12 = 19, single, "mm", 178.39821, 1.0, 2000.0, guarded, "platform edge from end-point P1 to P2";
     Edge23 = 20, single, "mm", 178.39821, 1.0, 2000.0, guarded, "platform edge from end-point P2 to P3";
     Edge31 = 21, single, "mm", 178.39821, 1.0, 2000.0, guarded, "platform edge from end-point P3 to P1";
+
+    Cable1BaseX = 30, single, "mm", 150.0, -2000.0, 2000.0, guarded, "geometry 1: x of where cable 1 leaves the base, in the base frame; with a pulley, where it enters";
+    Cable1BaseY = 31, single, "mm", 0.0, -2000.0, 2000.0, guarded, "geometry 1: y of where cable 1 leaves the base, in the base frame; with a pulley, where it enters";
+    Cable1BaseZ = 32, single, "mm", 0.0, -2000.0, 2000.0, guarded, "geometry 1: z of where cable 1 leaves the base, in the base frame; with a pulley, where it enters";
+    Cable1EndX = 33, single, "mm", 0.0, -2000.0, 2000.0, guarded, "geometry 1: x of where cable 1 ends, in any frame fixed to the platform";
+    Cable1EndY = 34, single, "mm", 0.0, -2000.0, 2000.0, guarded, "geometry 1: y of where cable 1 ends, in any frame fixed to the platform";
+    Cable1EndZ = 35, single, "mm", 0.0, -2000.0, 2000.0, guarded, "geometry 1: z of where cable 1 ends, in any frame fixed to the platform";
+    Cable1PulleyRadius = 36, single, "mm", 0.0, 0.0, 500.0, guarded, "geometry 1: radius of the guide pulley of cable 1; 0 = none";
+    Cable1PulleyAxisX = 37, single, "", 0.0, -1.0, 1.0, guarded, "geometry 1: x of the direction in which cable 1 comes up to its pulley, a unit vector";
+    Cable1PulleyAxisY = 38, single, "", 0.0, -1.0, 1.0, guarded, "geometry 1: y of the direction in which cable 1 comes up to its pulley, a unit vector";
+    Cable1PulleyAxisZ = 39, single, "", 1.0, -1.0, 1.0, guarded, "geometry 1: z of the direction in which cable 1 comes up to its pulley, a unit vector";
+
+    Cable2BaseX = 40, single, "mm", -75.0, -2000.0, 2000.0, guarded, "geometry 1: x of where cable 2 leaves the base, in the base frame; with a pulley, where it enters";
+    Cable2BaseY = 41, single, "mm", 129.90381, -2000.0, 2000.0, guarded, "geometry 1: y of where cable 2 leaves the base, in the base frame; with a pulley, where it enters";
+    Cable2BaseZ = 42, single, "mm", 0.0, -2000.0, 2000.0, guarded, "geometry 1: z of where cable 2 leaves the base, in the base frame; with a pulley, where it enters";
+    Cable2EndX = 43, single, "mm", 0.0, -2000.0, 2000.0, guarded, "geometry 1: x of where cable 2 ends, in any frame fixed to the platform";
+    Cable2EndY = 44, single, "mm", 0.0, -2000.0, 2000.0, guarded, "geometry 1: y of where cable 2 ends, in any frame fixed to the platform";
+    Cable2EndZ = 45, single, "mm", 0.0, -2000.0, 2000.0, guarded, "geometry 1: z of where cable 2 ends, in any frame fixed to the platform";
+    Cable2PulleyRadius = 46, single, "mm", 0.0, 0.0, 500.0, guarded, "geometry 1: radius of the guide pulley of cable 2; 0 = none";
+    Cable2PulleyAxisX = 47, single, "", 0.0, -1.0, 1.0, guarded, "geometry 1: x of the direction in which cable 2 comes up to its pulley, a unit vector";
+    Cable2PulleyAxisY = 48, single, "", 0.0, -1.0, 1.0, guarded, "geometry 1: y of the direction in which cable 2 comes up to its pulley, a unit vector";
+    Cable2PulleyAxisZ = 49, single, "", 1.0, -1.0, 1.0, guarded, "geometry 1: z of the direction in which cable 2 comes up to its pulley, a unit vector";
+
+    Cable3BaseX = 50, single, "mm", -75.0, -2000.0, 2000.0, guarded, "geometry 1: x of where cable 3 leaves the base, in the base frame; with a pulley, where it enters";
+    Cable3BaseY = 51, single, "mm", 129.90381, -2000.0, 2000.0, guarded, "geometry 1: y of where cable 3 leaves the base, in the base frame; with a pulley, where it enters";
+    Cable3BaseZ = 52, single, "mm", 0.0, -2000.0, 2000.0, guarded, "geometry 1: z of where cable 3 leaves the base, in the base frame; with a pulley, where it enters";
+    Cable3EndX = 53, single, "mm", 178.39821, -2000.0, 2000.0, guarded, "geometry 1: x of where cable 3 ends, in any frame fixed to the platform";
+    Cable3EndY = 54, single, "mm", 0.0, -2000.0, 2000.0, guarded, "geometry 1: y of where cable 3 ends, in any frame fixed to the platform";
+    Cable3EndZ = 55, single, "mm", 0.0, -2000.0, 2000.0, guarded, "geometry 1: z of where cable 3 ends, in any frame fixed to the platform";
+    Cable3PulleyRadius = 56, single, "mm", 0.0, 0.0, 500.0, guarded, "geometry 1: radius of the guide pulley of cable 3; 0 = none";
+    Cable3PulleyAxisX = 57, single, "", 0.0, -1.0, 1.0, guarded, "geometry 1: x of the direction in which cable 3 comes up to its pulley, a unit vector";
+    Cable3PulleyAxisY = 58, single, "", 0.0, -1.0, 1.0, guarded, "geometry 1: y of the direction in which cable 3 comes up to its pulley, a unit vector";
+    Cable3PulleyAxisZ = 59, single, "", 1.0, -1.0, 1.0, guarded, "geometry 1: z of the direction in which cable 3 comes up to its pulley, a unit vector";
+
+    Cable4BaseX = 60, single, "mm", -75.0, -2000.0, 2000.0, guarded, "geometry 1: x of where cable 4 leaves the base, in the base frame; with a pulley, where it enters";
+    Cable4BaseY = 61, single, "mm", -129.90381, -2000.0, 2000.0, guarded, "geometry 1: y of where cable 4 leaves the base, in the base frame; with a pulley, where it enters";
+    Cable4BaseZ = 62, single, "mm", 0.0, -2000.0, 2000.0, guarded, "geometry 1: z of where cable 4 leaves the base, in the base frame; with a pulley, where it enters";
+    Cable4EndX = 63, single, "mm", 178.39821, -2000.0, 2000.0, guarded, "geometry 1: x of where cable 4 ends, in any frame fixed to the platform";
+    Cable4EndY = 64, single, "mm", 0.0, -2000.0, 2000.0, guarded, "geometry 1: y of where cable 4 ends, in any frame fixed to the platform";
+    Cable4EndZ = 65, single, "mm", 0.0, -2000.0, 2000.0, guarded, "geometry 1: z of where cable 4 ends, in any frame fixed to the platform";
+    Cable4PulleyRadius = 66, single, "mm", 0.0, 0.0, 500.0, guarded, "geometry 1: radius of the guide pulley of cable 4; 0 = none";
+    Cable4PulleyAxisX = 67, single, "", 0.0, -1.0, 1.0, guarded, "geometry 1: x of the direction in which cable 4 comes up to its pulley, a unit vector";
+    Cable4PulleyAxisY = 68, single, "", 0.0, -1.0, 1.0, guarded, "geometry 1: y of the direction in which cable 4 comes up to its pulley, a unit vector";
+    Cable4PulleyAxisZ = 69, single, "", 1.0, -1.0, 1.0, guarded, "geometry 1: z of the direction in which cable 4 comes up to its pulley, a unit vector";
+
+    Cable5BaseX = 70, single, "mm", -75.0, -2000.0, 2000.0, guarded, "geometry 1: x of where cable 5 leaves the base, in the base frame; with a pulley, where it enters";
+    Cable5BaseY = 71, single, "mm", -129.90381, -2000.0, 2000.0, guarded, "geometry 1: y of where cable 5 leaves the base, in the base frame; with a pulley, where it enters";
+    Cable5BaseZ = 72, single, "mm", 0.0, -2000.0, 2000.0, guarded, "geometry 1: z of where cable 5 leaves the base, in the base frame; with a pulley, where it enters";
+    Cable5EndX = 73, single, "mm", 89.199104, -2000.0, 2000.0, guarded, "geometry 1: x of where cable 5 ends, in any frame fixed to the platform";
+    Cable5EndY = 74, single, "mm", 154.49738, -2000.0, 2000.0, guarded, "geometry 1: y of where cable 5 ends, in any frame fixed to the platform";
+    Cable5EndZ = 75, single, "mm", 0.0, -2000.0, 2000.0, guarded, "geometry 1: z of where cable 5 ends, in any frame fixed to the platform";
+    Cable5PulleyRadius = 76, single, "mm", 0.0, 0.0, 500.0, guarded, "geometry 1: radius of the guide pulley of cable 5; 0 = none";
+    Cable5PulleyAxisX = 77, single, "", 0.0, -1.0, 1.0, guarded, "geometry 1: x of the direction in which cable 5 comes up to its pulley, a unit vector";
+    Cable5PulleyAxisY = 78, single, "", 0.0, -1.0, 1.0, guarded, "geometry 1: y of the direction in which cable 5 comes up to its pulley, a unit vector";
+    Cable5PulleyAxisZ = 79, single, "", 1.0, -1.0, 1.0, guarded, "geometry 1: z of the direction in which cable 5 comes up to its pulley, a unit vector";
+
+    Cable6BaseX = 80, single, "mm", 150.0, -2000.0, 2000.0, guarded, "geometry 1: x of where cable 6 leaves the base, in the base frame; with a pulley, where it enters";
+    Cable6BaseY = 81, single, "mm", 0.0, -2000.0, 2000.0, guarded, "geometry 1: y of where cable 6 leaves the base, in the base frame; with a pulley, where it enters";
+    Cable6BaseZ = 82, single, "mm", 0.0, -2000.0, 2000.0, guarded, "geometry 1: z of where cable 6 leaves the base, in the base frame; with a pulley, where it enters";
+    Cable6EndX = 83, single, "mm", 89.199104, -2000.0, 2000.0, guarded, "geometry 1: x of where cable 6 ends, in any frame fixed to the platform";
+    Cable6EndY = 84, single, "mm", 154.49738, -2000.0, 2000.0, guarded, "geometry 1: y of where cable 6 ends, in any frame fixed to the platform";
+    Cable6EndZ = 85, single, "mm", 0.0, -2000.0, 2000.0, guarded, "geometry 1: z of where cable 6 ends, in any frame fixed to the platform";
+    Cable6PulleyRadius = 86, single, "mm", 0.0, 0.0, 500.0, guarded, "geometry 1: radius of the guide pulley of cable 6; 0 = none";
+    Cable6PulleyAxisX = 87, single, "", 0.0, -1.0, 1.0, guarded, "geometry 1: x of the direction in which cable 6 comes up to its pulley, a unit vector";
+    Cable6PulleyAxisY = 88, single, "", 0.0, -1.0, 1.0, guarded, "geometry 1: y of the direction in which cable 6 comes up to its pulley, a unit vector";
+    Cable6PulleyAxisZ = 89, single, "", 1.0, -1.0, 1.0, guarded, "geometry 1: z of the direction in which cable 6 comes up to its pulley, a unit vector";
 
     DrumRadius = 100, single, "mm", 15.0, 0.5, 500.0, guarded, "radius at which a cable leaves its drum";
     CountsPerTurn = 101, single, "", 4096.0, 1.0, 1.0E9, guarded, "encoder counts of one drum turn, gear ratio included";
@@ -123,6 +191,23 @@ parameters! {
     NominalRadius1 = 113, single, "mm", 140.8, 1.0, 2000.0, guarded, "distance from the joint centre to end-point P1 as the rig expects it";
     NominalRadius2 = 114, single, "mm", 140.8, 1.0, 2000.0, guarded, "distance from the joint centre to end-point P2 as the rig expects it";
     NominalRadius3 = 115, single, "mm", 140.8, 1.0, 2000.0, guarded, "distance from the joint centre to end-point P3 as the rig expects it";
+
+    ToleranceBase = 120, single, "mm", 0.0, 0.0, 100.0, guarded, "one standard deviation of each coordinate of an attachment point; 0 = exact";
+    ToleranceEdges = 121, single, "mm", 0.0, 0.0, 100.0, guarded, "one standard deviation of each platform edge, or with geometry 1 of each coordinate of an end; 0 = exact";
+    ToleranceOffset = 122, single, "mm", 0.0, 0.0, 100.0, guarded, "one standard deviation of what homing leaves of each offset; 0 = exact";
+    ToleranceDrum = 123, single, "", 0.0, 0.0, 0.2, guarded, "one standard deviation of the radius of each drum, relative; 0 = exact";
+    Offset1 = 124, single, "mm", 0.0, -100.0, 100.0, guarded, "what the length of cable 1 reads too much, as commissioning found it";
+    Offset2 = 125, single, "mm", 0.0, -100.0, 100.0, guarded, "what the length of cable 2 reads too much, as commissioning found it";
+    Offset3 = 126, single, "mm", 0.0, -100.0, 100.0, guarded, "what the length of cable 3 reads too much, as commissioning found it";
+    Offset4 = 127, single, "mm", 0.0, -100.0, 100.0, guarded, "what the length of cable 4 reads too much, as commissioning found it";
+    Offset5 = 128, single, "mm", 0.0, -100.0, 100.0, guarded, "what the length of cable 5 reads too much, as commissioning found it";
+    Offset6 = 129, single, "mm", 0.0, -100.0, 100.0, guarded, "what the length of cable 6 reads too much, as commissioning found it";
+    Scale1 = 130, single, "", 1.0, 0.8, 1.2, guarded, "how much more than stated the drum of cable 1 pays out, as commissioning found it";
+    Scale2 = 131, single, "", 1.0, 0.8, 1.2, guarded, "how much more than stated the drum of cable 2 pays out, as commissioning found it";
+    Scale3 = 132, single, "", 1.0, 0.8, 1.2, guarded, "how much more than stated the drum of cable 3 pays out, as commissioning found it";
+    Scale4 = 133, single, "", 1.0, 0.8, 1.2, guarded, "how much more than stated the drum of cable 4 pays out, as commissioning found it";
+    Scale5 = 134, single, "", 1.0, 0.8, 1.2, guarded, "how much more than stated the drum of cable 5 pays out, as commissioning found it";
+    Scale6 = 135, single, "", 1.0, 0.8, 1.2, guarded, "how much more than stated the drum of cable 6 pays out, as commissioning found it";
 
     PlausibleCentre = 140, single, "mm", 140.8, 1.0, 1000.0, guarded, "farthest that a joint centre may lie from where the rig expects it";
     PlausibleMinRadius = 141, single, "mm", 46.933334, 1.0, 2000.0, guarded, "smallest distance from the centre to an end-point that can be";

@@ -1,8 +1,8 @@
 //! The table against the rigs, and what a set refuses.
 
+use super::config::Config;
 use super::*;
 use crate::can::BaseId;
-use crate::device::Config;
 use crate::procedure::{Limits, Reason, Settings};
 use crate::restart::Restart;
 use crate::rig::Rig;
@@ -29,6 +29,40 @@ fn every_machine_comes_back_from_its_parameters() {
         let config = config(&set).unwrap();
         assert_eq!((config.rig, config.limits), (rig, limits));
     }
+}
+
+/// Ends of their own, pulleys, tolerances and what commissioning found: all of it is data.
+#[test]
+fn a_machine_with_pulleys_and_commissioned_offsets_comes_back() {
+    let mut set = ParameterSet::new();
+    set.set_bits(1, 1).unwrap();
+    for cable in 0..6 {
+        set.set_bits(36 + 10 * cable, 5f32.to_bits()).unwrap();
+    }
+    set.set_bits(31, 3f32.to_bits()).unwrap();
+    set.set_bits(120, 0.5f32.to_bits()).unwrap();
+    set.set_bits(126, 0.25f32.to_bits()).unwrap();
+    let first = config(&set).unwrap();
+    let cables = first.rig.cables().unwrap();
+    assert!(cables.iter().all(|cable| cable.pulley.radius_mm == 5.0));
+    assert_eq!(cables[0].base_mm.y, 3.0);
+    assert_eq!(first.rig.tolerance().base_mm, 0.5);
+    assert_eq!(first.rig.correction().unwrap().offset_mm[2], 0.25);
+    // the ends are kept in the platform's own frame: from there on nothing changes any more
+    let second = config(&ParameterSet::of(&first.rig, &first.limits)).unwrap();
+    for (one, other) in cables.iter().zip(second.rig.cables().unwrap()) {
+        assert!((one.end_mm - other.end_mm).norm() < 1e-3, "{one:?} {other:?}");
+    }
+    // the default ends are those of the two triangles
+    let mut plain = ParameterSet::new();
+    plain.set_bits(1, 1).unwrap();
+    let (plain, shoulder) = (config(&plain).unwrap().rig, Rig::<f32>::shoulder(150.0).unwrap());
+    for (one, other) in plain.edges_mm().iter().zip(shoulder.edges_mm()) {
+        assert!((one - other).abs() < 1e-3);
+    }
+    // a pulley whose axis is no direction
+    set.set_bits(39, 0f32.to_bits()).unwrap();
+    assert_eq!(config(&set), Err(Contradiction { index: 36 }));
 }
 
 #[test]

@@ -3,12 +3,12 @@
 use super::arm::NotReady;
 use super::outcome::PoseNotice;
 use super::reason::Reason;
-use super::solve::{Detail, Work};
+use super::solve::Detail;
 use super::state::{Command, PoseSet, StateName};
 use super::transition::{Trigger, allows};
 use super::{Guidance, Judging, Procedure, Run, State, Verifying};
 use crate::identification::gates::MIN_POSES;
-use crate::identification::{Machine, Pose, PredictedAccuracy};
+use crate::identification::Pose;
 use crate::kinematics::PlatformError;
 
 /// The answer to a command.
@@ -57,7 +57,7 @@ impl Procedure {
 
     fn start(&mut self, now_ms: u32, by_command_only: bool) -> Reply {
         // A count lost in an earlier run must not lock the device for ever; the new run begins from where the
-        // encoders stand, and outliers, second set and error bar judge it like any other.
+        // encoders stand, and outliers, second set and standard deviation judge it like any other.
         let mut arm = self.arm;
         arm.forgive();
         if let Err(NotReady { reason, cable }) = arm.ready(now_ms) {
@@ -138,8 +138,7 @@ impl Procedure {
         self.poses.clear();
         self.held_out.clear();
         self.spread = Default::default();
-        self.machine = Machine::with_offset_prior(&self.rig, self.zero_prior_mm);
-        self.accuracy = PredictedAccuracy::new(&self.machine, self.rig.nominal());
+        self.accuracy.restart(&self.machine, self.rig.nominal());
         self.predicted_sigma_mm = None;
     }
 
@@ -150,7 +149,7 @@ impl Procedure {
                 // The estimator before has refined the rotations: it begins anew from the lengths alone.
                 self.poses.poses_mut().iter_mut().for_each(Pose::reset);
             }
-            self.work = Work::new(&self.machine, &self.rig);
+            self.work.restart(&self.machine);
             self.run.attempts = self.run.attempts.saturating_add(1);
             self.run.attempted_poses = self.poses.count();
             self.run.detail = None;
@@ -215,8 +214,7 @@ impl Procedure {
                 self.poses.push(pose).map_err(|_| refused(Reason::PosesFull))?;
                 self.spread.add(&pose.rotation());
                 self.accuracy.add(&self.machine, &pose);
-                self.predicted_sigma_mm =
-                    self.accuracy.predicted(&self.machine).map(|predicted| predicted.sigma_mm);
+                self.predicted_sigma_mm = self.accuracy.predicted(&self.machine).map(|predicted| predicted.sigma_mm);
                 self.run.advice = self.spread.advice();
             }
             PoseSet::HeldOut => {

@@ -162,7 +162,7 @@ impl Procedure {
     // Inlined so that it is built where it stays: 13 KB of temporary copies on the stack otherwise.
     #[inline(always)]
     pub fn new(rig: Rig<f32>, limits: Limits) -> Self {
-        let machine = Machine::new(&rig);
+        let machine = Machine::with_offset_prior(&rig, limits.settings().zero_prior_mm);
         Self {
             arm: Arm::new(&limits),
             work: Work::new(&machine, &rig),
@@ -243,7 +243,7 @@ impl Procedure {
     /// run is under way: its poses were collected for another question.
     ///
     /// Every run begins from the raw lengths, never from lengths corrected by the zeros in use: an error in these cannot
-    /// get into the next centre, and the error bar of a run hangs on its own poses and the stated prior alone.
+    /// get into the next centre, and the standard deviation of a run depends on its own poses and the stated prior alone.
     pub fn set_zero_prior(&mut self, prior_mm: f32) -> Reason {
         if !matches!(self.state, State::Idle | State::Failed) {
             return Reason::AlreadyRunning;
@@ -252,6 +252,7 @@ impl Procedure {
             return Reason::BadArgument;
         }
         self.zero_prior_mm = prior_mm;
+        self.machine = Machine::with_offset_prior(&self.rig, prior_mm);
         Reason::Fine
     }
 

@@ -21,6 +21,12 @@ impl Work {
         Self { estimator: Estimator::new(machine, rig.nominal(), EstimatorSettings::for_rig(rig)), slices: 0 }
     }
 
+    /// Back to the beginning, in place.
+    pub fn restart(&mut self, machine: &Machine<f32>) {
+        self.estimator.restart(machine);
+        self.slices = 0;
+    }
+
     /// One slice of work.
     pub fn advance(&mut self, machine: &Machine<f32>, poses: &mut [Pose<f32>]) -> Progress<&Identified<f32>> {
         self.slices = self.slices.saturating_add(1);
@@ -107,7 +113,9 @@ impl From<Refusal> for Detail {
                 Self { size_mm: Some(distance_mm), ..Self::of(Reason::HeldOfAnotherWearing) }
             }
             Refusal::TooManyOutliers { .. } => Self::of(Reason::TooManyOutliers),
-            Refusal::CentreNotFixed { migration_mm } => Self { size_mm: Some(migration_mm), ..Self::of(Reason::NotABall) },
+            Refusal::CentreNotFixed { migration_mm } => {
+                Self { size_mm: Some(migration_mm), ..Self::of(Reason::NotABall) }
+            }
         }
     }
 }

@@ -1,9 +1,9 @@
 //! What is kept of a calibration.
 
 use crate::identification::Rejected;
+use crate::identification::outcome::MAX_REJECTED;
 use crate::identification::outcome::RESULT_PACKED;
 use crate::linear_algebra::packed_index;
-use crate::identification::outcome::MAX_REJECTED;
 use crate::rig::{CABLES, Parameters};
 
 /// An accepted calibration, with everything that the device reports about it.

@@ -18,7 +18,7 @@
 //! | 11 | 1 | version, 1 |
 //! | 12 | 4 | CRC-32 of a constant and all bytes before |
 
-use super::store::StoreError;
+use super::error::StoreError;
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use embedded_storage::nor_flash::NorFlash;
 

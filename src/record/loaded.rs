@@ -1,8 +1,8 @@
 //! What the board finds in its flash at power-up.
 
 use super::content::Record;
+use super::error::LoadError;
 use super::journal::JournalEntry;
-use super::store::LoadError;
 
 /// Everything that was kept across power-down.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -29,6 +29,7 @@
 //! [`Record`] is what is kept, [`image`] its bytes, [`RecordStore`] the two pages.
 
 mod content;
+mod error;
 pub mod image;
 mod journal;
 mod loaded;
@@ -40,9 +41,10 @@ mod store;
 mod two_pages;
 
 pub use content::{Record, Unfit};
+pub use error::{LoadError, StoreError};
 pub use image::IMAGE_LEN;
 pub use journal::{Journal, JournalEntry};
 pub use loaded::Loaded;
 pub use parameter_store::ParameterStore;
 pub use storage::{STORAGE_PAGES, Storage};
-pub use store::{LoadError, RecordStore, StoreError};
+pub use store::RecordStore;

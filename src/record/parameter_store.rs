@@ -12,8 +12,8 @@
 //! | 12 | 6 each | index (2), bits of the value (4) |
 //! | last 4 | 4 | CRC-32 |
 
+use super::error::{LoadError, StoreError};
 use super::sealed::seal;
-use super::store::{LoadError, StoreError};
 use super::two_pages::TwoPages;
 use crate::parameters::{COUNT, ParameterSet, TABLE};
 use embedded_storage::nor_flash::NorFlash;

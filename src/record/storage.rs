@@ -1,11 +1,12 @@
 //! The board's storage: six pages of flash, two each for the record, the journal and the parameters.
 
 use super::content::Record;
+use super::error::{LoadError, StoreError};
 use super::journal::{Journal, JournalEntry};
 use super::loaded::Loaded;
 use super::parameter_store::ParameterStore;
-use super::store::{LoadError, RecordStore, StoreError};
-use crate::device::Config;
+use super::store::RecordStore;
+use crate::parameters::Config;
 use crate::parameters::ParameterSet;
 use crate::restart::Restart;
 use embedded_storage::nor_flash::NorFlash;

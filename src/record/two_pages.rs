@@ -1,8 +1,8 @@
 //! Two pages together: which image counts, and how it is replaced.
 
+use super::error::{LoadError, StoreError};
 use super::page::{Content, LONGEST_COMMIT, Page, PageError, Reading, commit_len};
 use super::sealed::Header;
-use super::store::{LoadError, StoreError};
 use embedded_storage::nor_flash::NorFlash;
 
 /// Two pages of a flash that hold images of one kind and of `LEN` bytes.

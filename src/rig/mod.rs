@@ -1,7 +1,8 @@
 //! Every constant of the machine, in one place: a [`Rig`] is a value, and another machine is another value.
 //!
-//! Frames: {B} is fixed to the base, its z axis points from the base towards the moving platform. {P} is fixed to
-//! the moving platform.
+//! Frames: {B} is fixed to the base, its z axis points from the base towards the moving platform. Where the attachment
+//! points have a tolerance, {B} is the frame best fitted to the points as they are. {P} is fixed to the moving
+//! platform.
 
 mod error;
 mod named;
@@ -53,7 +54,7 @@ impl<T: Real> Rig<T> {
     /// * `nominal`: where the centre is expected (the paper's skin-based start), mm.
     ///
     /// # Errors
-    /// [`RigError`] names the first constant that cannot be.
+    /// [`RigError`] names the first constant that is impossible.
     pub fn new(
         base_mm: [Vector3<T>; POINTS],
         edges_mm: [T; POINTS],
@@ -71,7 +72,7 @@ impl<T: Real> Rig<T> {
     /// fixed to the platform, numbered like the 3-3 machine's (see [`ATTACHMENTS`]).
     ///
     /// # Errors
-    /// [`RigError`] names the first constant that cannot be.
+    /// [`RigError`] names the first constant that is impossible.
     pub fn with_cables(
         cables: [CableEnds<T>; CABLES],
         drum: Drum<T>,
@@ -199,7 +200,7 @@ impl<T: Real> Rig<T> {
         self.cables.as_ref()
     }
 
-    /// How well the machine is known.
+    /// How well the machine is known, 1σ.
     pub fn tolerance(&self) -> &Tolerance<T> {
         &self.tolerance
     }

@@ -50,20 +50,20 @@ pub struct Tolerance<T> {
     pub drum: T,
 }
 
-/// What commissioning has found of the encoders and drums: taken off the readings before anything else.
+/// Encoder offsets and drum scales that commissioning has found, taken off the readings first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Correction<T> {
-    /// What each reading is too much, mm.
+    /// Encoder offsets (reading minus true length at home), mm.
     pub offset_mm: [T; CABLES],
-    /// How much more than stated each drum pays out: reading = home + scale (L - home) + offset.
+    /// Drum scales, about 1: reading = home + scale (L - home) + offset.
     pub scale: [T; CABLES],
 }
 
-/// Largest tolerance of a length that is one, mm, and of a drum's radius: beyond it nothing is known of the machine.
+/// Largest valid tolerance of a length, mm, and of a drum's radius, relative.
 const MAX_TOLERANCE_MM: f64 = 100.0;
 const MAX_DRUM_TOLERANCE: f64 = 0.2;
 
-/// The largest correction of a drum's radius that is one.
+/// Largest valid correction of a drum's radius, relative.
 const MAX_SCALE_CORRECTION: f64 = 0.2;
 
 impl<T: Real> Pulley<T> {
@@ -80,17 +80,12 @@ impl<T: Real> Tolerance<T> {
         Self { base_mm: zero, edges_mm: zero, offset_mm: zero, drum: zero }
     }
 
-    /// A wearable machine built and measured by hand: points and edges within 0.5 mm, homing within 0.3 mm (an index mark
-    /// passed by hand), drums turned to 0.1 %. Careful hand measurement reaches 1 to 3 mm on machines of a metre, half a
-    /// millimetre with a calliper on one that can be worn.
+    /// A wearable machine built and measured by hand: points and edges within 0.5 mm, homing within 0.3 mm (an index
+    /// mark passed by hand), drums turned to 0.1 %. Careful hand measurement reaches 1 to 3 mm on machines of a metre,
+    /// half a millimetre with a calliper on one that can be worn.
     pub fn hand_built() -> Self {
         let half = T::of(0.5);
         Self { base_mm: half, edges_mm: half, offset_mm: T::of(0.3), drum: T::of(0.001) }
-    }
-
-    /// Nothing is to be estimated of the machine.
-    pub fn is_exact(&self) -> bool {
-        [self.base_mm, self.edges_mm, self.offset_mm, self.drum].iter().all(|tolerance| *tolerance == T::zero())
     }
 
     pub(super) fn is_possible(&self) -> bool {

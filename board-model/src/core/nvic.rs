@@ -142,10 +142,10 @@ impl Nvic {
     /// Reads from 0xE000E100 on.
     pub fn read(&self, offset: u32) -> u32 {
         match offset {
-            0x000..0x080 => self.word(offset & 0x1F, |line| self.enabled[line]),
-            0x080..0x100 => self.word(offset & 0x1F, |line| self.enabled[line]),
-            0x100..0x200 => self.word(offset & 0x1F, |line| self.pending[FIRST_INTERRUPT + line]),
-            0x200..0x280 => self.word(offset & 0x1F, |line| self.active.contains(&(FIRST_INTERRUPT + line))),
+            0x000..0x080 => self.word(offset & 0x7F, |line| self.enabled[line]),
+            0x080..0x100 => self.word(offset & 0x7F, |line| self.enabled[line]),
+            0x100..0x200 => self.word(offset & 0x7F, |line| self.pending[FIRST_INTERRUPT + line]),
+            0x200..0x280 => self.word(offset & 0x7F, |line| self.active.contains(&(FIRST_INTERRUPT + line))),
             0x300..0x380 => (0..4).fold(0, |word, byte| {
                 word | u32::from(self.priority[FIRST_INTERRUPT + (offset - 0x300 + byte) as usize]) << (8 * byte)
             }),
@@ -155,7 +155,9 @@ impl Nvic {
 
     /// Writes `size` bytes from 0xE000E100 on.
     pub fn write(&mut self, offset: u32, size: u32, value: u32) {
-        let lines = || (0..32).filter(move |bit| value >> bit & 1 == 1).map(move |bit| (offset & 0x1F) as usize * 8 + bit);
+        // lines that the chip does not have stay as they are
+        let line_of = move |bit: usize| (offset & 0x7F) as usize * 8 + bit;
+        let lines = || (0..32).filter(move |bit| value >> bit & 1 == 1).map(line_of).filter(|line| *line < LINES);
         match offset {
             0x000..0x080 => lines().for_each(|line| self.enabled[line] = true),
             0x080..0x100 => lines().for_each(|line| self.enabled[line] = false),

@@ -230,11 +230,8 @@ impl Fdcan {
             return;
         }
         // the image keeps no extended filters that match: what it says of the others counts
-        let verdict = if frame.extended {
-            Verdict::NoMatch
-        } else {
-            self.ram.judge(get("LSS") as usize, frame.id, env.breaches)
-        };
+        let verdict =
+            if frame.extended { Verdict::NoMatch } else { self.ram.judge(get("LSS") as usize, frame.id, env.breaches) };
         let others = if frame.extended { get("ANFE") } else { get("ANFS") };
         match (verdict, others) {
             (Verdict::Fifo(fifo), _) => self.store(fifo, frame),
@@ -245,10 +242,8 @@ impl Fdcan {
     }
 
     fn store(&mut self, fifo: usize, frame: &BusFrame) {
-        let [status, level, get, put, full, lost] = [
-            ["RXF0S", "F0FL", "F0GI", "F0PI", "F0F", "RF0L"],
-            ["RXF1S", "F1FL", "F1GI", "F1PI", "F1F", "RF1L"],
-        ][fifo];
+        let [status, level, get, put, full, lost] =
+            [["RXF0S", "F0FL", "F0GI", "F0PI", "F0F", "RF0L"], ["RXF1S", "F1FL", "F1GI", "F1PI", "F1F", "RF1L"]][fifo];
         let filled = self.file.get(status, level);
         if filled == ELEMENTS {
             self.file.put("IR", lost, 1);

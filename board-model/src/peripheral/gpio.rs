@@ -49,9 +49,8 @@ impl Gpio {
 
     /// What a pin does.
     pub fn mode(&self, pin: u32) -> Mode {
-        let of = |register: &str, bit: u32, width: u32| {
-            self.file.at(self.file.offset(register)) >> bit & ((1 << width) - 1)
-        };
+        let of =
+            |register: &str, bit: u32, width: u32| self.file.at(self.file.offset(register)) >> bit & ((1 << width) - 1);
         match of("MODER", 2 * pin, 2) {
             0 => Mode::Input,
             1 => Mode::Output,

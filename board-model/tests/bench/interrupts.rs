@@ -13,7 +13,7 @@ fn all_interrupts_at_once_are_borne() {
         }
         hear(&mut board, 1);
     }
-    assert_eq!(board.machine.resets, []);
+    assert_eq!(board.machine.resets, [], "{:?}", board.last_words());
     assert_eq!(live(&query(&mut board)), Some(calibrated().1));
     assert_eq!(board.complaints(), [""; 0]);
 }

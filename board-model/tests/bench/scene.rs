@@ -116,9 +116,9 @@ pub fn health(said: &[Message]) -> Option<BusHealth> {
     })
 }
 
-/// Some fault has this code.
+/// A fault of this code was told, as there or as over.
 pub fn is_fault(said: &[Message], code: Reason) -> bool {
-    said.iter().any(|message| matches!(message, Message::Fault(fault) if fault.code == code && fault.active))
+    said.iter().any(|message| matches!(message, Message::Fault(fault) if fault.code == code))
 }
 
 /// Heartbeats heard.

@@ -26,7 +26,7 @@ struct Arguments {
     /// TCP port of the CAN bus as SLCAN, for other clients; without it, a free one
     #[arg(long, value_name = "PORT")]
     can_port: Option<u16>,
-    /// The person's shoulder: a ball joint, or one whose centre moves with the arm
+    /// The person: a ball joint, a centre that moves with the arm, or a machine that is not as drawn
     #[arg(long, value_enum, default_value_t = PersonKind::Ball)]
     person: PersonKind,
     /// Seed of the person's poses and centre
@@ -47,7 +47,7 @@ struct Arguments {
 }
 
 fn main() -> ExitCode {
-    match run(&Arguments::parse_from(command_line::arguments())) {
+    match run(&command_line::parse::<Arguments>()) {
         Ok(code) => code,
         Err(error) => {
             eprintln!("cargo view: {error}");

@@ -22,7 +22,7 @@ pub const PAGE_LEN: usize = 2048;
 /// Words of a page.
 const PAGE_WORDS: usize = PAGE_LEN / WORD_LEN;
 
-/// Why the flash did not do what it was told.
+/// Why a flash operation failed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FlashError {
     /// The power is off.

@@ -1,7 +1,7 @@
 //! The library's identification, run on a log in the precision asked for.
 
-use super::input_error::InputError;
 use super::held_phase;
+use super::input_error::InputError;
 use super::lengths_file::{LengthsFile, Row};
 use super::report::{Precision, Report, Setting, Start};
 use super::rig_file::{self, RigFile};

@@ -7,7 +7,7 @@ use glenoid::kinematics::CableLengths;
 use glenoid::rig::Rig;
 use glenoid::scalar::Real;
 
-/// Fewest poses of a held phase.
+/// Minimum number of poses of a held phase.
 const MIN_HELD_POSES: usize = 8;
 
 /// Squared Mahalanobis distance between the joint centres of held and free poses beyond which they belong to two

@@ -60,7 +60,9 @@ impl MachineReport {
         let (base_edges_mm, base_edges_sigma_mm) = edges(&|geometry| sides(&base_points(geometry)));
         let (edges_mm, edges_sigma_mm) = edges(&|geometry| sides(&geometry.end_points_mm().map(|p| p.map(T::to_f64))));
         let six = |first: Option<usize>, unit: f64| {
-            std::array::from_fn(|k| first.map_or(0.0, |first| unit * covariance[(first + k, first + k)].max(0.0).sqrt()))
+            std::array::from_fn(|k| {
+                first.map_or(0.0, |first| unit * covariance[(first + k, first + k)].max(0.0).sqrt())
+            })
         };
         Some(Self {
             base_edges_mm,

@@ -67,7 +67,7 @@ pub enum RefusalDetail {
     },
     /// See [`Refusal::CentreNotFixed`].
     CentreNotFixed {
-        /// Root-mean-square wander of the centre along one axis, mm.
+        /// Root-mean-square migration of the centre along one axis, mm.
         migration_mm: f64,
     },
     /// See [`Refusal::OffsetNotDetermined`].

@@ -3,11 +3,11 @@
 use super::lengths_file::LengthsFile;
 use super::refusal::RefusalDetail;
 use super::report::{Method, Report};
-use super::summary::{counted, direction};
+use super::wording::{self, counted, direction};
 
 /// What was seen, with its figures.
 pub fn seen(refusal: &RefusalDetail, log: &LengthsFile) -> String {
-    let pose = |pose: usize| super::summary::pose(pose, log);
+    let pose = |pose: usize| wording::pose(pose, log);
     match *refusal {
         RefusalDetail::TooFewPoses { poses } => format!("{} in {}", counted(poses as usize, "pose"), log.file()),
         RefusalDetail::BadLength { pose: at, cable, problem } => format!("{}, cable {cable}: {problem}", pose(at)),
@@ -25,9 +25,13 @@ pub fn seen(refusal: &RefusalDetail, log: &LengthsFile) -> String {
             format!("1 sigma of {sigma_mm:.2} mm along {}; at most 1 mm is accepted", direction(&along))
         }
         RefusalDetail::TooManyOutliers { rejected, poses } => format!("{rejected} of {poses}"),
-        RefusalDetail::CentreNotFixed { migration_mm } => format!("by {migration_mm:.1} mm along each axis, root mean square"),
+        RefusalDetail::CentreNotFixed { migration_mm } => {
+            format!("by {migration_mm:.1} mm along each axis, root mean square")
+        }
         RefusalDetail::HangsOnOnePose { pose: at } => pose(at),
-        RefusalDetail::TooFewForMovingCentre { poses } => format!("{} in {}", counted(poses as usize, "pose"), log.file()),
+        RefusalDetail::TooFewForMovingCentre { poses } => {
+            format!("{} in {}", counted(poses as usize, "pose"), log.file())
+        }
         RefusalDetail::MissingMotion { spread_deg, missing: 2, direction: along } => {
             format!("{spread_deg:.1} degrees (1 sigma) of tilt along {}", direction(&along))
         }
@@ -61,7 +65,7 @@ pub fn remedy(report: &Report, refusal: &RefusalDetail) -> String {
     };
     match refusal {
         RefusalDetail::TooFewPoses { .. } => {
-            "Record at least five poses that turn the arm about different axes; ten or more give a useful error bar."
+            "Record at least five poses that turn the arm about different axes; ten or more give a useful standard deviation."
                 .to_owned()
         }
         RefusalDetail::BadLength { .. } => format!("Correct or delete that line, and check the cable.{other_method}"),

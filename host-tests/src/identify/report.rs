@@ -49,7 +49,7 @@ pub struct Start {
     pub values_mm: [f64; 6],
 }
 
-/// A pose that was left out and a cable to blame.
+/// A pose that was left out and a faulty cable of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct RejectedCable {
     /// Row of the log, from 0.
@@ -128,9 +128,9 @@ pub struct Report {
     /// The worst direction of the centre alone.
     pub worst_centre: Option<WorstCentre>,
     /// 1σ of the centre in its worst direction if the zeros that were found were known exactly, mm: how much of the
-    /// error bar hangs on the homing.
+    /// standard deviation is due to homing.
     pub worst_sigma_if_homed_mm: Option<f64>,
-    /// Noise of a cable length behind the error bar, 1σ, mm. The paper's method: of an edge of the platform.
+    /// Noise of a cable length that the standard deviations are computed with, 1σ, mm. The paper's method: of an edge of the platform.
     pub noise_mm: Option<f64>,
     /// How far the poses are from turning about one common axis, degrees, root mean square.
     pub sway_deg: Option<f64>,

@@ -3,15 +3,17 @@
 
 mod cables;
 mod machine;
-mod source;
+pub mod source;
 
 use self::source::Source;
 use super::input_error::{self, InputError};
 use super::{known_keys, units};
 use glenoid::identification::Machine;
-use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, CableEnds, Correction, Drum, POINTS, Parameters, Pulley, Rig, RigError, Tolerance};
-use glenoid::scalar::Real;
 use glenoid::linear_algebra::packed_index;
+use glenoid::rig::{
+    ASSUMED_BASE_RADIUS_MM, CableEnds, Correction, Drum, POINTS, Parameters, Pulley, Rig, RigError, Tolerance,
+};
+use glenoid::scalar::Real;
 use nalgebra::{DMatrix, Vector3};
 use std::path::Path;
 use toml::Spanned;
@@ -150,7 +152,7 @@ impl<'a> Source<'a> {
         self.rig(base, base_mm, edges, edges_mm, drum)
     }
 
-    /// The checked rig; complaints point at the constant that is to blame.
+    /// The checked rig; errors point at the invalid constant.
     fn rig(
         &self,
         base: &Spanned<DeValue<'a>>,
@@ -160,13 +162,15 @@ impl<'a> Source<'a> {
         drum: Drum<f64>,
     ) -> Result<Rig<f64>, InputError> {
         let shoulder = default_rig()?;
-        let rig = Rig::new(base_mm, edges_mm, drum, shoulder.length_noise_mm(), *shoulder.nominal())
-            .map_err(|error| match error {
-                RigError::PlatformCollapsed => self.error(edges.span(), format!("{}: {edges_mm:?}", error.text())),
-                RigError::BaseCollapsed => {
-                    self.error(base.span(), coinciding(&base_mm).unwrap_or(error.text().to_owned()))
+        let rig =
+            Rig::new(base_mm, edges_mm, drum, shoulder.length_noise_mm(), *shoulder.nominal()).map_err(|error| {
+                match error {
+                    RigError::PlatformCollapsed => self.error(edges.span(), format!("{}: {edges_mm:?}", error.text())),
+                    RigError::BaseCollapsed => {
+                        self.error(base.span(), coinciding(&base_mm).unwrap_or(error.text().to_owned()))
+                    }
+                    _ => self.error(base.span(), error.text()),
                 }
-                _ => self.error(base.span(), error.text()),
             })?;
         if let Some(complaint) = units::complaint_about_rig("side of the base", &units::sides(&base_mm)) {
             return Err(self.error(base.span(), complaint));

@@ -8,7 +8,7 @@
 
 mod scheme;
 
-pub use scheme::{OnePage, Scheme, TwoPages, WithoutCommit};
+pub use scheme::{Entries, OnePage, ParameterPages, Scheme, TwoPages, WithoutCommit};
 
 use crate::flash::{MockFlash, TornWord};
 use glenoid::identification::Rejected;

@@ -1,12 +1,12 @@
 //! The board's calculation again on the host, from the very lengths that the board used.
 
+use crate::estimation::estimate;
 use glenoid::can::result::Parameter;
 use glenoid::can::{BaseId, Message};
-use crate::estimation::estimate;
 use glenoid::identification::{EstimatorSettings, Identified, Machine, Refusal};
 use glenoid::kinematics::CableLengths;
-use glenoid::rig::{CABLES, Parameters, Rig};
 use glenoid::paper::{PaperIteration, PaperSettings, verify};
+use glenoid::rig::{CABLES, Parameters, Rig};
 use glenoid::scalar::Real;
 
 /// Identifies the centre the way that the firmware does, in single or double precision.

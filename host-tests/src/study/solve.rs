@@ -33,19 +33,19 @@ impl Precision for f32 {
     }
 }
 
-/// What the solver is told of the noise.
+/// What the estimator is given about the noise.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Told {
+pub enum Knowledge {
     /// Its standard deviation, as on the device.
     Noise,
     /// Only that it is below 0.3 mm.
     Nothing,
-    /// Its standard deviation, and that every pose is sound: a set may then hang on one pose, as three always do.
+    /// Its standard deviation, and that every pose is sound: a set may then depend on one pose, as three always do.
     NoiseAndSoundPoses,
 }
 
 /// Largest noise that is still taken for noise when it is not known, mm: five times the paper's.
-const MOST_NOISE_MM: f64 = 0.3;
+const MAX_NOISE_MM: f64 = 0.3;
 
 /// An accepted answer, in double precision.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,7 +54,7 @@ pub struct Answer {
     pub parameters_mm: [f64; 6],
     /// 1σ of the same, mm.
     pub sigma_mm: [f64; 6],
-    /// Noise that the error bar was computed with, mm.
+    /// Noise that the standard deviation was computed with, mm.
     pub noise_mm: f64,
     /// What is left of the residuals, mm.
     pub deviation_mm: f64,
@@ -62,7 +62,7 @@ pub struct Answer {
     pub rejected: Vec<Rejected>,
     /// Distance from turning about one axis, rad.
     pub excitation_rad: f64,
-    /// Zero error of each encoder, mm; 0 when the zeros are told to be known.
+    /// Offset of each encoder, mm; 0 when the offsets are taken as known.
     pub zeros_mm: [f64; CABLES],
     /// 1σ of the same, mm.
     pub zero_sigmas_mm: [f64; CABLES],
@@ -118,8 +118,8 @@ pub fn lengths_in<T: Real>(poses_mm: &[[f64; CABLES]]) -> Result<Vec<CableLength
 ///
 /// # Errors
 /// The solver's refusal.
-pub fn solve<T: Precision>(scene: &Scene, poses_mm: &[[f64; CABLES]], told: Told) -> Result<Answer, Refusal> {
-    solve_with_zeros::<T>(scene, poses_mm, told, 0.0)
+pub fn solve<T: Precision>(scene: &Scene, poses_mm: &[[f64; CABLES]], knowledge: Knowledge) -> Result<Answer, Refusal> {
+    solve_with_zeros::<T>(scene, poses_mm, knowledge, 0.0)
 }
 
 /// The same with encoder zeros that are known to `zero_prior_mm` only, 1σ, mm.
@@ -129,15 +129,15 @@ pub fn solve<T: Precision>(scene: &Scene, poses_mm: &[[f64; CABLES]], told: Told
 pub fn solve_with_zeros<T: Precision>(
     scene: &Scene,
     poses_mm: &[[f64; CABLES]],
-    told: Told,
+    knowledge: Knowledge,
     zero_prior_mm: f64,
 ) -> Result<Answer, Refusal> {
     let rig = T::rig(scene);
     let mut settings = EstimatorSettings::for_rig(rig);
-    if told == Told::Nothing {
-        settings.noise = Noise::EstimatedUpTo(T::of(MOST_NOISE_MM));
+    if knowledge == Knowledge::Nothing {
+        settings.noise = Noise::EstimatedUpTo(T::of(MAX_NOISE_MM));
     }
-    settings.require_redundancy = told != Told::NoiseAndSoundPoses;
+    settings.require_redundancy = knowledge != Knowledge::NoiseAndSoundPoses;
     let machine = Machine::with_offset_prior(rig, T::of(zero_prior_mm));
     estimate(&machine, rig, settings, &lengths_in(poses_mm)?).outcome.map(Answer::of)
 }

@@ -4,7 +4,7 @@
 use glenoid::can::{BaseId, Frame};
 use glenoid::drive_board::bit_timing::{BitTiming, TimingError};
 use glenoid::drive_board::clock::{CAN_BIT_HZ, CORE_HZ, PERIODS_A_SAMPLE};
-use glenoid::drive_board::counts::{MOST_COUNTS_A_SAMPLE, extended, fastest_counts_a_second, is_slow_enough};
+use glenoid::drive_board::counts::{MAX_COUNTS_A_SAMPLE, extended, fastest_counts_a_second, is_slow_enough};
 use glenoid::drive_board::flash_layout::{FLASH_ORIGIN, ecc_verdict, record_offset};
 use glenoid::drive_board::{CanFilter, EccVerdict, LayoutError, can_memory, reset};
 use glenoid::restart::ResetCause;
@@ -70,7 +70,7 @@ proptest! {
     #[test]
     fn a_count_is_followed_past_every_wrap(
         start in any::<i32>(),
-        steps in prop::collection::vec(-i64::from(MOST_COUNTS_A_SAMPLE)..i64::from(MOST_COUNTS_A_SAMPLE), 1..300),
+        steps in prop::collection::vec(-i64::from(MAX_COUNTS_A_SAMPLE)..i64::from(MAX_COUNTS_A_SAMPLE), 1..300),
         one_way in any::<bool>(),
     ) {
         let mut truth = i64::from(start);

@@ -4,7 +4,8 @@ use embedded_storage::nor_flash::ReadNorFlash;
 use glenoid::record::{LoadError, RecordStore, StoreError, image};
 use host_tests::flash::{Defect, MockFlash, PAGE_LEN, TornWord};
 use host_tests::power_cut::{
-    OnePage, PAGES, RIG, STORE_FROM, Scheme, Tally, TwoPages, WithoutCommit, cut_everywhere, random_life, record,
+    Entries, OnePage, PAGES, ParameterPages, RIG, STORE_FROM, Scheme, Tally, TwoPages, WithoutCommit, cut_everywhere,
+    random_life, record,
 };
 
 fn store(flash: &mut MockFlash) -> RecordStore<&mut MockFlash> {
@@ -28,6 +29,25 @@ fn no_cut_loses_a_record_or_makes_a_wrong_one() {
         let tally = cut::<TwoPages>(torn);
         assert_eq!(tally.failures(), 0, "{torn:?}: {tally}");
         assert!(tally.cuts() > 4_000, "{torn:?}: {tally}");
+    }
+}
+
+#[test]
+fn no_cut_loses_parameters_or_mixes_two_sets() {
+    for torn in TornWord::ALL {
+        let tally = cut::<ParameterPages>(torn);
+        assert_eq!(tally.failures(), 0, "{torn:?}: {tally}");
+        assert!(tally.cuts() > 4_000, "{torn:?}: {tally}");
+    }
+}
+
+/// Boots and runs are counted on, whatever is cut: no number that was noted is ever forgotten.
+#[test]
+fn no_cut_makes_the_journal_go_back() {
+    for torn in TornWord::ALL {
+        let tally = cut::<Entries>(torn);
+        assert_eq!(tally.failures(), 0, "{torn:?}: {tally}");
+        assert!(tally.cuts() > 300, "{torn:?}: {tally}");
     }
 }
 

@@ -37,7 +37,11 @@ fn without_noise_offsets_of_ten_millimetres_are_found_to_microns() {
         let offsets = random_offsets(seed, 10.0);
         let found = solve::<f64>(&worn, &shifted(&worn, seed, 30, &offsets), 1000.0).unwrap();
         assert!(centre_error_mm(&worn, &found) < 1e-4, "{}", centre_error_mm(&worn, &found));
-        assert!(found.offsets_mm.iter().zip(offsets).all(|(f, z)| (f - z).abs() < 1e-4), "{:?} {offsets:?}", found.offsets_mm);
+        assert!(
+            found.offsets_mm.iter().zip(offsets).all(|(f, z)| (f - z).abs() < 1e-4),
+            "{:?} {offsets:?}",
+            found.offsets_mm
+        );
     }
 }
 

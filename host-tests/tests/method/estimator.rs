@@ -65,7 +65,11 @@ fn assert_maximum_likelihood(identified: &Identified<f64>, dense: &Dense, count:
         }
     }
     let deviation = (dense.squares_mm2 / (3 * count) as f64).sqrt();
-    assert!((identified.rms_residual_mm - deviation).abs() < 1e-7, "{what}: {} not {deviation}", identified.rms_residual_mm);
+    assert!(
+        (identified.rms_residual_mm - deviation).abs() < 1e-7,
+        "{what}: {} not {deviation}",
+        identified.rms_residual_mm
+    );
 }
 
 #[test]
@@ -203,7 +207,10 @@ fn the_result_moves_with_the_base_and_turns_with_it() {
             let radii = again.parameters.radii_mm.iter().zip(first.parameters.radii_mm);
             assert!(radii.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) < 1e-7, "{name}");
             let spread = |result: &Identified<f64>| result.worst_centre_sigma_mm().0;
-            assert!((spread(&again) / spread(&first) - 1.0).abs() < 1e-6, "{name}: the standard deviation does not turn along");
+            assert!(
+                (spread(&again) / spread(&first) - 1.0).abs() < 1e-6,
+                "{name}: the standard deviation does not turn along"
+            );
         }
     }
 }

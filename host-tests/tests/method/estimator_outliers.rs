@@ -237,7 +237,10 @@ fn few_poses_are_left_out_only_while_enough_remain() {
         poses[1][3] += 15.0;
         poses[6][0] -= 15.0;
         let refusal = identify::<f64>(&worn, &poses).expect_err("two of nine are more than a fifth");
-        assert!(matches!(refusal, Refusal::TooManyOutliers { .. } | Refusal::CentreNotFixed { .. }), "{name}: {refusal:?}");
+        assert!(
+            matches!(refusal, Refusal::TooManyOutliers { .. } | Refusal::CentreNotFixed { .. }),
+            "{name}: {refusal:?}"
+        );
     }
 }
 

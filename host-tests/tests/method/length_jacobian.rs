@@ -49,7 +49,10 @@ fn the_rows_are_the_derivatives_of_the_lengths() {
         for cable in 0..6 {
             let (translation, turning) = (jacobian.rows[cable].translation, jacobian.rows[cable].rotation_mm);
             let row = expected.fixed_rows::<1>(cable);
-            assert!((row.fixed_columns::<3>(0).transpose() - translation).amax() < 1e-9, "translation of cable {cable}");
+            assert!(
+                (row.fixed_columns::<3>(0).transpose() - translation).amax() < 1e-9,
+                "translation of cable {cable}"
+            );
             assert!(
                 (row.fixed_columns::<3>(3).transpose() + turn.inverse() * translation).amax() < 1e-9,
                 "δ = δO - R δC"

@@ -93,7 +93,8 @@ fn parameters_stand_in_the_order_base_ends_offsets_scales() {
 #[test]
 fn modes_are_orthonormal_and_hold_no_rigid_motion() {
     let mut rng = rng(4202);
-    let mut sets: Vec<(Machine<f64>, bool)> = machines().iter().map(|(_, w)| (Machine::new(&toleranced(w, ALL)), false)).collect();
+    let mut sets: Vec<(Machine<f64>, bool)> =
+        machines().iter().map(|(_, w)| (Machine::new(&toleranced(w, ALL)), false)).collect();
     sets.push((Machine::new(&toleranced(&Worn::random(&mut rng, 20.0), ALL)), false));
     sets.push((Machine::new(&general(&mut rng, ALL)), true));
     for (machine, is_general) in &sets {
@@ -197,7 +198,12 @@ fn columns_are_the_derivatives_of_the_lengths() {
             let expected = derivative::<CABLES, 1>(|step| residuals(&machine, &moved(&machine, index, step[0]), &seen));
             for cable in 0..CABLES {
                 let (mine, expected) = (mine[cable], expected[(cable, 0)]);
-                assert!((mine - expected).abs() < 1e-6, "{:?}, cable {}: {mine} not {expected}", machine.parameter(index), cable + 1);
+                assert!(
+                    (mine - expected).abs() < 1e-6,
+                    "{:?}, cable {}: {mine} not {expected}",
+                    machine.parameter(index),
+                    cable + 1
+                );
             }
         }
     }
@@ -271,7 +277,12 @@ fn a_prior_is_one_equation_a_parameter() {
 
 /// A machine that is not as stated, and the poses that it measures. The true centre in the frame best fitted to its
 /// attachment points.
-fn as_built(rng: &mut ChaCha8Rng, worn: &Worn, tolerance: &Tolerance<f64>, count: usize) -> (Vec<[f64; 6]>, Vector3<f64>) {
+fn as_built(
+    rng: &mut ChaCha8Rng,
+    worn: &Worn,
+    tolerance: &Tolerance<f64>,
+    count: usize,
+) -> (Vec<[f64; 6]>, Vector3<f64>) {
     let home = rig::<f64>(worn).drum().home_length_mm;
     let mut built = *worn;
     built.base_mm.iter_mut().for_each(|point| *point += Vector3::from_fn(|_, _| tolerance.base_mm * normal(rng)));

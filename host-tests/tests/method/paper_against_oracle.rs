@@ -2,7 +2,7 @@
 //! refusals, over random machines, poses and starts.
 
 use crate::common::differences::{central_differences, flattest_mm, relative_difference};
-use crate::common::library::{as_cables, as_parameters, as_lengths, rig};
+use crate::common::library::{as_cables, as_lengths, as_parameters, rig};
 use crate::common::{Worn, arm, distance, one_axis, oracle, parameters, poses, rng};
 use glenoid::identification::{Identified, Refusal, Termination};
 use glenoid::kinematics::BaseEdges;

@@ -7,7 +7,7 @@
 use crate::common::library::{as_cables, rig};
 use crate::common::sets::{machines, sweep};
 use crate::common::{Worn, arm, rng, tilted};
-use glenoid::kinematics::{CableLengths, LengthError, LengthFault, ForwardKinematics, PlatformError, PlatformPose};
+use glenoid::kinematics::{CableLengths, ForwardKinematics, LengthError, LengthFault, PlatformError, PlatformPose};
 use glenoid::rig::Rig;
 use glenoid::scalar::Real;
 use host_tests::literal::Lengths;

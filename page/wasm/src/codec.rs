@@ -22,7 +22,12 @@ pub struct Codec {
 
 impl Default for Codec {
     fn default() -> Self {
-        Self { line: LineBuffer::new(), telemetry: Receiver::new(TELEMETRY_ID), candidate: Shown::default(), live: Shown::default() }
+        Self {
+            line: LineBuffer::new(),
+            telemetry: Receiver::new(TELEMETRY_ID),
+            candidate: Shown::default(),
+            live: Shown::default(),
+        }
     }
 }
 

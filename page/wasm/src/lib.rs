@@ -11,7 +11,7 @@
 
 mod codec;
 mod json;
-mod mathematics;
+pub mod mathematics;
 
 use std::cell::RefCell;
 

@@ -1,12 +1,11 @@
 //! The firmware's mathematics on the poses that the page has heard of, in the firmware's precision.
 
 use super::json;
-use glenoid::identification::{
-    Estimator, EstimatorSettings, Identified, Machine, Noise, Pose, PredictedAccuracy, Refusal,
-};
-use glenoid::kinematics::rotation::{nearest_attitude, rotation_of};
+use glenoid::identification::joint::Joint;
+use glenoid::identification::{Estimator, EstimatorSettings, Identified, Machine, Pose, PredictedAccuracy, Refusal};
+use glenoid::kinematics::rotation::rotation_of;
 use glenoid::kinematics::{
-    AttitudeSolver, CableLengths, CableSet, Geometry, JointCentre, LengthJacobian, PlatformPose, PlatformSolver, inverse,
+    AttitudeSolver, CableLengths, CableSet, JointCentre, LengthJacobian, PlatformSolver, inverse,
 };
 use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, CABLES, POINTS, Rig};
 use nalgebra::{Matrix3, Rotation3, Vector3};
@@ -43,31 +42,40 @@ pub fn place(bytes: &[u8]) -> String {
 
 /// The identification of these poses. `centre` is null when it is refused, and `refusal` says why.
 pub fn identify(bytes: &[u8]) -> String {
-    let (Some(rig), poses) = (rig(), poses_in(bytes)) else { return "null".to_owned() };
-    // As in the board: the noise is known.
-    let settings = EstimatorSettings { noise: Noise::Known(rig.length_noise_mm()), ..EstimatorSettings::for_rig(&rig) };
+    let (Some(rig), lengths) = (rig(), poses_in(bytes)) else { return "null".to_owned() };
     let machine = Machine::new(&rig);
-    let mut captured: Vec<Pose<f32>> = poses.iter().copied().map(Pose::new).collect();
-    captured.iter_mut().for_each(|pose| pose.place(machine.platform()));
-    let placed: Vec<_> = captured.iter().map(|pose| pose.is_placed().then(|| pose.platform())).collect();
+    let mut poses: Vec<Pose<f32>> = lengths.iter().copied().map(Pose::new).collect();
+    for pose in &mut poses {
+        pose.place(machine.platform());
+    }
     let mut accuracy = PredictedAccuracy::new(&machine, rig.nominal());
     let mut sigmas = Vec::new();
-    for pose in &captured {
+    for pose in &poses {
         if pose.is_placed() {
             accuracy.add(&machine, pose);
         }
         sigmas.push(accuracy.predicted(&machine).map_or(f32::NAN, |predicted| predicted.sigma_mm));
     }
-    let outcome = Estimator::new(&machine, rig.nominal(), settings).run(&machine, &mut captured);
-    let identified = outcome.as_ref().ok();
-    let poses_json = placed.iter().zip(&poses).map(|(placed, lengths)| pose_json(&rig, identified, placed, lengths));
+    let placed = poses.clone();
+    // As in the board: the noise is known.
+    let mut estimator = Estimator::new(&machine, rig.nominal(), EstimatorSettings::for_rig(&rig));
+    let outcome = estimator.run(&machine, &mut poses);
+    let found = outcome.is_ok().then(|| Found { centre: *estimator.centre(), joint: estimator.joint() });
+    let poses_json = placed.iter().map(|pose| pose_json(&machine, found.as_ref(), pose));
     format!(
-        "{{\"sigma_after\":{},\"next\":{},\"poses\":{},{}}}",
+        "{{\"sigma_after\":{},\"next\":{},\"poses\":{},\"moving\":{},{}}}",
         json::list(&sigmas),
-        next(&rig, &machine, &accuracy, identified),
+        next(&rig, &machine, &accuracy, outcome.as_ref().ok()),
         json::join(poses_json),
+        found.is_some_and(|found| matches!(found.joint, Joint::Moving(_))),
         outcome_json(&outcome)
     )
+}
+
+/// What was found, in the terms that poses are held against.
+struct Found<'a> {
+    centre: JointCentre<f32>,
+    joint: &'a Joint<f32>,
 }
 
 fn outcome_json(outcome: &Result<Identified<f32>, Refusal>) -> String {
@@ -89,27 +97,26 @@ fn outcome_json(outcome: &Result<Identified<f32>, Refusal>) -> String {
     }
 }
 
-/// Where a pose stands, and with a centre what each cable leaves, mm.
-fn pose_json(
-    rig: &Rig<f32>,
-    identified: Option<&Identified<f32>>,
-    placed: &Option<PlatformPose<f32>>,
-    lengths: &CableLengths<f32>,
-) -> String {
-    let Some(placed) = placed else { return "null".to_owned() };
-    let Some(found) = identified else { return placed_json(&placed.rotation, &placed.origin_mm) };
-    let geometry = Geometry::new(rig);
-    let joint = JointCentre::from_parameters(&found.parameters, &geometry);
-    let start = nearest_attitude(&placed.rotation);
-    let fit = AttitudeSolver { geometry: &geometry, centre: &joint }.track(start, lengths, CableSet::ALL);
+/// Where a pose stands, and with a centre what each cable leaves, mm, and the centre in it.
+fn pose_json(machine: &Machine<f32>, found: Option<&Found<'_>>, pose: &Pose<f32>) -> String {
+    if !pose.is_placed() {
+        return "null".to_owned();
+    }
+    let placed = pose.platform();
+    let Some(found) = found else { return placed_json(&placed.rotation, &placed.origin_mm) };
+    // Where the joint's model has the centre in this pose, and where this pose alone, with its six lengths, has it.
+    let centre = found.joint.centre_at(&found.centre, &placed.rotation);
+    let alone = placed.rotation * centre.in_platform_mm + placed.origin_mm;
+    let solver = AttitudeSolver { geometry: machine.geometry(), centre: &centre };
+    let fit = solver.track(*pose.attitude(), pose.lengths(), CableSet::ALL);
     let rotation = fit.map_or(placed.rotation, |fit| rotation_of(&fit.attitude));
-    let left = LengthJacobian::new(&geometry, &joint, &rotation, lengths).rows.map(|row| row.residual_mm);
-    let origin = joint.in_base_mm - rotation * joint.in_platform_mm;
-    // Where this pose alone, with its six lengths, has the centre.
-    let alone = placed.rotation * joint.in_platform_mm + placed.origin_mm;
+    let jacobian = LengthJacobian::new(machine.geometry(), &centre, &rotation, pose.lengths());
+    let left = jacobian.rows.map(|row| row.residual_mm);
+    let origin = centre.in_base_mm - rotation * centre.in_platform_mm;
     let shown = placed_json(&rotation, &origin);
-    let [left, alone] = [json::list(&left), json::list(alone.iter())];
-    format!("{},\"residuals\":{left},\"centre\":{alone}}}", shown.trim_end_matches('}'))
+    let [left, alone, path] = [json::list(&left), json::list(alone.iter()), json::list(centre.in_base_mm.iter())];
+    let shown = shown.trim_end_matches('}');
+    format!("{shown},\"residuals\":{left},\"centre\":{alone},\"path\":{path}}}")
 }
 
 /// Rotation row by row, and the platform's origin.
@@ -126,20 +133,20 @@ fn next(
     identified: Option<&Identified<f32>>,
 ) -> String {
     let parameters = identified.map_or(*rig.nominal(), |found| found.parameters);
-    let joint = JointCentre::from_parameters(&parameters, machine.geometry());
-    let ends = rig.platform_mm().map(|point| point - joint.in_platform_mm);
+    let centre = JointCentre::from_parameters(&parameters, machine.geometry());
+    let ends = rig.platform_mm().map(|point| point - centre.in_platform_mm);
     let mut best: Option<(f32, Vector3<f32>, f32)> = None;
     for direction in 0..NEXT_DIRECTIONS {
         let azimuth = f32::from(direction) / f32::from(NEXT_DIRECTIONS) * core::f32::consts::TAU;
         let tilt = Rotation3::new(Vector3::new(azimuth.cos(), azimuth.sin(), 0.0) * NEXT_TILT_RAD);
         for torsion in NEXT_TORSIONS_RAD {
-            let rotation = tilt * Rotation3::new(Vector3::z() * torsion) * home(rig);
+            let rotation = tilt * Rotation3::new(Vector3::z() * torsion) * home(rig, machine);
             let lengths = inverse::cable_lengths(rig, &parameters.centre_mm, &ends, &rotation);
-            let mut with_it = accuracy.clone();
             let sigma = CableLengths::new(lengths)
                 .ok()
                 .and_then(|lengths| Pose::placed(machine.platform(), lengths).ok())
                 .and_then(|pose| {
+                    let mut with_it = accuracy.clone();
                     with_it.add(machine, &pose);
                     with_it.predicted(machine)
                 })
@@ -158,9 +165,9 @@ fn next(
 }
 
 /// Rotation from {P} to {B} with the arm at home.
-fn home(rig: &Rig<f32>) -> Rotation3<f32> {
-    let home =
-        CableLengths::new(rig.drum().home_length_mm).ok().and_then(|lengths| PlatformSolver::new(rig).solve(&lengths).ok());
+fn home(rig: &Rig<f32>, machine: &Machine<f32>) -> Rotation3<f32> {
+    let lengths = CableLengths::new(rig.drum().home_length_mm).ok();
+    let home = lengths.and_then(|lengths| machine.platform().solve(&lengths).ok());
     home.map_or(Rotation3::identity(), |pose| Rotation3::from_matrix_unchecked(pose.rotation))
 }
 

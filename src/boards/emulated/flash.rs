@@ -58,15 +58,18 @@ impl FileFlash {
     pub fn open() -> Self {
         let mut line = [0; COMMAND_LINE_LEN];
         let mut flash = Self { file: path(&mut line).and_then(open) };
-        if flash.is_new() {
-            let _ = flash.erase_all();
+        match flash.len() {
+            Some(0) => drop(flash.erase_all()),
+            Some(LEN) | None => {}
+            // somebody's file: it stays as it is
+            Some(_) => flash.file = Err(FileError::Host),
         }
         flash
     }
 
-    fn is_new(&self) -> bool {
+    fn len(&self) -> Option<usize> {
         // SAFETY: takes a file handle, touches no memory of ours.
-        self.file.is_ok_and(|file| unsafe { syscall!(FLEN, file) } != LEN)
+        self.file.ok().map(|file| unsafe { syscall!(FLEN, file) })
     }
 
     fn erase_all(&mut self) -> Result<(), FileError> {

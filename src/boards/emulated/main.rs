@@ -25,7 +25,7 @@ mod watchdog;
 
 use cortex_m::interrupt::free;
 use cortex_m::{Peripherals, asm, singleton};
-use glenoid::device::{Action, BlinkPattern, Device, Event, LogEntry, fingerprint};
+use glenoid::device::{Action, BlinkPattern, Config, Device, Event, LogEntry, fingerprint};
 use glenoid::identification::{Estimator, PoseBuffer};
 use glenoid::record::Storage;
 use glenoid::restart::{CrashRecord, ResetCause, Restart};
@@ -33,7 +33,7 @@ use glenoid::rig_link::{RigLink, Signal};
 use glenoid::slcan::Adapter;
 
 use clock::Clock;
-use cortex::{faults, hot, kept, stack};
+use cortex::{ccm_code, faults, retained_ram, stack};
 use entry::Entry;
 use flash::FileFlash;
 use log::Log;
@@ -116,7 +116,7 @@ impl Board {
         let mut storage = Storage::new(FileFlash::open(), 0);
         let (config, parameters) = storage.config(restart, 0)?;
         let mut board = Self {
-            device: singleton!(: Device = Device::new(config))?,
+            device: device(config)?,
             rig: Uart::start(&RIG_LINE, rig_queues),
             rig_link: RigLink::new(),
             outside: Outside {
@@ -247,30 +247,41 @@ fn tell_start(restart: &Restart) {
 }
 
 /// Called by [`cortex`] just before a reset: the host listens at any moment.
-fn say(words: &CrashRecord) {
+// SAFETY: no other function has this name.
+#[unsafe(no_mangle)]
+fn board_says(words: &CrashRecord) {
     let (cause, address, line) = (words.cause.text(), words.address, words.line);
     log::write_now(format_args!("stop: {cause}, at {address:#x}, line {line}: {}", words.text()));
 }
 
 /// Called by [`cortex`]: the watchdog is all that this board's non-maskable interrupt comes from.
-fn on_nmi(address: u32) {
+// SAFETY: as above.
+#[unsafe(no_mangle)]
+fn board_on_nmi(address: u32) {
     faults::stop(ResetCause::Watchdog, address, 0, format_args!("the main loop stood still"))
 }
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    hot::load();
-    let restart = kept::take(None);
+    ccm_code::load();
+    let restart = retained_ram::take(None);
     stack::paint();
     // another start would find the same
     let Some(mut board) = Board::start(restart) else { log::give_up(format_args!("board: started twice")) };
     // what is measured from here on is the work, not the start
     stack::paint();
-    let mut comparison = hot::Comparison::new();
+    let mut comparison = ccm_code::Comparison::new();
     loop {
         if !board.turn() {
             comparison.go_on();
             board.sleep();
         }
     }
+}
+
+/// The device in its place, once. A frame of its own: what building it takes of the stack (25 KB) is free again before
+/// anything else runs.
+#[inline(never)]
+fn device(config: Config) -> Option<&'static mut Device> {
+    singleton!(: Device = Device::new(config))
 }

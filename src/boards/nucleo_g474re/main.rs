@@ -33,7 +33,7 @@ use glenoid::record::{LoadError, Storage, StoreError};
 use glenoid::restart::{CrashRecord, ResetCause, Restart};
 
 use can::Bus;
-use cortex::{faults, hot, kept, stack};
+use cortex::{ccm_code, faults, retained_ram, stack};
 use encoders::{Encoders, Wiring};
 use flash::ChipFlash;
 
@@ -117,6 +117,11 @@ impl Board {
         let core = cortex_m::Peripherals::take()?;
         stack::protect(core.MPU);
         let chip = clock::start();
+        // The driver has let in the DMA channels' interrupts, which nobody here serves.
+        for lines in &core.NVIC.icer {
+            // SAFETY: nothing but the lines that are enabled from here on is waited for.
+            unsafe { lines.write(u32::MAX) };
+        }
         // a core that a debugger holds does not starve the watchdog
         pac::DBGMCU.apb1lfzr().modify(|w| w.set_iwdg(true));
         let encoders = Encoders::start(Wiring {
@@ -139,7 +144,7 @@ impl Board {
             Some(storage) => storage.config(restart, serial)?,
             None => (ParameterSet::new().config(restart, serial).ok()?, None),
         };
-        let device = singleton!(: Device = Device::new(config))?;
+        let device = device(config)?;
         let bus = Bus::join(chip.FDCAN1, chip.PA11, chip.PA12, config.base)?;
         let mut board = Self {
             device,
@@ -237,13 +242,17 @@ impl Board {
 }
 
 /// Called by [`cortex`] just before a reset.
-fn say(words: &CrashRecord) {
+// SAFETY: no other function has this name.
+#[unsafe(no_mangle)]
+fn board_says(words: &CrashRecord) {
     defmt::error!("stop: {}, at {=u32:#x}: {=str}", words.cause, words.address, words.text());
 }
 
 /// Called by [`cortex`]: the flash has met a word that it cannot correct, or something this firmware never switched on
 /// has struck.
-fn on_nmi(address: u32) {
+// SAFETY: as above.
+#[unsafe(no_mangle)]
+fn board_on_nmi(address: u32) {
     let eccr = pac::FLASH.eccr().read();
     match ecc_verdict(eccr.0) {
         EccVerdict::RecordWord => {
@@ -272,14 +281,14 @@ fn serial_number() -> u32 {
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    hot::load();
-    let restart = kept::take(Some(reset_cause()));
+    ccm_code::load();
+    let restart = retained_ram::take(Some(reset_cause()));
     stack::paint();
     let Some(mut board) = Board::start(restart) else { give_up("started twice") };
     // what is measured from here on is the work, not the start; painting holds the sampling up
     stack::paint();
     sampling::measure_anew();
-    let mut comparison = hot::Comparison::new();
+    let mut comparison = ccm_code::Comparison::new();
     loop {
         if !board.turn() {
             comparison.go_on();
@@ -294,4 +303,11 @@ fn give_up(reason: &str) -> ! {
     loop {
         asm::wfi();
     }
+}
+
+/// The device in its place, once. A frame of its own: what building it takes of the stack (25 KB) is free again before
+/// anything else runs.
+#[inline(never)]
+fn device(config: Config) -> Option<&'static mut Device> {
+    singleton!(: Device = Device::new(config))
 }

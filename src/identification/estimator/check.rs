@@ -1,8 +1,8 @@
-//! Leave-one-out: a pass without one pose after the other.
+//! Leave-one-out: a pass without each candidate pose in turn.
 
 use super::Stage;
 use super::fit::{Fit, Pass};
-use super::result::Isolate;
+use super::isolate::Isolate;
 use crate::identification::leave_one_out::{Candidates, require_redundancy};
 use crate::identification::machine::Machine;
 use crate::identification::pose::Pose;
@@ -11,7 +11,7 @@ use crate::identification::weights::Weights;
 use crate::linear_algebra::Singular;
 use crate::scalar::Real;
 
-/// The poses to leave out, and the pass without the present one.
+/// The candidates, and the pass without the present one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Check<T> {
     candidates: Candidates,
@@ -19,7 +19,7 @@ pub(super) struct Check<T> {
     sigma: T,
     pass: Option<Pass<T>>,
     is_summed: bool,
-    /// The equations are those of a pass without a pose.
+    /// The equations are no longer those of all poses.
     has_left_out: bool,
 }
 
@@ -36,7 +36,7 @@ impl<T: Real> Check<T> {
         if is_last && !self.has_left_out {
             return Some(Stage::Isolate(Isolate::default()));
         }
-        // After the last candidate a pass with all poses: what follows goes by the equations of all.
+        // After the last candidate one pass with all poses, so that the covariances that follow are those of all.
         let is_used = is_last || poses.get(pose).is_some_and(Pose::is_used);
         let Some(pass) = &mut self.pass else {
             if is_used {
@@ -54,7 +54,7 @@ impl<T: Real> Check<T> {
         if is_last {
             return match fit.factor() {
                 Ok(false) => None,
-                // It had a factor before.
+                // Singular cannot be: the same equations had a factor before.
                 _ => Some(Stage::Isolate(Isolate::default())),
             };
         }

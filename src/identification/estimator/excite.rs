@@ -1,4 +1,4 @@
-//! The rotations of the poses: whether they determine the centre, pose by pose.
+//! Rotational excitation, a few poses a slice: do the rotations of the poses determine the centre?
 
 use super::Stage;
 use super::fit::Fit;
@@ -12,26 +12,26 @@ use crate::identification::refusal::Refusal;
 use crate::identification::weights::Weights;
 use crate::scalar::Real;
 
-/// Poses of a slice.
+/// Poses a slice.
 const POSES_A_SLICE: usize = 16;
 
-/// What the answer is wanted for.
+/// What the excitation is computed for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Purpose {
     /// The fit has converged: the last gates.
     Accept,
-    /// The normal equations have no solution, and the rotations decide why.
+    /// The normal equations are singular; the rotations name the cause.
     NameWhatIsSingular,
-    /// A moving centre is tried: the frame of its features.
+    /// A moving centre is tried: the frame of its features, and enough motion for it.
     MovingCentre,
-    /// The set is refused; what is wrong may still be the poses rather than the joint.
+    /// The set is refused as a ball: decide between outliers and a centre that is not fixed.
     MeasureMigration {
-        /// Poses that the others contradict.
+        /// Poses beyond the inlier limit.
         rejected: usize,
     },
 }
 
-/// Two rounds over the poses: their mean rotation, then who moves the axis that all of them move least.
+/// Two rounds over the poses: their mean rotation, then how far each moves the axis that all of them move least.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Excite<T> {
     purpose: Purpose,
@@ -51,12 +51,12 @@ impl<T: Real> Excite<T> {
     /// The next few poses.
     pub fn advance(&mut self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &mut [Pose<T>]) -> Option<Stage<T>> {
         let least = if self.purpose == Purpose::Accept { PoseState::Used } else { PoseState::Placed };
-        // The steps before have gone astray along what is singular, and the rotations with them.
-        let is_astray = self.purpose == Purpose::NameWhatIsSingular && self.motion.is_none();
-        let poses_a_slice = if is_astray { 1 } else { POSES_A_SLICE };
+        // The steps before have diverged along the singular direction, and the rotations with them: place again.
+        let has_diverged = self.purpose == Purpose::NameWhatIsSingular && self.motion.is_none();
+        let poses_a_slice = if has_diverged { 1 } else { POSES_A_SLICE };
         let slice = poses.iter_mut().enumerate().skip(self.next).take(poses_a_slice);
         for (index, pose) in slice {
-            if is_astray {
+            if has_diverged {
                 pose.reset();
                 pose.place(machine.platform());
             }
@@ -92,7 +92,7 @@ impl<T: Real> Excite<T> {
         }
     }
 
-    /// Enough motion for a moving centre, or what is missing.
+    /// Begins a moving centre, or refuses with the motion that is missing.
     fn begin_moving(
         &self,
         fit: &mut Fit<T>,

@@ -1,31 +1,30 @@
-//! The fit under way: the unknowns, the normal equations of a pass, and what it has left.
+//! The fit under way: the unknowns, the normal equations of a pass, and the residuals that it leaves.
 
 use super::model::Model;
-use super::verify::{Rows, own_centre};
 use crate::identification::joint::{HeldCentre, Joint};
 use crate::identification::machine::{Machine, MachineEstimate};
-use crate::identification::marginal_information::MarginalInformation;
+use crate::identification::marginal_information::{MarginalInformation, own_centre};
 use crate::identification::noise::Residuals;
 use crate::identification::outcome::{Identified, rms_residual};
 use crate::identification::parameters::{
-    CENTRE_UNKNOWNS, CentreSums, Equations, ParameterBlock, PoseAt, add_pose_of_pass, sensitivity,
+    CENTRE_UNKNOWNS, CentreSums, Equations, ParameterBlock, PoseAt, Rows, add_pose_of_pass, sensitivity,
 };
 use crate::identification::pose::{Pose, PoseState};
 use crate::identification::refusal::Refusal;
 use crate::identification::settings::{EstimatorSettings, Noise};
 use crate::identification::weights::Weights;
 use crate::kinematics::rotation::turned;
-use crate::kinematics::{AttitudeSolver, CableSet, JointCentre, LengthJacobian};
+use crate::kinematics::{AttitudeSolver, CableLengths, CableSet, JointCentre, LengthJacobian};
 use crate::linear_algebra::Singular;
 use crate::rig::Parameters;
 use crate::scalar::Real;
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
-/// Ridge on a pose's information when its own centre is asked for: keeps the direction that a pose near a singularity
-/// does not know from drowning the others.
+/// Ridge on a pose's information when its own centre is computed: bounds the direction that a pose near a singularity
+/// does not determine.
 const OWN_CENTRE_RIDGE: f64 = 0.02;
 
-/// Rows of the factor of a slice: of the last rows of 60 unknowns, 10 000 cycles of a Cortex-M4F.
+/// Rows of the Cholesky factor a slice: the last two of 60 unknowns take 10 000 cycles of a Cortex-M4F.
 const ROWS_A_SLICE: usize = 2;
 /// Unknowns up to which the whole factor is one slice.
 const FEW_UNKNOWNS: usize = 12;
@@ -39,19 +38,19 @@ pub(super) struct Fit<T: Real> {
     pub joint: Joint<T>,
     /// Of the pass under way; factored at its end.
     pub equations: Equations<T>,
-    /// Information on O of the last pass, all but C taken as known; and on both.
+    /// Information on O and C of the last pass with all other unknowns taken as known, for a noise of 1 mm.
     pub centre_information: Matrix6<T>,
     /// Why the ball was refused, once it was.
     pub ball_refusal: Option<Refusal>,
-    /// What is known of the joint centre in the platform beforehand.
+    /// The joint centre in the platform from a held phase: a prior.
     pub held: Option<HeldCentre<T>>,
-    /// What the last pass left.
+    /// Residuals of the last pass.
     pub residuals: Residuals<T>,
-    /// Filled as it becomes known.
+    /// The result, filled in as the stages find it.
     pub result: Identified<T>,
 }
 
-/// A pose as the fit sees it.
+/// A pose at the present estimate, its rotation and scatter eliminated.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SeenPose<T> {
     /// Rotation from {P} to {B}.
@@ -60,7 +59,7 @@ pub(super) struct SeenPose<T> {
     pub scattered: MarginalInformation<T>,
     /// S before the scatter was eliminated.
     pub unscattered: Matrix3<T>,
-    /// How S δ̂ changes with the unknowns.
+    /// Derivative of S δ̂ with the unknowns.
     pub sensitivity: Rows<T>,
     /// δ̂: its own centre less the model's, mm.
     pub own_centre_mm: Vector3<T>,
@@ -77,12 +76,12 @@ pub(super) struct Pass<T> {
     pub used: usize,
     /// Of O and C alone.
     centre: CentreSums<T>,
-    /// Σ |S' δ̂|²: what χ² loses when the scatter's variance grows, mm².
+    /// Σ |S' δ̂|², mm²: the rate at which the squares fall with the scatter's variance.
     pub squared_gradients: T,
 }
 
 impl<T: Real> Fit<T> {
-    /// Nothing known yet.
+    /// The fit before its first pass: the nominal centre, the machine as stated.
     pub fn new(machine: &Machine<T>, nominal: &Parameters<T>, settings: EstimatorSettings<T>) -> Self {
         let noise_mm = match settings.noise {
             Noise::Known(noise) => noise,
@@ -103,6 +102,20 @@ impl<T: Real> Fit<T> {
         }
     }
 
+    /// Nothing known any more.
+    pub fn restart(&mut self, machine: &Machine<T>) {
+        self.estimate = MachineEstimate::new(machine);
+        self.joint = Joint::Ball;
+        self.ball_refusal = None;
+        self.held = None;
+        let noise_mm = match self.settings.noise {
+            Noise::Known(noise) => noise,
+            Noise::EstimatedUpTo(_) => machine.noise_mm(),
+        };
+        self.residuals = Residuals::none(noise_mm, machine.noise_mm());
+        self.result.rms_residuals_mm.clear();
+    }
+
     /// Parameters beside O and C.
     pub fn parameters(&self, machine: &Machine<T>) -> usize {
         self.estimate.count(machine) + self.joint.count()
@@ -114,17 +127,16 @@ impl<T: Real> Fit<T> {
     }
 
     /// Finds rotations about the present centre.
-    pub fn attitude_solver(&self) -> AttitudeSolver<'_, T> {
+    fn attitude_solver(&self) -> AttitudeSolver<'_, T> {
         AttitudeSolver { geometry: self.estimate.geometry(), centre: &self.centre }
     }
 
     /// Begins a pass: the equations hold the priors only.
     pub fn begin_pass(&mut self, machine: &Machine<T>) -> Pass<T> {
         self.equations.clear(self.parameters(machine) + CENTRE_UNKNOWNS);
-        let model =
-            Model { machine, estimate: &self.estimate, joint: &self.joint, features: None };
+        let model = Model { machine, estimate: &self.estimate, joint: &self.joint, features: None };
         model.add_prior(&mut self.equations, 0, self.residuals.noise_mm * self.residuals.noise_mm);
-        // A ball needs none, and is judged by its own poses alone.
+        // The held phase is a prior for a moving centre only; a ball is judged by its own poses.
         if let (Some(held), Joint::Moving(_)) = (&self.held, &self.joint) {
             let first = self.equations.unknowns() - 3;
             let variance = self.residuals.noise_mm * self.residuals.noise_mm;
@@ -134,7 +146,7 @@ impl<T: Real> Fit<T> {
     }
 
     /// Adds the next pose of the pass with its weight and refines its rotation; false after the last. Poses whose χ² is
-    /// above `reinitialise_above` are placed anew by the known centre first, in whichever assembly mode fits best.
+    /// above `reinitialise_above` are re-initialised from the known centre first, in the assembly mode that fits best.
     pub fn add_next_pose(
         &mut self,
         pass: &mut Pass<T>,
@@ -161,6 +173,7 @@ impl<T: Real> Fit<T> {
         true
     }
 
+    #[cfg_attr(feature = "ccm", inline(never), unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
     fn add_placed(
         &mut self,
         pass: &mut Pass<T>,
@@ -202,8 +215,8 @@ impl<T: Real> Fit<T> {
         }
     }
 
-    /// The Jacobian of a pose at the present estimate, the motion of the joint centre with the rotation included.
-    pub fn jacobian(&self, rotation: &Matrix3<T>, lengths: &crate::kinematics::CableLengths<T>) -> LengthJacobian<T> {
+    /// The Jacobian of a pose at the present estimate. For a moving centre its motion with the rotation is included.
+    pub fn jacobian(&self, rotation: &Matrix3<T>, lengths: &CableLengths<T>) -> LengthJacobian<T> {
         let centre = self.joint.centre_at(&self.centre, rotation);
         let geometry = self.estimate.geometry();
         match self.joint.turning(rotation) {
@@ -236,7 +249,7 @@ impl<T: Real> Fit<T> {
         })
     }
 
-    /// A pose with its rotation at its best about the present centre, wherever it was placed.
+    /// A copy of a pose with the rotation that fits best about the present centre; `None` when no rotation fits.
     pub fn place_about_centre(&self, machine: &Machine<T>, pose: &Pose<T>) -> Option<Pose<T>> {
         let lengths = self.estimate.corrected(machine, pose.lengths());
         let mut placed = *pose;
@@ -249,7 +262,7 @@ impl<T: Real> Fit<T> {
         let fit = fit.or_else(|| solver.solve(&lengths, CableSet::ALL))?;
         placed.set_attitude(fit.attitude);
         if matches!(self.joint, Joint::Moving(_)) {
-            // The centre follows the rotation: two more steps with that.
+            // The centre moves with the rotation: two more Gauss-Newton steps with that included.
             for _ in 0..2 {
                 let jacobian = self.jacobian(&placed.rotation(), &lengths);
                 let turn = MarginalInformation::new(&jacobian).ok()?.turn;
@@ -272,7 +285,7 @@ impl<T: Real> Fit<T> {
         Ok(self.equations.is_factored())
     }
 
-    /// Takes the step of a pass: the largest move of any unknown, mm, and what is left of the squares.
+    /// Takes the step of a pass and keeps its residuals. Returns the largest change of any unknown, mm.
     pub fn take_step(&mut self, machine: &Machine<T>, pass: &Pass<T>) -> T {
         let step = self.equations.step();
         let squares_mm2 = self.equations.squares_after(&step);
@@ -294,7 +307,7 @@ impl<T: Real> Fit<T> {
         largest_mm
     }
 
-    /// Degrees of freedom of the residuals of a pass: three a pose, less the unknowns that no prior knows.
+    /// Degrees of freedom of the residuals of a pass: three a pose, less the unknowns without a prior.
     fn freedom(&self, used: usize) -> T {
         let unknown = CENTRE_UNKNOWNS as i32 + self.joint.free_parameters();
         T::of_integer((3 * used as i32 - unknown).max(1))

@@ -1,7 +1,9 @@
-//! What a moving centre leaves: a slip between two poses, a joint that it does not explain, too little accuracy.
+//! The gates of a moving centre: a slip between two poses, a joint that the model does not explain, too little
+//! accuracy.
 //!
-//! Backwards over the poses. The poses from one on may have another joint centre (six more unknowns, ΔO and ΔC): what
-//! that would gain follows from sums over these poses and the factor of the normal equations, with no refit.
+//! The slip is a test for a change between two poses (Chow 1960): the poses from one on may have another joint centre,
+//! six more unknowns ΔO and ΔC. Backwards over the poses; by how much χ² would fall follows from sums over the poses
+//! after the split and the factor of the normal equations, without a refit.
 
 use super::Stage;
 use super::fit::{Fit, SeenPose};
@@ -14,15 +16,15 @@ use crate::linear_algebra::{NormalEquations, largest_eigenpair, non_negative_roo
 use crate::scalar::Real;
 use nalgebra::{Matrix3, Vector3};
 
-/// Fewest poses on either side of a slip, and their share of all.
+/// Minimum number of poses on either side of a slip, and their minimum share (one in so many).
 const MIN_SIDE: usize = 6;
 const SIDE_SHARE: usize = 8;
 
-/// F of six unknowns beyond which a slip is one: sound sets stay below 5.8 in 800, slips of 3 mm exceed 56 (60 poses).
+/// Limit of F with six unknowns. At 60 poses, 800 sound sets stayed below 5.8, and slips of 3 mm exceeded 56.
 const SLIP_F: f64 = 9.0;
 
-/// Largest residual of the poses' own centres in its worst direction, and largest scatter an axis, mm: sound shoulders
-/// stay below 0.94 mm, jumps of 3 mm exceed 1.08 mm (30 poses).
+/// Largest RMS residual of the poses' own centres in its worst direction, and largest scatter along an axis, mm. At 30
+/// poses, sound shoulders stayed below 0.94 mm and jumps of 3 mm exceeded 1.08 mm.
 const MAX_RESIDUAL_MM: f64 = 1.05;
 const MAX_SCATTER_MM: f64 = 0.8;
 
@@ -30,7 +32,7 @@ const MAX_SCATTER_MM: f64 = 0.8;
 const MAX_SIGMA_ACROSS_MM: f64 = 3.0;
 const MAX_SIGMA_MM: f64 = 6.0;
 
-/// A split of the poses that would gain most.
+/// The split of the poses that lowers χ² most.
 #[derive(Clone, Copy, Debug)]
 struct Split<T> {
     pose: usize,
@@ -48,7 +50,7 @@ pub(super) struct Inspect<T: Real> {
     seen: usize,
     /// Information and gradient of ΔO, ΔC.
     split: NormalEquations<T, 6, 21>,
-    /// What they share with the other unknowns, a column each.
+    /// Mixed block with the other unknowns: a row each of ΔO, ΔC.
     shared: [[T; MAX_UNKNOWNS]; 6],
     best: Option<Split<T>>,
     /// Σ δ̂ δ̂ᵀ, mm².
@@ -124,7 +126,7 @@ impl<T: Real> Inspect<T> {
         self.across_mm2 += covariance.trace() - along.dot(&(covariance * along));
     }
 
-    /// What another centre from pose `index` on would gain.
+    /// By how much χ² would fall with another centre from pose `index` on: the Schur complement of the split.
     fn try_split(&mut self, fit: &Fit<T>, index: usize) {
         let mut whitened = self.shared;
         whitened.iter_mut().for_each(|column| fit.equations.whiten(column));

@@ -24,14 +24,16 @@
 //! 1. **Place**: forward kinematics give each pose's rotation R and origin t without knowing the centre. The centre is
 //!    fixed in both bodies, O = R C + t, which is linear in O and C: pivot calibration (SCoRE) starts everything.
 //! 2. **Refine**: Gauss-Newton with each pose's marginal information (see
-//!    [`marginal_information`](super::marginal_information)); the pose's own rotation is refined on the way. This is the
-//!    maximum a posteriori estimate; its covariance is the inverse of the summed information. When the residuals are larger
-//!    than the noise, poses are weighted down by their χ² (graduated non-convexity) until those that contradict the others
-//!    stand out, and are left out.
-//! 3. **Excite**: do the rotations determine the centre? Then the gates of accuracy.
-//! 4. **Check**: would the result stand without any one of few poses, or without the one that makes most of the
+//!    [`marginal_information`](super::marginal_information)); the pose's own rotation is refined on the way. This is
+//!    the maximum a posteriori estimate; its covariance is the inverse of the summed information. When the residuals
+//!    are larger than the noise, poses are weighted down by their χ² (graduated non-convexity) until those that
+//!    contradict the others stand out, and are left out.
+//! 3. **Excite**: do the rotations determine the centre? Then the gate of accuracy. When the residuals refuse a fixed
+//!    centre and there are poses enough, Refine begins again with a centre that moves with the arm.
+//! 4. **Inspect**: the gates of a moving centre: a slip between two poses, residuals, accuracy.
+//! 5. **Check**: would the result stand without any one of few poses, or without the one that makes most of the
 //!    excitation? (Leave-one-out.)
-//! 5. **Isolate**: each pose left out is explained: which cable, left out of the pose, reconciles it with the centre?
+//! 6. **Isolate**: for each pose left out, which cable, if ignored, makes it fit the centre? (Fault isolation.)
 //!
 //! Every call of [`Estimator::advance`] does a bounded slice of work.
 
@@ -39,6 +41,7 @@ mod check;
 mod excite;
 mod fit;
 mod inspect;
+mod isolate;
 mod model;
 mod moving;
 mod place;
@@ -51,10 +54,10 @@ use self::check::Check;
 use self::excite::Excite;
 use self::fit::Fit;
 use self::inspect::Inspect;
+use self::isolate::Isolate;
 pub use self::model::Model;
 use self::place::Place;
 use self::refine::Refine;
-use self::result::Isolate;
 pub use self::stage::{StageName, may_follow};
 pub use super::gates::{MIN_POSES, MIN_POSES_AFTER_REJECTION};
 use super::joint::{HeldCentre, Joint};
@@ -74,20 +77,20 @@ enum Stage<T: Real> {
     Place(Place<T>),
     /// Gauss-Newton.
     Refine(Refine<T>),
-    /// Looking at the rotations.
+    /// Rotational excitation.
     Excite(Excite<T>),
-    /// Looking at what a moving centre leaves.
+    /// The gates of a moving centre.
     Inspect(Inspect<T>),
-    /// Leaving one pose out.
+    /// Leave-one-out.
     Check(Check<T>),
-    /// Finding the faulty cables of poses left out.
+    /// Fault isolation of the poses left out.
     Isolate(Isolate<T>),
-    /// The result stands, or why there is none.
+    /// The result stands, or a refusal.
     Done(Result<(), Refusal>),
 }
 
-/// The estimator, resumable: each call of [`advance`](Self::advance) does a bounded slice of work, at most the placing of
-/// one pose. The poses stay with the caller.
+/// The estimator, resumable: each call of [`advance`](Self::advance) does a bounded slice of work, at most the placing
+/// of one pose. The poses stay with the caller.
 #[derive(Clone, Debug)]
 pub struct Estimator<T: Real> {
     stage: Stage<T>,
@@ -95,9 +98,16 @@ pub struct Estimator<T: Real> {
 }
 
 impl<T: Real> Estimator<T> {
-    /// An estimator at its beginning. `nominal`: where the centre is expected, only to fill the result until it is known.
+    /// An estimator at its beginning. `nominal`: where the centre is expected, only to fill the result until it is
+    /// known.
     pub fn new(machine: &Machine<T>, nominal: &Parameters<T>, settings: EstimatorSettings<T>) -> Self {
         Self { stage: Stage::Place(Place::default()), fit: Fit::new(machine, nominal, settings.sound()) }
+    }
+
+    /// Back to the beginning, in place: the estimator is too large to be built on a small stack a second time.
+    pub fn restart(&mut self, machine: &Machine<T>) {
+        self.stage = Stage::Place(Place::default());
+        self.fit.restart(machine);
     }
 
     /// The joint centre in the platform is known from a held phase: a prior for a moving centre.
@@ -146,17 +156,17 @@ impl<T: Real> Estimator<T> {
         }
     }
 
-    /// Steps taken so far.
+    /// Gauss-Newton steps taken so far.
     pub fn iterations(&self) -> u8 {
         self.fit.result.rms_residuals_mm.len() as u8
     }
 
-    /// The stage that it stands in.
+    /// The name of the present stage.
     pub fn stage(&self) -> StageName {
         self.stage.name()
     }
 
-    /// The joint centre in both bodies.
+    /// The joint centre in both bodies at the present estimate, mm.
     pub fn centre(&self) -> &JointCentre<T> {
         &self.fit.centre
     }
@@ -173,7 +183,7 @@ impl<T: Real> Estimator<T> {
         }
     }
 
-    /// The joint centre in the platform and its covariance by the last fit.
+    /// C and its covariance by the last fit.
     pub fn centre_in_platform(&self) -> HeldCentre<T> {
         let covariance = self.fit.centre_covariance() * self.fit.variance_mm2();
         HeldCentre {
@@ -182,12 +192,13 @@ impl<T: Real> Estimator<T> {
         }
     }
 
-    /// The joint's model.
+    /// The joint's model, as it is estimated.
     pub fn joint(&self) -> &Joint<T> {
         &self.fit.joint
     }
 
-    /// A column of the covariance of all unknowns for a noise of 1 mm: the machine's constants, the joint's, O, C.
+    /// Column `unknown` of the covariance of all unknowns, for a noise of 1 mm, in the order: the machine's constants,
+    /// the joint's, O, C.
     pub fn covariance_column(&self, unknown: usize) -> [T; MAX_UNKNOWNS] {
         self.fit.equations.covariance_column(unknown, 0)
     }

@@ -1,4 +1,4 @@
-//! Gauss-Newton with a joint centre that moves: the scatter of the head is found on the way.
+//! Gauss-Newton with a joint centre that moves or scatters: the variance of the scatter is estimated on the way.
 
 use super::Stage;
 use super::fit::{Fit, Pass};
@@ -6,43 +6,48 @@ use super::inspect::Inspect;
 use super::refine::Refine;
 use crate::identification::joint::Joint;
 use crate::identification::machine::Machine;
+use crate::identification::parameters::{CENTRE_UNKNOWNS, MAX_UNKNOWNS};
 use crate::identification::pose::Pose;
 use crate::identification::refusal::Refusal;
 use crate::identification::statistics::{MEDIAN_OF_CHI_SQUARE_3, count_within};
 use crate::identification::weights::Weights;
 use crate::scalar::Real;
 
-/// χ² beyond which a pose is left out, its scatter included: once in 6 000 sound poses.
+/// χ², scatter included, beyond which a pose is left out: once in 6 000 sound poses.
 const INLIER_LIMIT: f64 = 20.0;
 
 /// Passes in which the scatter follows the median of χ², which outliers do not move.
 const MEDIAN_PASSES: u8 = 5;
-/// Passes in which it follows their sum; three to five suffice.
+/// Passes after those in which it follows the sum of χ²; three to five suffice.
 const MAX_PASSES: u8 = 12;
 
-/// Largest relative change of the scatter's variance that counts as none.
+/// Largest relative change of the scatter's variance that counts as converged.
 const SETTLED_SCATTER: f64 = 0.01;
 
-/// At most this part of the poses is left out: more, and the model is at fault.
+/// At most one pose in so many is left out; with more, the model is at fault.
 const MAX_LEFT_OUT: usize = 8;
 
 impl<T: Real> Fit<T> {
-    /// Begins with a joint whose centre scatters, about one that does not move yet.
+    /// Begins Gauss-Newton with a joint whose centre scatters, from the present centre.
     pub(super) fn begin_scattered(&mut self, machine: &Machine<T>, joint: Joint<T>) -> Stage<T> {
         self.joint = joint;
         self.estimate.release();
+        if self.parameters(machine) + CENTRE_UNKNOWNS > MAX_UNKNOWNS {
+            // A moving joint on a machine of which every end is uncertain: more unknowns than there is room for.
+            return Stage::Done(Err(self.ball_refusal.unwrap_or(Refusal::Singular)));
+        }
         self.residuals.noise_mm = machine.noise_mm().min(self.residuals.noise_mm);
         self.result.rms_residuals_mm.clear();
         Stage::Refine(Refine::new(self, machine, Weights::Equal, true))
     }
 }
 
-/// Scatter of held poses beyond which the shoulder blade was not held, mm an axis: with a tenth of its motion left it is
-/// 0.36 to 0.85, with half 0.8 to 2.5.
+/// Scatter of held poses along an axis beyond which the shoulder blade was not held, mm. With a tenth of the blade's
+/// motion left it is 0.36 to 0.85 mm, with half of it 0.8 to 2.5 mm.
 const MAX_HELD_SCATTER_MM: f64 = 1.0;
 
 impl<T: Real> Fit<T> {
-    /// The held poses have a common centre, or not.
+    /// Accepts held poses with a common centre.
     fn judge_held(&mut self, scatter_mm: T, machine: &Machine<T>, poses: &[Pose<T>]) -> Stage<T> {
         if scatter_mm > T::of(MAX_HELD_SCATTER_MM) {
             return Stage::Done(Err(Refusal::NotHeld { scatter_mm: scatter_mm.to_f32() }));
@@ -78,7 +83,7 @@ impl<T: Real> Refine<T> {
         let is_stable = settled && change < T::of(SETTLED_SCATTER) && self.is_selection_stable(fit);
         match self.weights {
             Weights::Inliers(_) if is_too_many && self.passes > 2 => {
-                // Fit all: what is wrong is not a few poses.
+                // It is not a few poses: fit all of them, and let the scatter show it.
                 Stage::Refine(Self::new(fit, machine, Weights::Equal, true).after(MEDIAN_PASSES))
             }
             _ if is_stable => match &fit.joint {

@@ -15,22 +15,22 @@ use crate::identification::weights::{FINAL_SCALE, INLIER_LIMIT, SCALE_STEP, Weig
 use crate::linear_algebra::Singular;
 use crate::scalar::Real;
 
-/// A χ² this many times the typical one is no noise of any size.
+/// A χ² this many times the median is an outlier whatever the noise.
 const STANDS_OUT: f64 = 40.0;
 
-/// χ² beyond which a pose's rotation itself is in question.
-const HOPELESS: f64 = 100.0;
+/// χ² beyond which a pose may stand in the wrong assembly mode, and is re-initialised.
+const REINITIALISE_ABOVE: f64 = 100.0;
 
-/// Passes with equal weights before the residuals are taken to hold something else than noise.
-const EQUAL_PASSES: u8 = 4;
+/// Passes with equal weights before outliers are looked for.
+const MAX_EQUAL_PASSES: u8 = 4;
 
 /// The same when the machine has unknown constants: offsets of ±10 mm settle in six to eight passes.
-const EQUAL_PASSES_WITH_PARAMETERS: u8 = 10;
+const MAX_EQUAL_PASSES_WITH_PARAMETERS: u8 = 10;
 
-/// Passes with poses in or out; a selection that has not settled by then is judged as it stands.
-const INLIER_PASSES: u8 = 8;
+/// Passes with each pose in or out. A selection that has not settled by then is refused as a ball.
+const MAX_INLIER_PASSES: u8 = 8;
 
-/// Passes that measure how far the centre migrates.
+/// Passes that measure the scatter of the poses' own centres.
 const OWN_CENTRE_PASSES: u8 = 2;
 
 /// Gauss-Newton with one kind of weights.
@@ -39,9 +39,9 @@ pub(super) struct Refine<T> {
     pub(super) weights: Weights<T>,
     /// Passes with these weights, the present one included.
     pub(super) passes: u8,
-    /// χ² beyond which the pass places a pose anew. Infinite where it places none.
+    /// χ² beyond which the pass re-initialises a pose. Infinite where it re-initialises none.
     reinitialise_above: T,
-    /// A pose among vanishing residuals has been placed anew: once a run.
+    /// Poses have been re-initialised after convergence: at most once a run.
     reinitialised: bool,
     /// Poses used in the pass before.
     used_before: usize,
@@ -80,10 +80,10 @@ impl<T: Real> Refine<T> {
         Self { passes: self.passes + passes, ..self }
     }
 
-    /// A pose that fits nothing may stand in the wrong assembly mode: the known centre places it.
+    /// A pose that fits nothing may stand in the wrong assembly mode: it is re-initialised from the known centre.
     fn reinitialise_above(weights: &Weights<T>, passes: u8) -> T {
         match weights {
-            Weights::Inliers(_) if passes <= 1 => T::of(HOPELESS),
+            Weights::Inliers(_) if passes <= 1 => T::of(REINITIALISE_ABOVE),
             _ => T::of(f64::INFINITY),
         }
     }
@@ -131,17 +131,22 @@ impl<T: Real> Refine<T> {
                 if settled && residuals.used == poses.len() && residuals.are_noise(noise, poses.len()) {
                     return self.converged(fit, machine, poses);
                 }
-                // A gross error would drag the next passes with it where its leverage is large.
-                if settled || stands_out(fit) || self.passes > most_equal_passes(fit, machine) {
+                // An outlier with large leverage would pull the next passes off: weight it down at once.
+                if settled || stands_out(fit) || self.passes > max_equal_passes(fit, machine) {
                     let scale = first_scale(fit, poses.len());
                     return self.weight_down(fit, machine, scale);
                 }
             }
             Weights::GemanMcClure(scale) => {
-                // The median of a handful says nothing that the first estimate did not.
+                // The median of fewer poses is too coarse to estimate the noise again.
                 let shrinks = poses.len() >= POSES_TO_ESTIMATE && estimate_noise(fit, poses.len());
                 if !shrinks && scale <= T::of(FINAL_SCALE) {
-                    return Stage::Refine(Self::new(fit, machine, Weights::Inliers(T::of(INLIER_LIMIT)), self.reinitialised));
+                    return Stage::Refine(Self::new(
+                        fit,
+                        machine,
+                        Weights::Inliers(T::of(INLIER_LIMIT)),
+                        self.reinitialised,
+                    ));
                 }
                 if !shrinks {
                     return self.weight_down(fit, machine, scale * T::of(SCALE_STEP));
@@ -151,7 +156,7 @@ impl<T: Real> Refine<T> {
                 if settled && residuals.used == self.used_before {
                     return self.judge_inliers(fit, machine, poses);
                 }
-                if self.passes > INLIER_PASSES {
+                if self.passes > MAX_INLIER_PASSES {
                     return measure_migration(poses);
                 }
             }
@@ -189,8 +194,8 @@ impl<T: Real> Refine<T> {
     }
 
     /// Near a singularity two assembly modes fit to within the noise. Where the residuals of the other poses vanish
-    /// (noise-free lengths), one in the wrong mode stands out though it is no outlier: such poses are re-initialised once
-    /// from the known centre.
+    /// (noise-free lengths), one in the wrong mode stands out though it is no outlier: such poses are re-initialised
+    /// once from the known centre.
     fn converged(&self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &[Pose<T>]) -> Stage<T> {
         let limit = fit.residuals.chi_squares.median * T::of(STANDS_OUT);
         if self.reinitialised || count_within(poses, limit) >= fit.residuals.used {
@@ -206,7 +211,7 @@ impl<T: Real> Refine<T> {
         })
     }
 
-    /// After the selection: are enough poses left, and is what they leave noise?
+    /// After the selection: are enough poses left, and are their residuals noise?
     fn judge_inliers(&self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &[Pose<T>]) -> Stage<T> {
         let used = fit.residuals.used;
         if !is_selection_large_enough(used, poses.len())
@@ -245,7 +250,7 @@ fn measure_migration<T: Real>(poses: &[Pose<T>]) -> Stage<T> {
     Stage::Excite(Excite::new(Purpose::MeasureMigration { rejected }))
 }
 
-/// Is a pose's χ² far beyond those of the others, and beyond noise?
+/// Is the largest χ² far beyond the median, and beyond noise?
 fn stands_out<T: Real>(fit: &Fit<T>) -> bool {
     let chi_squares = &fit.residuals.chi_squares;
     chi_squares.worst > chi_squares.median.max(T::of(MEDIAN_OF_CHI_SQUARE_3)) * T::of(STANDS_OUT)
@@ -260,8 +265,8 @@ fn first_scale<T: Real>(fit: &mut Fit<T>, poses: usize) -> T {
     fit.residuals.chi_squares.median * T::of(3.0)
 }
 
-/// An unknown noise, estimated from the typical χ². Bad poses spoil all χ² until they are weighted down, so the first
-/// estimates are too large: true while they fall by a fifth.
+/// Estimates an unknown noise from the median χ². Outliers raise all χ² until they are weighted down, so the first
+/// estimates are too large: true while the estimate falls by more than a fifth.
 fn estimate_noise<T: Real>(fit: &mut Fit<T>, poses: usize) -> bool {
     let Noise::EstimatedUpTo(_) = fit.settings.noise else { return false };
     let before = fit.residuals.noise_mm;
@@ -269,9 +274,9 @@ fn estimate_noise<T: Real>(fit: &mut Fit<T>, poses: usize) -> bool {
     fit.residuals.noise_mm < before * T::of(0.8)
 }
 
-/// Unknown constants of the machine take more steps to find than noise does.
-fn most_equal_passes<T: Real>(fit: &Fit<T>, machine: &Machine<T>) -> u8 {
-    if fit.parameters(machine) > 0 { EQUAL_PASSES_WITH_PARAMETERS } else { EQUAL_PASSES }
+/// Passes with equal weights: more when the machine has unknown constants, which take more steps to find.
+fn max_equal_passes<T: Real>(fit: &Fit<T>, machine: &Machine<T>) -> u8 {
+    if fit.parameters(machine) > 0 { MAX_EQUAL_PASSES_WITH_PARAMETERS } else { MAX_EQUAL_PASSES }
 }
 
 /// The ball does not explain the residuals: the moving centre may, if there are poses enough for it.

@@ -1,30 +1,28 @@
-//! From a converged fit to a result, and the explanation of the poses that were left out.
+//! From a converged fit to a result with its covariance.
 
 use super::Stage;
 use super::check::Check;
 use super::fit::Fit;
-use crate::identification::fault_isolation::Isolation;
 use crate::identification::gates::{Accuracy, require_accuracy};
 use crate::identification::leave_one_out::{Candidates, candidates};
 use crate::identification::machine::Machine;
-use crate::identification::outcome::{MAX_REJECTED, Rejected};
+use crate::identification::outcome::Rejected;
 use crate::identification::pose::Pose;
 use crate::identification::uncertainty::{parameters_of, worst_direction_of_point};
-use crate::kinematics::AttitudeSolver;
-use crate::linear_algebra::{inverse_of_eliminated, non_negative_root};
 use crate::linear_algebra::normal_equations::smallest_pivot;
+use crate::linear_algebra::{inverse_of_eliminated, non_negative_root};
 use crate::rig::CABLES;
 use crate::scalar::Real;
 use nalgebra::{Matrix3, Matrix6};
 
 impl<T: Real> Fit<T> {
-    /// The gate of accuracy, then the result; `dominant`: the pose that makes most of the excitation.
+    /// The gate of accuracy, then the result. `dominant`: the pose that makes most of the excitation, from 0.
     pub fn accept(&mut self, machine: &Machine<T>, poses: &[Pose<T>], dominant: Option<usize>) -> Stage<T> {
         let (noise_mm, sigma_noise_mm) = self.residuals.noise_of_result_mm(self.settings.noise, poses);
         let covariance = self.centre_covariance();
         let of_centre = covariance.fixed_view::<3, 3>(0, 0).into_owned();
         let offset_sigmas = self.offset_sigmas(machine);
-        // Noise-free lengths must not pass a geometry that noise would ruin.
+        // Also for noise-free lengths: the geometry must give the accuracy with the rig's noise.
         let gate_noise = sigma_noise_mm.max(machine.noise_mm());
         let gate_variance = gate_noise * gate_noise;
         let accuracy = Accuracy {
@@ -37,7 +35,6 @@ impl<T: Real> Fit<T> {
         }
         self.write_result(machine, poses, &(covariance * (sigma_noise_mm * sigma_noise_mm)), noise_mm);
         if let Some(sigmas) = offset_sigmas {
-            self.result.offsets_mm = self.estimate.offsets_mm(machine);
             self.result.offset_sigmas_mm = sigmas.map(|sigma| sigma * sigma_noise_mm);
         }
         let check = if self.settings.require_redundancy {
@@ -74,7 +71,7 @@ impl<T: Real> Fit<T> {
         result.offsets_mm = self.estimate.offsets_mm(machine);
         result.rejected.clear();
         for (index, pose) in poses.iter().enumerate().filter(|(_, pose)| !pose.is_used()) {
-            // The first of them; the poses themselves tell of all.
+            // The list holds the first; the poses' own states hold all.
             if result.rejected.push(Rejected { pose: index as u32, cables: pose.suspect_cables }).is_err() {
                 break;
             }
@@ -102,44 +99,4 @@ fn centre_alone<T: Real>(information: &Matrix6<T>) -> Option<Matrix3<T>> {
     let second = information.fixed_view::<3, 3>(3, 3).into_owned();
     let inverse = inverse_of_eliminated(&second, &second, smallest_pivot())?;
     inverse_of_eliminated(&(first - mixed.tr_mul(&(inverse * mixed))), &first, smallest_pivot())
-}
-
-/// The poses left out, one after the other.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Isolate<T: Real> {
-    /// The next pose, from 0.
-    next: usize,
-    /// How many of those left out are explained.
-    explained: usize,
-    isolation: Isolation<T>,
-}
-
-impl<T: Real> Default for Isolate<T> {
-    fn default() -> Self {
-        Self { next: 0, explained: 0, isolation: Isolation::default() }
-    }
-}
-
-impl<T: Real> Isolate<T> {
-    /// One attempt at one question about the next pose left out.
-    pub fn advance(&mut self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &mut [Pose<T>]) -> Option<Stage<T>> {
-        let left_out = |(_, pose): &(usize, &mut Pose<T>)| !pose.is_used();
-        let Some((index, pose)) = poses.iter_mut().enumerate().skip(self.next).find(left_out) else {
-            return Some(Stage::Done(Ok(())));
-        };
-        let noise = fit.result.noise_mm.max(machine.noise_mm());
-        let variance_mm2 = noise * noise * pose.relative_variance;
-        let lengths = fit.estimate.corrected(machine, pose.lengths());
-        let centre = fit.joint.centre_at(&fit.centre, &pose.rotation());
-        let solver = AttitudeSolver { geometry: fit.estimate.geometry(), centre: &centre };
-        let cables = self.isolation.advance(&solver, pose.attitude(), &lengths, variance_mm2)?;
-        if cables != 0 {
-            pose.suspect_cables = cables;
-        }
-        if let Some(rejected) = fit.result.rejected.get_mut(self.explained).filter(|_| self.explained < MAX_REJECTED) {
-            *rejected = Rejected { pose: index as u32, cables: pose.suspect_cables };
-        }
-        *self = Self { next: index + 1, explained: self.explained + 1, isolation: Isolation::default() };
-        None
-    }
 }

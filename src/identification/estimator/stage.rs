@@ -10,15 +10,15 @@ pub enum StageName {
     Place,
     /// Gauss-Newton.
     Refine,
-    /// Looking at the rotations.
+    /// Rotational excitation.
     Excite,
-    /// Looking at what a moving centre leaves.
+    /// The gates of a moving centre.
     Inspect,
-    /// Leaving one pose out.
+    /// Leave-one-out.
     Check,
-    /// Finding faulty cables.
+    /// Fault isolation.
     Isolate,
-    /// The end.
+    /// The result stands, or a refusal.
     Done,
 }
 
@@ -77,7 +77,9 @@ mod tests {
     #[test]
     fn the_diagram_shows_the_table() {
         let lines = include_str!("mod.rs").lines().filter_map(|line| line.strip_prefix("//! "));
-        let words = |line: &str| line.replace("--", " ").replace('>', " ").split_whitespace().collect::<std::vec::Vec<_>>().join(" ");
+        let words = |line: &str| {
+            line.replace("--", " ").replace('>', " ").split_whitespace().collect::<std::vec::Vec<_>>().join(" ")
+        };
         let drawn: BTreeSet<String> = lines.filter(|line| line.contains("-->")).map(words).collect();
         let table: BTreeSet<String> =
             TRANSITIONS.iter().map(|(from, why, to)| format!("{from:?} {why} {to:?}")).collect();

@@ -1,22 +1,20 @@
-//! What the last fit says of a pose, seen or not: its residuals, the centre that it predicts, the one that it reads.
+//! The last fit against any pose: its residuals by χ², the joint centre that the model predicts in it, and the one that
+//! its six lengths give.
 
 use super::Estimator;
 use super::fit::{Fit, SeenPose};
 use crate::identification::joint::Joint;
 use crate::identification::machine::Machine;
-use crate::identification::parameters::{CENTRE_UNKNOWNS, MAX_UNKNOWNS};
+use crate::identification::parameters::{CENTRE_UNKNOWNS, MAX_UNKNOWNS, Rows};
 use crate::identification::pose::Pose;
 use crate::identification::verification::{CentrePrediction, VerifiedPose};
 use crate::linear_algebra::{inverse_of_positive_definite, rounding};
 use crate::scalar::Real;
-use nalgebra::{Matrix3, Vector3};
-
-/// Three linear functions of the unknowns, a column an unknown.
-pub type Rows<T> = [[T; MAX_UNKNOWNS]; 3];
+use nalgebra::Matrix3;
 
 impl<T: Real> Estimator<T> {
-    /// The residuals of a pose about the estimated centre, held against the noise and what the estimate does not know.
-    /// `None` when no rotation fits its lengths.
+    /// Verifies a pose: its residuals about the estimated centre, tested against the noise and the covariance of the
+    /// estimate. `None` when no rotation fits its lengths.
     ///
     /// With g = S δ̂ of the pose and K the derivative of g with the unknowns, χ² = gᵀ (σ² S + K Σ Kᵀ)⁻¹ g.
     pub fn verify(&self, machine: &Machine<T>, pose: &Pose<T>) -> Option<VerifiedPose<T>> {
@@ -30,8 +28,8 @@ impl<T: Real> Estimator<T> {
         Some(VerifiedPose { squares_mm2, chi_square })
     }
 
-    /// Where the joint centre is in a pose: by the joint's model from the pose's rotation, and as the pose's six lengths
-    /// read it (R C + t). `None` when no rotation fits.
+    /// Where the joint centre is in a pose: by the joint's model from the pose's rotation, and as the pose's six
+    /// lengths read it (R C + t). `None` when no rotation fits.
     pub fn predict(&self, machine: &Machine<T>, pose: &Pose<T>) -> Option<CentrePrediction<T>> {
         let fit = &self.fit;
         let placed = fit.place_about_centre(machine, pose)?;
@@ -72,7 +70,7 @@ impl<T: Real> Fit<T> {
         Matrix3::from_fn(|i, j| product(&whitened[i], &whitened[j])) * (noise_mm * noise_mm)
     }
 
-    /// The centre that the model predicts at a rotation: derivative O0 + A φ(R) with the unknowns.
+    /// Derivative of the predicted centre O0 + A φ(R) with the unknowns.
     pub(super) fn path_rows(&self, machine: &Machine<T>, rotation: &Matrix3<T>) -> Rows<T> {
         let mut rows = [[T::zero(); MAX_UNKNOWNS]; 3];
         let in_machine = self.estimate.count(machine);
@@ -90,7 +88,8 @@ impl<T: Real> Fit<T> {
         rows
     }
 
-    /// The centre that a pose reads, R C + t: derivative with C.
+    /// Derivative of the centre that a pose's lengths give, R C + t, with C. That with the machine's constants is left
+    /// out.
     fn live_rows(&self, rotation: &Matrix3<T>) -> Rows<T> {
         let mut rows = [[T::zero(); MAX_UNKNOWNS]; 3];
         let first = self.equations.unknowns() - 3;
@@ -107,10 +106,4 @@ fn set<T: Real>(row: &mut [T; MAX_UNKNOWNS], unknown: usize, value: T) {
     if let Some(entry) = row.get_mut(unknown) {
         *entry = value;
     }
-}
-
-/// δ̂ = S⁻¹ g of a pose, mm; the ridge keeps a direction that the pose does not know.
-pub(super) fn own_centre<T: Real>(information: &Matrix3<T>, gradient_mm: &Vector3<T>) -> Vector3<T> {
-    let ridge = Matrix3::from_diagonal_element(T::of(1e-6));
-    inverse_of_positive_definite(&(information + ridge), T::zero()).map_or_else(Vector3::zeros, |v| v * gradient_mm)
 }

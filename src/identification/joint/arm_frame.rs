@@ -1,5 +1,5 @@
-//! What the motion of a joint centre depends on: the arm's direction and its torsion, from the rotations of the poses
-//! alone. Nothing here depends on how {P} or {B} are laid.
+//! The features φ of a moving joint centre: the arm's direction and its torsion, from the rotations of the poses alone.
+//! Nothing here depends on the choice of axes in {B} or about the arm in {P}.
 
 use crate::identification::excitation::MeanRotation;
 use crate::kinematics::rotation::{nearest_attitude, rotation_of};
@@ -13,7 +13,7 @@ pub const FEATURES: usize = 6;
 /// φ of one rotation, rad and rad².
 pub type Features<T> = [T; FEATURES];
 
-/// The frame in which the features are reckoned.
+/// The frame of the features.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ArmFrame<T> {
     /// R̄: mean rotation of the poses that identified, from {P} to {B}.
@@ -43,7 +43,7 @@ impl<T: Real> ArmFrame<T> {
     }
 
     /// The frame about a mean rotation.
-    pub fn of_mean(mean: Matrix3<T>) -> Self {
+    fn of_mean(mean: Matrix3<T>) -> Self {
         let home = mean.column(2).into_owned();
         // Any axis that is not along h: the features do not depend on which.
         let other = if home.x.abs() < T::of(0.5) { Vector3::x() } else { Vector3::y() };
@@ -110,15 +110,16 @@ impl<T: Real> ArmFrame<T> {
     }
 }
 
-/// Rounds of Newton's iteration to the nearest rotation. From poses within 60 degrees of their mean, five reach rounding.
-const ROUNDS: usize = 12;
+/// Steps of Newton's iteration to the nearest rotation. From poses within 60 degrees of their mean, five reach
+/// rounding.
+const POLAR_STEPS: usize = 12;
 
 /// The rotation nearest to a sum of rotations: the orthogonal polar factor, by Newton's iteration X ← (X + X⁻ᵀ) / 2
 /// (Higham 1986). The identity's axes along the sum's where that is singular.
 fn nearest_rotation<T: Real>(sum: &Matrix3<T>) -> Matrix3<T> {
     let scale = sum.norm_squared().root();
     let mut x = sum * (T::of(3.0).root() / scale);
-    for _ in 0..ROUNDS {
+    for _ in 0..POLAR_STEPS {
         let [a, b, c] = [x.column(0).into_owned(), x.column(1).into_owned(), x.column(2).into_owned()];
         // The columns of X⁻ᵀ det X are cross products.
         let (bc, ca, ab) = (b.cross(&c), c.cross(&a), a.cross(&b));

@@ -37,7 +37,7 @@ impl<T: Real> Joint<T> {
         }
     }
 
-    /// Parameters of which nothing is known beforehand: of A one combination has a prior.
+    /// Parameters without a prior: of A one combination has one.
     pub fn free_parameters(&self) -> i32 {
         match self {
             Self::Ball | Self::Held(_) => 0,
@@ -55,7 +55,7 @@ impl<T: Real> Joint<T> {
         }
     }
 
-    /// How the joint centre moves when the pose turns by ω, mm/rad; `None` for a ball.
+    /// Derivative of the joint centre in {B} with a rotation ω of the pose, mm/rad; `None` for a ball.
     pub fn turning(&self, rotation: &Matrix3<T>) -> Option<Matrix3<T>> {
         match self {
             Self::Ball | Self::Held(_) => None,
@@ -97,7 +97,7 @@ impl<T: Real> Joint<T> {
         }
     }
 
-    /// Adds what is known beforehand, for a noise of this variance.
+    /// Adds the prior, times the noise's variance, mm². The first parameter is unknown `first`.
     pub fn add_prior(&self, equations: &mut Equations<T>, first: usize, variance_mm2: T) {
         if let Self::Moving(moving) = self {
             moving.add_prior(equations, first, variance_mm2);

@@ -1,4 +1,4 @@
-//! How far the arm moves in a set of poses: enough to tell how the joint centre moves with it?
+//! How far the arm moves in a set of poses: enough to determine how the joint centre moves with it?
 
 use super::arm_frame::ArmFrame;
 use crate::identification::refusal::Refusal;
@@ -6,10 +6,11 @@ use crate::linear_algebra::{largest_eigenpair, non_negative_root};
 use crate::scalar::Real;
 use nalgebra::Matrix2;
 
-/// Fewest poses for a centre that moves: 24 unknowns, and as many equations again that can contradict them.
+/// Minimum number of poses for a centre that moves: 54 equations for 24 unknowns.
 pub const MIN_MOVING_POSES: usize = 18;
 
-/// Smallest standard deviations of tilt in its widest and its narrowest plane, and of torsion, rad (6, 4 and 5 degrees).
+/// Smallest standard deviations of tilt in its widest and its narrowest plane, and of torsion, rad (6, 4 and 5
+/// degrees).
 const MIN_TILT_RAD: f64 = 0.105;
 const MIN_SECOND_TILT_RAD: f64 = 0.070;
 const MIN_TORSION_RAD: f64 = 0.087;

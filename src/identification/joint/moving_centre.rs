@@ -1,8 +1,8 @@
 //! A joint centre that moves with the arm: O(R) = O0 + A φ(R), with a scatter of its own.
 //!
-//! One direction is invisible to lengths: C and O0 along the arm by 1 mm equal A = identity by 1 mm/rad. What is known of
-//! it enters as a prior on T = tr(A)/3 of the part of A that goes with the direction, and as a prior on C from poses in
-//! which the shoulder blade was held.
+//! One direction is invisible to lengths (a gauge freedom): C and O0 along the arm by 1 mm equal A = identity by 1
+//! mm/rad. It is fixed by a prior on T = tr(A)/3 of the direction's part of A, and by a prior on C from poses in which
+//! the shoulder blade was held.
 
 use super::arm_frame::{ArmFrame, FEATURES};
 use super::scatter::Scatter;
@@ -14,9 +14,9 @@ use nalgebra::{Matrix3, Vector3};
 /// Unknowns of A.
 pub const MAX_JOINT: usize = 3 * FEATURES;
 
-/// The isotropic part of A against the norm N of the rest, mm/rad: T = SLOPE max(N - FROM, 0), with a standard deviation of
-/// √((SHARE N)² + FLOOR²). Measured over three anatomies (bone pins; scapulohumeral rhythm of de Groot and Brand; a
-/// musculoskeletal model) and three mountings of the base: `cargo study shoulder`.
+/// The isotropic part of A against the norm N of the rest, mm/rad: T = SLOPE max(N - FROM, 0), with a standard
+/// deviation of √((SHARE N)² + FLOOR²). Measured over three anatomies (bone pins; scapulohumeral rhythm of de Groot and
+/// Brand; a musculoskeletal model) and three mountings of the base.
 const SLOPE: f64 = 0.29;
 const FROM: f64 = 1.5;
 const SHARE: f64 = 0.08;
@@ -25,7 +25,7 @@ const FLOOR: f64 = 0.5;
 /// How the joint centre moves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MovingCentre<T> {
-    /// What φ is reckoned in.
+    /// The frame of φ.
     pub frame: ArmFrame<T>,
     /// The columns of A, mm per unit of a feature.
     pub gains: [Vector3<T>; FEATURES],
@@ -39,7 +39,7 @@ impl<T: Real> MovingCentre<T> {
         Self { frame, gains: [Vector3::zeros(); FEATURES], scatter: Scatter::default() }
     }
 
-    /// A φ(R): where the centre stands from O0 at a rotation ({P} to {B}), mm.
+    /// A φ(R): displacement of the centre from O0 at a rotation ({P} to {B}), mm.
     pub fn displacement_mm(&self, rotation: &Matrix3<T>) -> Vector3<T> {
         let features = self.frame.features(rotation);
         self.gains.iter().zip(features).fold(Vector3::zeros(), |sum, (gain, feature)| sum + gain * feature)
@@ -51,8 +51,8 @@ impl<T: Real> MovingCentre<T> {
         self.gains.iter().zip(gradients).fold(Matrix3::zeros(), |sum, (gain, row)| sum + gain * row.transpose())
     }
 
-    /// T and N: isotropic part of A's direction part, and the norm of what is left of that, mm/rad.
-    pub fn isotropic_part(&self) -> (T, T) {
+    /// T and N, mm/rad: the isotropic part of the direction's part of A, and the Frobenius norm of the rest of that.
+    fn isotropic_part(&self) -> (T, T) {
         let [a, b, c, ..] = &self.gains;
         let direction = Matrix3::from_columns(&[*a, *b, *c]);
         let isotropic = direction.trace() * T::of(1.0 / 3.0);
@@ -60,7 +60,7 @@ impl<T: Real> MovingCentre<T> {
         (isotropic, non_negative_root(rest.norm_squared()))
     }
 
-    /// The prior on T, for a noise of this variance: one more equation, (A₁₁ + A₂₂ + A₃₃)/3 = μ ± σ.
+    /// The prior on T, one more equation (A₁₁ + A₂₂ + A₃₃)/3 = μ ± σ, times the noise's variance, mm².
     pub fn add_prior(&self, equations: &mut Equations<T>, first: usize, variance_mm2: T) {
         let (isotropic, rest) = self.isotropic_part();
         let expected = (rest - T::of(FROM)).max(T::zero()) * T::of(SLOPE);
@@ -80,8 +80,8 @@ impl<T: Real> MovingCentre<T> {
         equations.add_squares(weight * residual * residual);
     }
 
-    /// Variance that φ does not explain, along each axis, mm²: (0.4 of the scatter)². Without it a 99 % region covers 95 %
-    /// of the path of some anatomies.
+    /// Variance that φ does not explain, along each axis, mm²: (0.4 of the scatter)². Without it a 99 % region covers
+    /// 95 % of the path of some anatomies.
     pub fn lack_of_fit_mm2(&self) -> T {
         self.scatter.variance_mm2() * T::of(0.16)
     }

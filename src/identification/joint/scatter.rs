@@ -1,5 +1,5 @@
-//! The scatter of a pose's own joint centre about the model's: the head slides in its socket. Its variance is found from
-//! the residuals.
+//! The scatter of a pose's own joint centre about the model's: the humeral head slides in its socket. Its variance is
+//! estimated from the residuals.
 
 use crate::scalar::Real;
 
@@ -29,18 +29,18 @@ impl<T: Real> Scatter<T> {
         self.0.root()
     }
 
-
-
-    /// Moves the variance of the scatter towards the one for which the median of χ² is as it should be; `ratio`: the
-    /// median over its expected value.
+    /// Moves the variance towards the one for which the median of χ² has its expected value. `ratio`: the median over
+    /// that.
     pub fn follow_median(&mut self, ratio: T) {
         let bounded = ratio.max(T::of(0.1)).min(T::of(10.0));
-        self.0 = (self.0 * bounded.powf(T::of(0.8))).max(T::of(MIN_SCATTER_MM2));
+        // To the power of three quarters: with the whole ratio the variance would swing.
+        let root = bounded.root();
+        self.0 = (self.0 * root * root.root()).max(T::of(MIN_SCATTER_MM2));
     }
 
     /// Improves the variance of the scatter, so that χ² equals its degrees of freedom (Paule and Mandel 1982, a step of
-    /// Newton's method). `excess`: χ² less its degrees of freedom; `sensitivity`: by how much χ² falls with the variance,
-    /// 1/mm². Returns the relative change.
+    /// Newton's method). `excess`: χ² less its degrees of freedom; `sensitivity`: by how much χ² falls with the
+    /// variance, 1/mm². Returns the relative change.
     pub fn improve(&mut self, excess: T, sensitivity: T) -> T {
         let before = self.0;
         let least = (before * T::of(0.1)).max(T::of(MIN_SCATTER_MM2));

@@ -12,7 +12,8 @@ use crate::scalar::Real;
 pub struct MachineEstimate<T> {
     /// The ends as they are estimated.
     geometry: Geometry<T>,
-    /// Coefficients of the modes, mm; offsets, mm; scales less one in units of [`SCALE_UNIT`]. In the order of [`Machine::parameter`].
+    /// Coefficients of the modes, mm; offsets, mm; scales less one in units of [`SCALE_UNIT`]. In the order of
+    /// [`Machine::parameter`].
     values: [T; MAX_MACHINE],
     /// The parameters are left as they are.
     is_held: bool,
@@ -29,17 +30,17 @@ impl<T: Real> MachineEstimate<T> {
         &self.geometry
     }
 
-    /// By how much each parameter is off; in the order of [`Machine::parameter`].
+    /// By how much each parameter differs from what was stated, in the order and units of [`Machine::parameter`].
     pub fn values(&self) -> &[T; MAX_MACHINE] {
         &self.values
     }
 
-    /// The parameters are left as they are from now on.
+    /// Holds the parameters at their present values from now on.
     pub fn hold(&mut self) {
         self.is_held = true;
     }
 
-    /// They take part again.
+    /// Lets the parameters take part again.
     pub fn release(&mut self) {
         self.is_held = false;
     }
@@ -49,7 +50,7 @@ impl<T: Real> MachineEstimate<T> {
         if self.is_held { 0 } else { machine.parameters() }
     }
 
-    /// What each reading is too much by the present estimate, mm.
+    /// The present estimate of the encoder offsets (reading minus true length), mm.
     pub fn offsets_mm(&self, machine: &Machine<T>) -> [T; CABLES] {
         self.six(machine.first_offset())
     }
@@ -64,8 +65,8 @@ impl<T: Real> MachineEstimate<T> {
         core::array::from_fn(|k| values.and_then(|values| values.get(k)).copied().unwrap_or_else(T::zero))
     }
 
-    /// The lengths less what is estimated to be wrong with them: home + (reading - home - offset) / scale. As they are, if
-    /// nothing is left of one.
+    /// The lengths corrected by the present estimate: home + (reading - home - offset) / scale. Unchanged if a
+    /// corrected length would not be positive.
     pub fn corrected(&self, machine: &Machine<T>, lengths: &CableLengths<T>) -> CableLengths<T> {
         if machine.first_offset().is_none() && machine.first_scale().is_none() {
             return *lengths;
@@ -105,7 +106,7 @@ impl<T: Real> MachineEstimate<T> {
         }
     }
 
-    /// Adds what is known beforehand.
+    /// Adds the priors, times the noise's variance, mm². The first parameter is unknown `first`.
     pub fn add_prior(&self, machine: &Machine<T>, equations: &mut Equations<T>, first: usize, variance_mm2: T) {
         for i in 0..self.count(machine) {
             for j in 0..=i {

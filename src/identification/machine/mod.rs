@@ -1,9 +1,9 @@
 //! The machine as the estimator sees it: its geometry, and the constants of it that are not known exactly.
 //!
-//! What six lengths can see of a machine that is not as drawn: the shape of the base (a rigid motion of all attachment
-//! points is a motion of {B}, which is by definition the frame best fitted to the points as they are), the shape of the
-//! platform, six encoder offsets, six drum scales. Each takes part when its tolerance is not zero, with that as its prior
-//! standard deviation: a maximum a posteriori estimate.
+//! Observable from six lengths are the shape of the base, the shape of the platform, six encoder offsets and six drum
+//! scales. A rigid motion of all attachment points is not: it is a motion of {B}, which is by definition the frame best
+//! fitted to the points as they are, and every σ of a centre is meant in that frame. Each constant takes part when its
+//! tolerance is not zero, with that as its prior standard deviation (maximum a posteriori).
 
 mod estimate;
 mod shape;
@@ -16,13 +16,14 @@ use crate::linear_algebra::packed_index;
 use crate::rig::{CABLES, Rig, Tolerance};
 use crate::scalar::Real;
 
-/// Most constants of a machine that can be unknown: twelve modes of the base, twelve of the platform, six offsets, six
+/// Maximum number of unknown constants: twelve modes of the base, twelve of the platform, six offsets, six
 /// scales. The 3-3 machine has three modes of each.
 pub const MAX_MACHINE: usize = 2 * MAX_MODES + 2 * CABLES;
 /// Entries of the packed precision of their priors.
-pub const MACHINE_PACKED: usize = MAX_MACHINE * (MAX_MACHINE + 1) / 2;
+const MACHINE_PACKED: usize = MAX_MACHINE * (MAX_MACHINE + 1) / 2;
 
-/// Unit of a scale parameter: a drum that pays out 1 mm more in 100 mm. All parameters move lengths by about as much then.
+/// Unit of a scale parameter: a drum that pays out 1 mm more in 100 mm. All parameters then change lengths by about as
+/// much, which keeps the normal equations well conditioned.
 pub const SCALE_UNIT: f64 = 0.01;
 
 /// A machine, and how well it is known.
@@ -97,8 +98,8 @@ impl<T: Real> Machine<T> {
         machine
     }
 
-    /// The same machine with priors that are correlated, as commissioning leaves them: the packed lower triangle of their
-    /// precision (inverse covariance) in the order of [`parameter`](Self::parameter).
+    /// The same machine with priors that are correlated, as commissioning leaves them: the packed lower triangle of
+    /// their precision (inverse covariance) in the order of [`parameter`](Self::parameter).
     #[must_use]
     pub fn with_precision(mut self, precision: &[T]) -> Self {
         self.precision = [T::zero(); MACHINE_PACKED];
@@ -107,12 +108,12 @@ impl<T: Real> Machine<T> {
         self
     }
 
-    /// Places poses.
+    /// The forward kinematics.
     pub fn platform(&self) -> &PlatformSolver<T> {
         &self.platform
     }
 
-    /// The geometry as stated.
+    /// The geometry as stated, mm.
     pub fn geometry(&self) -> &Geometry<T> {
         self.platform.geometry()
     }
@@ -122,7 +123,7 @@ impl<T: Real> Machine<T> {
         self.noise_mm
     }
 
-    /// How well it is known.
+    /// The tolerances, 1σ.
     pub fn tolerance(&self) -> &Tolerance<T> {
         &self.tolerance
     }

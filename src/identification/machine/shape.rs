@@ -1,16 +1,16 @@
-//! The ways in which a body's points can be off without a rigid motion of all of them.
+//! Shape modes: displacements of a body's points orthogonal to all rigid motions.
 
 use crate::linear_algebra::non_negative_root;
 use crate::rig::{CABLES, POINTS};
 use crate::scalar::Real;
 use nalgebra::Vector3;
 
-/// Most modes: six points have eighteen coordinates, six of which are rigid motions.
+/// Maximum number of modes: six points have eighteen coordinates, six of which are rigid motions.
 pub const MAX_MODES: usize = 3 * CABLES - RIGID;
 /// Rigid motions of a body.
 const RIGID: usize = 6;
 
-/// What remains of a unit vector that the modes span already, squared; rounding is far below, a new direction above.
+/// Smallest squared norm that is left of a unit vector in a new direction; rounding leaves far less of an old one.
 const NEW_DIRECTION: f64 = 1e-3;
 
 /// Displacements of the ends of the six cables, mm per mm of a mode's coefficient.
@@ -21,13 +21,13 @@ pub struct ShapeModes<T> {
 }
 
 impl<T: Real> ShapeModes<T> {
-    /// A body that is exactly known.
+    /// No modes: a body that is exactly known.
     pub fn none() -> Self {
         Self { count: 0, modes: [[Vector3::zeros(); CABLES]; MAX_MODES] }
     }
 
-    /// Three points, each the end of two cables: `of_cable` names the point (from 0) of each. Three orthonormal modes: when
-    /// every coordinate of a point has the same standard deviation, so has every mode.
+    /// Three points, each the end of two cables: `of_cable` names the point (from 0) of each. Three orthonormal modes:
+    /// when every coordinate of a point has the same standard deviation, so has every mode.
     pub fn of_triangle(points_mm: &[Vector3<T>; POINTS], of_cable: &[usize]) -> Self {
         Self::none().with_modes(points_mm, |mode, cable| {
             of_cable.get(cable).and_then(|point| mode.get(*point)).copied().unwrap_or_else(Vector3::zeros)
@@ -52,14 +52,13 @@ impl<T: Real> ShapeModes<T> {
         modes.count = 3;
         for (edge, mode) in modes.modes.iter_mut().take(3).enumerate() {
             let grows = if edge == 0 { T::one() } else { zero };
-            let points =
-                [Vector3::zeros(), Vector3::new(grows, zero, zero), Vector3::new(dx[edge], dy[edge], zero)];
+            let points = [Vector3::zeros(), Vector3::new(grows, zero, zero), Vector3::new(dx[edge], dy[edge], zero)];
             *mode = core::array::from_fn(|cable| points[cable / 2]);
         }
         modes
     }
 
-    /// How many there are.
+    /// Number of modes.
     pub fn count(&self) -> usize {
         self.count
     }
@@ -76,7 +75,7 @@ impl<T: Real> ShapeModes<T> {
         }
     }
 
-    /// Gram-Schmidt: rigid motions first, then every coordinate of every point; what is new in it is a mode.
+    /// Gram-Schmidt: rigid motions first, then every coordinate of every point; what is linearly independent is a mode.
     fn with_modes<const N: usize>(
         mut self,
         points_mm: &[Vector3<T>; N],
@@ -110,7 +109,7 @@ impl<T: Real> ShapeModes<T> {
     }
 }
 
-/// What is left of `vector` beside the basis, to unit length; `None` when hardly anything is.
+/// The part of `vector` orthogonal to the basis, normalised; `None` when hardly anything is left.
 fn orthonormal<T: Real, const N: usize>(basis: &[[Vector3<T>; N]], vector: [Vector3<T>; N]) -> Option<[Vector3<T>; N]> {
     let dot = |a: &[Vector3<T>; N], b: &[Vector3<T>; N]| a.iter().zip(b).fold(T::zero(), |sum, (a, b)| sum + a.dot(b));
     let whole = dot(&vector, &vector);

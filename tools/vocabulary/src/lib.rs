@@ -1,5 +1,6 @@
 //! The messages of `glenoid.dbc` by name and field, for tests against other codecs and for display.
 
+pub mod parameters;
 #[cfg(feature = "random")]
 mod random;
 

@@ -1,7 +1,7 @@
 //! A rig whose cables have ends of their own: six `[[cable]]` tables.
 
-use super::source::Source;
 use super::default_rig;
+use super::source::Source;
 use crate::identify::input_error::InputError;
 use glenoid::rig::{CABLES, CableEnds, Drum, Pulley, Rig, RigError};
 use nalgebra::Vector3;
@@ -18,7 +18,9 @@ impl<'a> Source<'a> {
     ) -> Result<Rig<f64>, InputError> {
         for other in ["base", "edges"] {
             if let Some(value) = file.get(other) {
-                return Err(self.error(value.span(), format!("{other} and [[cable]] contradict each other: one or the other")));
+                return Err(
+                    self.error(value.span(), format!("{other} and [[cable]] contradict each other: one or the other"))
+                );
             }
         }
         let mut ends = Vec::new();
@@ -54,7 +56,8 @@ impl<'a> Source<'a> {
                 .ok_or_else(|| self.error(axis.span(), "pulley_axis: the direction has no length"))?;
             let span = end_distance(&base_mm, &end_mm);
             if 2.0 * pulley.radius_mm >= span.max(1.0) {
-                let message = format!("pulley_radius: a pulley of {} mm cannot be reached by its cable", pulley.radius_mm);
+                let message =
+                    format!("pulley_radius: a pulley of {} mm cannot be reached by its cable", pulley.radius_mm);
                 return Err(self.error(radius.span(), message));
             }
         } else if let Some(axis) = table.get("pulley_axis") {
@@ -74,7 +77,8 @@ fn which(error: &RigError, ends: &[CableEnds<f64>; CABLES]) -> String {
     if *error == RigError::EndsCoincide {
         for i in 0..CABLES {
             for j in i + 1..CABLES {
-                let same = (ends[i].base_mm - ends[j].base_mm).norm() < 1e-3 && (ends[i].end_mm - ends[j].end_mm).norm() < 1e-3;
+                let same = (ends[i].base_mm - ends[j].base_mm).norm() < 1e-3
+                    && (ends[i].end_mm - ends[j].end_mm).norm() < 1e-3;
                 if same {
                     return format!("cables {} and {}: {}", i + 1, j + 1, error.text());
                 }

@@ -15,7 +15,9 @@ impl<'a> Source<'a> {
         let Some(home) = table.get("home") else { return Ok(drum) };
         let home_length_mm = self.numbers::<CABLES>(home, "home")?;
         match home_length_mm.iter().position(|length| *length <= 0.0) {
-            Some(cable) => Err(self.error(home.span(), format!("home: the length of cable {} is not positive", cable + 1))),
+            Some(cable) => {
+                Err(self.error(home.span(), format!("home: the length of cable {} is not positive", cable + 1)))
+            }
             None => Ok(Drum { home_length_mm, ..drum }),
         }
     }
@@ -38,10 +40,8 @@ impl<'a> Source<'a> {
             return Ok(rig);
         }
         let place = table.get("zeros").or(table.get("drum")).map_or(0..0, Spanned::span);
-        let correction = Correction {
-            offset_mm: offsets.unwrap_or([0.0; CABLES]),
-            scale: scales.unwrap_or([1.0; CABLES]),
-        };
+        let correction =
+            Correction { offset_mm: offsets.unwrap_or([0.0; CABLES]), scale: scales.unwrap_or([1.0; CABLES]) };
         rig.with_correction(correction).map_err(|error| self.error(place, error.text()))
     }
 
@@ -54,7 +54,11 @@ impl<'a> Source<'a> {
     }
 
     /// The packed covariance of the machine's unknown constants.
-    pub(super) fn covariance(&self, table: &DeTable<'a>, machine: &Machine<f64>) -> Result<Option<Vec<f64>>, InputError> {
+    pub(super) fn covariance(
+        &self,
+        table: &DeTable<'a>,
+        machine: &Machine<f64>,
+    ) -> Result<Option<Vec<f64>>, InputError> {
         let Some(section) = table.get("covariance") else { return Ok(None) };
         let Some(triangle) = section.get_ref().as_table().and_then(|table| table.get("triangle")) else {
             return Err(self.error(section.span(), "covariance: triangle = [lower triangle, row by row] is wanted"));

@@ -14,6 +14,7 @@ pub struct Source<'a> {
 }
 
 impl<'a> Source<'a> {
+    /// The value of a key of the file.
     pub fn value<'t>(
         &self,
         table: &'t DeTable<'a>,
@@ -25,6 +26,7 @@ impl<'a> Source<'a> {
     }
 
     /// The `N` items of an array.
+    /// The items of an array of a known length.
     pub fn items<'t, const N: usize>(
         &self,
         value: &'t Spanned<DeValue<'a>>,

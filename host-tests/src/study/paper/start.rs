@@ -2,9 +2,9 @@
 
 use crate::study::scene::{Reach, Scene, symmetric, with_noise};
 use crate::study::solve::{Precision, lengths_in};
-use glenoid::paper::{PaperIteration, PaperSettings};
-use glenoid::identification::{Refusal};
+use glenoid::identification::Refusal;
 use glenoid::kinematics::CableLengths;
+use glenoid::paper::{PaperIteration, PaperSettings};
 use glenoid::rig::Parameters;
 use glenoid::scalar::Real;
 use nalgebra::Rotation3;

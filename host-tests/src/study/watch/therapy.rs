@@ -2,11 +2,11 @@
 
 use crate::study::findings::Problem;
 use crate::study::scene::{Reach, Scene, normal, symmetric, with_noise};
-use crate::study::solve::{Answer, Told, solve_with_zeros};
+use crate::study::solve::{Answer, Knowledge, solve_with_zeros};
 use crate::wearer::{Encoder, rotation};
 use glenoid::kinematics::CableLengths;
-use glenoid::rig::{CABLES, Parameters, RigError};
 use glenoid::monitor::SlipDetector;
+use glenoid::rig::{CABLES, Parameters, RigError};
 use nalgebra::{Rotation3, Vector3};
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
@@ -16,7 +16,7 @@ use std::f64::consts::TAU;
 const NOISE_MM: f64 = 0.1;
 /// Poses of the calibration, as many as the device collects by itself: with known zeros, and with unknown ones.
 const POSES: [usize; 2] = [12, 30];
-/// Unknown zeros, when they are, and the prior that the solver is told, mm.
+/// Unknown zeros, when they are, and the prior that the estimator is given, mm.
 const ZEROS_MM: f64 = 10.0;
 
 /// What slips, and by how much.
@@ -108,7 +108,7 @@ impl Therapy {
                 therapy.measured(therapy.scene.lengths(&turned))
             })
             .collect();
-        let Ok(answer) = solve_with_zeros::<f32>(&therapy.scene, &poses, Told::Noise, prior_mm) else {
+        let Ok(answer) = solve_with_zeros::<f32>(&therapy.scene, &poses, Knowledge::Noise, prior_mm) else {
             return Ok(None);
         };
         let watch = therapy.watch(&answer)?;

@@ -2,13 +2,13 @@
 
 use glenoid::can::identity::Naming;
 use glenoid::can::status::{Answer, Heartbeat};
-use glenoid::can::{BaseId, Frame, Message, Opcode, Request};
+use glenoid::can::{BaseId, Frame, Message, Opcode, Operation, ParameterAnswer, ParameterRequest, Request};
 use glenoid::device::{Action, BlinkPattern, Config, Device, Event, LogEntry, MAX_FRAMES};
 use glenoid::parameters::ParameterSet;
 use glenoid::procedure::{Limits, Procedure, Reason, Settings, StateName};
-use glenoid::record::{JournalEntry, LoadError, Loaded, Record};
+use glenoid::record::{JournalEntry, LoadError, Loaded, Record, StoreError};
 use glenoid::restart::{ResetCause, Restart};
-use glenoid::rig::Rig;
+use glenoid::rig::{Drum, Parameters, Rig};
 use host_tests::wearer::{Pose, Wearer, WearerSettings};
 
 /// Time between two samples of the encoders, ms.
@@ -62,7 +62,27 @@ impl Bench {
     fn at(now_ms: u32, settings: Settings, wearer: WearerSettings) -> Self {
         let rig = Rig::shoulder(150.0).unwrap();
         let config = Config { limits: Limits::new(&rig, settings).unwrap(), ..Config::for_rig(rig) };
-        let wearer = Wearer::new(Rig::shoulder(150.0).unwrap(), wearer);
+        Self::on(now_ms, config, Rig::shoulder(150.0).unwrap(), wearer)
+    }
+
+    /// A device of another kind, with a wearer in its machine.
+    pub fn of(config: Config, wearer: WearerSettings) -> Self {
+        let (rig, wide) = (&config.rig, |mm: &f32| f64::from(*mm));
+        let drum = Drum {
+            radius_mm: rig.drum().radius_mm.into(),
+            counts_per_turn: rig.drum().counts_per_turn.into(),
+            home_length_mm: rig.drum().home_length_mm.each_ref().map(wide),
+            fastest_mm_per_s: rig.drum().fastest_mm_per_s.into(),
+        };
+        let nominal = Parameters::from_array(rig.nominal().to_array().each_ref().map(wide));
+        let base_mm = rig.base_mm().map(|point| point.cast());
+        let edges_mm = rig.edges_mm().each_ref().map(wide);
+        let rig = Rig::new(base_mm, edges_mm, drum, rig.length_noise_mm().into(), nominal).unwrap();
+        Self::on(0, config, rig, wearer)
+    }
+
+    fn on(now_ms: u32, config: Config, rig: Rig<f64>, wearer: WearerSettings) -> Self {
+        let wearer = Wearer::new(rig, wearer);
         let at = wearer.home();
         let mut bench = Self {
             device: Device::new(config),
@@ -226,6 +246,27 @@ impl Bench {
             .collect();
         assert_eq!(answers.len(), 1, "exactly one answer to {frame:?}");
         answers[0]
+    }
+
+    /// Sends a request about parameters and returns its answer.
+    pub fn parameter(&mut self, request: ParameterRequest) -> ParameterAnswer {
+        let before = self.messages.len();
+        self.event(Event::Can(request.pack(BaseId::DEFAULT.parameters())));
+        self.parameter_answer(before).expect("an answer")
+    }
+
+    /// Saves the prepared parameters; the board's store ends so. None when the device does not answer.
+    pub fn save_parameters(&mut self, result: Result<(), StoreError>) -> Option<ParameterAnswer> {
+        let before = self.messages.len();
+        let request = ParameterRequest { operation: Operation::Save as u8, index: 0, nonce: 1, value: 0 };
+        self.event(Event::Can(request.pack(BaseId::DEFAULT.parameters())));
+        assert_eq!(self.parameter_answer(before), None, "it is answered when the board has stored");
+        self.event(Event::ParametersStored(result));
+        self.parameter_answer(before)
+    }
+
+    fn parameter_answer(&self, from: usize) -> Option<ParameterAnswer> {
+        self.messages[from..].iter().find_map(|m| if let Message::Parameter(a) = m { Some(*a) } else { None })
     }
 
     pub fn command(&mut self, opcode: Opcode) -> Answer {

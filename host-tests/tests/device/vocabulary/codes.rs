@@ -159,3 +159,13 @@ fn states_and_guidance_in_the_dbc() {
         assert_eq!(database.values[&(id, "guidance".to_owned())], guidance);
     }
 }
+
+/// What is made from the table of the parameters is current: `cargo run -p vocabulary` writes it.
+#[test]
+fn parameters_in_the_dbc_and_in_the_documentation() {
+    use host_tests::vocabulary::parameters;
+    let dbc = include_str!("../../../../glenoid.dbc");
+    assert!(parameters::dbc(dbc) == dbc, "glenoid.dbc is not what `cargo run -p vocabulary` writes");
+    let page = include_str!("../../../../docs/parameters.md");
+    assert!(parameters::document() == page, "docs/parameters.md is not what `cargo run -p vocabulary` writes");
+}

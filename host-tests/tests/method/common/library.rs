@@ -1,9 +1,7 @@
 //! The library's types from the oracle's, in either precision.
 
 use super::{Worn, parameters};
-use glenoid::identification::{
-    Estimator, EstimatorSettings, Identified, JointChoice, Machine, Pose, Refusal,
-};
+use glenoid::identification::{Estimator, EstimatorSettings, Identified, JointChoice, Machine, Pose, Refusal};
 use glenoid::kinematics::CableLengths;
 use glenoid::rig::{Drum, Parameters, Rig};
 use glenoid::scalar::Real;

@@ -45,7 +45,7 @@ const PROFILE_LINES: usize = 40;
 const MODULE_LINES: usize = 12;
 
 fn main() -> ExitCode {
-    match measure(&Arguments::parse_from(command_line::arguments())) {
+    match measure(&command_line::parse::<Arguments>()) {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::FAILURE,
         Err(error) => {

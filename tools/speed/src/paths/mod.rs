@@ -99,8 +99,7 @@ pub fn run<T: Number>(bench: &mut Bench<T>) -> bool {
     let mut sound = print::<T>("empty", measure::whole(bench, 0, &truth, nothing, whole_runs::empty));
     if const { holds::<T>(Part::Literal) } {
         let rows = size_of::<Rows<T>>();
-        sound &=
-            print::<T>("literal", measure::whole(bench, rows, &truth, literal_form::prepare, literal_form::run));
+        sound &= print::<T>("literal", measure::whole(bench, rows, &truth, literal_form::prepare, literal_form::run));
     }
     if const { holds::<T>(Part::Paper) } {
         sound &= print::<T>("paper", measure::whole(bench, 0, &truth, nothing, whole_runs::paper));

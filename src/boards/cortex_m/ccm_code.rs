@@ -1,4 +1,5 @@
-//! The code that runs from the core-coupled memory: what is called once a pose or once a sample, as `hot.x` lists it.
+//! The code that runs from the core-coupled memory: what is called once a pose or once a sample and asks for it at the
+//! function (`ccm.x`).
 //!
 //! The flash holds it, and nothing but [`load`] brings it to where it is called. A call from one memory to the other is
 //! too far for a branch instruction, so that the linker puts a veneer of three instructions between.
@@ -13,12 +14,12 @@ use glenoid::restart::ResetCause;
 use super::faults;
 
 unsafe extern "C" {
-    /// Where the code is stored (`hot.x`).
-    static _hot_stored: u32;
+    /// Where the code is stored (`ccm.x`).
+    static _ccm_code_stored: u32;
     /// Where it runs.
-    static _hot_start: u32;
+    static _ccm_code_start: u32;
     /// The first address behind.
-    static _hot_end: u32;
+    static _ccm_code_end: u32;
 }
 
 const WORD_LEN: usize = size_of::<u32>();
@@ -32,7 +33,7 @@ const WORDS_AT_A_TIME: usize = 16;
 /// Not before `main`: Rust must not run until the static variables are in place.
 pub fn load() {
     for (stored, runs) in words_from(0) {
-        // SAFETY: `hot.x` keeps both places for this, aligned and as long as each other; nothing of what is written has
+        // SAFETY: `ccm.x` keeps both places for this, aligned and as long as each other; nothing of what is written has
         // run yet.
         unsafe {
             let word = ptr::read_volatile(ptr::with_exposed_provenance::<u32>(stored));
@@ -81,7 +82,7 @@ impl Comparison {
 /// Every word of the code but the first `left_out`: where it is stored, and where it runs.
 fn words_from(left_out: usize) -> impl Iterator<Item = (usize, usize)> {
     let left_out = left_out * WORD_LEN;
-    let stored = (&raw const _hot_stored).addr() + left_out;
-    let runs = (&raw const _hot_start).addr() + left_out..(&raw const _hot_end).addr();
+    let stored = (&raw const _ccm_code_stored).addr() + left_out;
+    let runs = (&raw const _ccm_code_start).addr() + left_out..(&raw const _ccm_code_end).addr();
     (stored..).step_by(WORD_LEN).zip(runs.step_by(WORD_LEN))
 }
