@@ -251,7 +251,10 @@ impl World {
             45..50 => self.command(Opcode::Start as u8, 0, 0),
             50..75 => {
                 let opcode = self.random.random_range(1..=13);
-                let named = matches!(opcode, 5 | 6 | 8 | 9 | 13);
+                if opcode == Opcode::Accept as u8 {
+                    return self.accept();
+                }
+                let named = matches!(opcode, 6 | 8 | 9 | 13);
                 // abort and reject end most runs early: let them be rarer
                 if !matches!(opcode, 6 | 7) || self.random.random_ratio(1, 4) {
                     self.command(opcode, if named { run_id } else { 0 }, 0);

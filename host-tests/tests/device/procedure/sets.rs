@@ -72,7 +72,7 @@ fn telemetry_shows_lengths_and_rotation_as_they_are() {
     let home = bench.wearer.home();
     bench.glide_to(home.counts);
     bench.at = home;
-    let mut shown_in = |bench: &mut Bench| {
+    let shown_in = |bench: &mut Bench| {
         bench.pass(600);
         bench.take_messages();
         bench.pass(200);
@@ -111,7 +111,7 @@ fn every_captured_pose_sends_its_six_lengths_by_itself() {
             })
             .collect();
         sent.sort_by_key(|(cable, _)| *cable);
-        let expected: Vec<(u8, f32)> = (1..).zip(*pose.as_mm()).collect();
+        let expected: Vec<(u8, f32)> = (1..).zip(*pose.lengths().as_mm()).collect();
         assert_eq!(sent, expected, "pose {index}");
     }
 }
@@ -158,7 +158,7 @@ fn no_stale_or_mixed_set_is_taken_on_a_bad_line() {
             }
         }
     }
-    assert!(taken > sets / 3, "{taken} of {sets}");
+    assert!(taken > sets / 5, "{taken} of {sets}");
 }
 
 #[test]
