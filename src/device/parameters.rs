@@ -200,7 +200,7 @@ impl Device {
         let ParameterRequest { operation, index, nonce, .. } = *request;
         let (code, value) = result.map_or_else(|refusal| refusal, |value| (Reason::Fine, value));
         // the key is not sent back
-        let value = if is_write_only(index) { 0 } else { value };
+        let value = if operation == Operation::Write as u8 && is_write_only(index) { 0 } else { value };
         let answer = ParameterAnswer { operation, index, nonce, code, value };
         self.send(&Message::Parameter(answer), out);
         answer

@@ -111,9 +111,10 @@ impl Device {
     /// Reports one fault source per tick, round-robin, to bound bus load.
     pub(super) fn report_fault(&mut self, now_ms: u32, out: &mut impl FnMut(Action)) {
         let run_id = self.procedure.run_id();
-        self.pace.fault_turn = self.pace.fault_turn.wrapping_add(1);
-        let reported = match self.pace.fault_turn % 10 {
-            0 => {
+        // the encoders three times as often: a glitch lasts one sample
+        self.pace.fault_turn = (self.pace.fault_turn + 1) % 12;
+        let reported = match self.pace.fault_turn {
+            0 | 4 | 8 => {
                 let encoder = self.procedure.fault(now_ms).map(|fault| (fault.reason, fault.cable));
                 self.encoder_fault.update(now_ms, run_id, encoder)
             }
@@ -123,13 +124,13 @@ impl Device {
             }
             2 => self.record_fault.update(now_ms, run_id, self.persistence.wrong.map(|reason| (reason, 0))),
             3 => self.overrun.report(now_ms, run_id, Reason::ReceiveOverrun),
-            4 => self.unsendable.report(now_ms, run_id, Reason::ReportOutOfRange),
+            9 => self.unsendable.report(now_ms, run_id, Reason::ReportOutOfRange),
             5 => self.bus_off.report(now_ms, run_id, Reason::BusOff),
             7 => {
                 let failed = self.journal_failed.then_some((Reason::JournalUnwritable, 0));
                 self.journal_fault.update(now_ms, run_id, failed)
             }
-            8 => {
+            10 => {
                 let wrong = self.parameters_wrong.then_some((Reason::ParametersDamaged, 0));
                 self.parameters_fault.update(now_ms, run_id, wrong)
             }

@@ -47,7 +47,7 @@ fn no_cut_makes_the_journal_go_back() {
     for torn in TornWord::ALL {
         let tally = cut::<Entries>(torn);
         assert_eq!(tally.failures(), 0, "{torn:?}: {tally}");
-        assert!(tally.cuts() > 300, "{torn:?}: {tally}");
+        assert!(tally.cuts() > 20, "{torn:?}: {tally}");
     }
 }
 
@@ -176,7 +176,7 @@ fn worn_and_protected_flash_is_named_and_the_old_record_stays() {
             let last = results.iter().rposition(Result::is_ok);
             let expected = last.map(|index| record(index as u16 + 1)).ok_or(match defect {
                 // what the worn page holds is neither erased nor a record
-                Defect::NotErasing => LoadError::Damaged,
+                Defect::NotErasing | Defect::NotWriting => LoadError::Damaged,
                 _ => LoadError::Nothing,
             });
             assert_eq!(store(&mut flash).load(RIG), expected, "{defect:?} on page {page}: {results:?}");

@@ -233,6 +233,11 @@ impl World {
 
     fn step(&mut self, poses: &[[i32; 6]]) {
         let run_id = self.device.procedure().run_id();
+        // a review is rare: decide on it more often than chance would
+        if self.device.procedure().state() == StateName::Review && self.random.random_ratio(1, 3) {
+            self.pass(200);
+            return if self.random.random_ratio(1, 3) { self.press_often() } else { self.accept() };
+        }
         match self.random.random_range(0..100) {
             0..40 => {
                 let pose = poses[self.random.random_range(0..poses.len())];
@@ -251,7 +256,10 @@ impl World {
             45..50 => self.command(Opcode::Start as u8, 0, 0),
             50..75 => {
                 let opcode = self.random.random_range(1..=13);
-                let named = matches!(opcode, 5 | 6 | 8 | 9 | 13);
+                if opcode == Opcode::Accept as u8 {
+                    return self.accept();
+                }
+                let named = matches!(opcode, 6 | 8 | 9 | 13);
                 // abort and reject end most runs early: let them be rarer
                 if !matches!(opcode, 6 | 7) || self.random.random_ratio(1, 4) {
                     self.command(opcode, if named { run_id } else { 0 }, 0);

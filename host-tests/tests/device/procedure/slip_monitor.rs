@@ -56,8 +56,13 @@ fn arm(ms: u32) -> Rotation3<f64> {
 }
 
 fn swing_home(bench: &mut Bench) {
+    // nobody sees the way: a straight line of the encoders would be no motion of an arm
     let home = bench.wearer.home();
-    bench.glide_to(home.counts);
+    bench.silent = true;
+    bench.pass(600);
+    bench.set_counts(home.counts);
+    bench.silent = false;
+    bench.pass(100);
     bench.at = home;
 }
 
