@@ -1,6 +1,6 @@
 //! Link arguments of the firmware images. The library and everything on the host need none of it.
 //!
-//! `memory.x` and `hot.x` are taken from the root of the package: rustc links there, and a linker looks into its working
+//! `memory.x` and `ccm.x` are taken from the root of the package: rustc links there, and a linker looks into its working
 //! directory first. What differs between the boards is passed as symbols.
 
 use std::path::{Path, PathBuf};
@@ -28,11 +28,11 @@ const LINK_ANYWAY: &str = "GLENOID_LINK_ANYWAY";
 fn main() -> io::Result<()> {
     println!("cargo::rerun-if-changed=build.rs");
     println!("cargo::rerun-if-changed=memory.x");
-    println!("cargo::rerun-if-changed=hot.x");
+    println!("cargo::rerun-if-changed=ccm.x");
     let for_board = env::var("CARGO_CFG_TARGET_OS").is_ok_and(|os| os == "none");
     if for_board && env::var_os("CARGO_FEATURE_NUCLEO_G474RE").is_some() {
         // device.x comes with the chip's register crate
-        link_hot_code("nucleo-g474re");
+        link_ccm_code("nucleo-g474re");
         link_image("nucleo-g474re", CHIP, None);
         println!("cargo::rustc-link-arg-bin=nucleo-g474re=-Tdefmt.x");
     }
@@ -47,16 +47,16 @@ fn main() -> io::Result<()> {
     }
     if for_board && env::var_os("CARGO_FEATURE_EMULATED").is_some() {
         fs::write(out_dir.join("device.x"), DEVICE_X)?;
-        link_hot_code("emulated");
+        link_ccm_code("emulated");
         link_image("emulated", EMULATOR, Some(&out_dir));
     }
     Ok(())
 }
 
-/// Links the binary `name` with the hot code in the core-coupled memory. Comes before [`link_image`]: of two scripts that
+/// Links the binary `name` with the code that asks for it in the core-coupled memory. Comes before [`link_image`]: of two scripts that
 /// could place a function, the first one does. The image must copy the code before it calls it.
-fn link_hot_code(name: &str) {
-    println!("cargo::rustc-link-arg-bin={name}=-Thot.x");
+fn link_ccm_code(name: &str) {
+    println!("cargo::rustc-link-arg-bin={name}=-Tccm.x");
 }
 
 /// Links the binary `name` with cortex-m-rt's script for a board's memory. `scripts` holds what that script asks

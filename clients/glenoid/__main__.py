@@ -15,6 +15,7 @@ from .ask import Asker
 from .calibration import calibrate
 from .device import Device, DeviceError, open_device
 from .interrupt import after_interrupt
+from .parameters import Parameters
 from .recording import read_poses, read_runs, write_csv
 from .watching import record, watch
 
@@ -64,6 +65,16 @@ def _parser() -> argparse.ArgumentParser:
     sub.add_argument("file")
     sub.add_argument("--seconds", type=float, help="end after so long")
 
+    sub = command("parameters", _parameters, "The board's parameters: read, set, saved.")
+    actions = sub.add_subparsers(required=True, metavar="ACTION", dest="action")
+    actions.add_parser("list", help="all of them, with unit, range and default")
+    actions.add_parser("get", help="the value in use").add_argument("name")
+    setting = actions.add_parser("set", help="prepare a value; nothing changes before save")
+    setting.add_argument("name")
+    setting.add_argument("value", type=float)
+    actions.add_parser("save", help="check the prepared values together and store them; the board starts anew")
+    actions.add_parser("discard", help="forget the prepared values")
+
     sub = command("poses", _poses, "The poses of a recorded run as a table for cargo identify.", bus=False)
     sub.add_argument("recording")
     sub.add_argument("-o", "--output", help="file for the table (default: the standard output)")
@@ -112,6 +123,30 @@ def _record(options: argparse.Namespace) -> int:
     with _open(options) as device:
         frames = record(device.bus, options.file, options.seconds)
     _say(f"{frames} frames in {options.file}")
+    return 0
+
+
+def _parameters(options: argparse.Namespace) -> int:
+    with _open(options) as device:
+        parameters = Parameters(device)
+        if options.action == "list":
+            for name, parameter in parameters.known.items():
+                value, default, least, most = (
+                    f"{parameters.get(name, operation):g}"
+                    for operation in ("Read", "ReadDefault", "ReadMinimum", "ReadMaximum")
+                )
+                _say(f"{name} = {value} {parameter.unit}  (default {default}, {least} to {most})  {parameter.comment}")
+        elif options.action == "get":
+            _say(f"{parameters.get(options.name):.9g} {parameters.named(options.name).unit}".rstrip())
+        elif options.action == "set":
+            parameters.set(options.name, options.value)
+            _say(f"{options.name} is prepared; python -m glenoid parameters save makes it so")
+        elif options.action == "save":
+            parameters.save()
+            _say("saved; the board starts anew with it")
+        else:
+            parameters.discard()
+            _say("the prepared values are forgotten")
     return 0
 
 

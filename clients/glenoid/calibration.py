@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from .device import SILENCE_S, BoardSilent, Device
+from .shown import Shown
 from .vocabulary import GUIDANCE, Message
 
 #: States in which a run is under way.
@@ -79,6 +80,7 @@ class _Calibration:
         self.device, self.decide, self.say = device, decide, say
         self.run_id = 0
         self.candidate: dict[str, Message] = {}
+        self.shown = Shown()
         self.live: dict[str, Message] = {}
         self.verification: Message | None = None
         self.quality: Message | None = None
@@ -145,6 +147,7 @@ class _Calibration:
 
     def take(self, message: Message) -> Result | None:
         name = message.name
+        self.shown.take(message)
         if name == "Heartbeat":
             self.heartbeat(message)
         elif name == "Pose" and message["run_id"] == self.run_id:
@@ -189,7 +192,7 @@ class _Calibration:
         if message["reason"] != "Fine":
             self.tell(f"pose not taken: {message['reason']}")
             return
-        sigma = f", expected sigma {message['sigma']:.3f} mm" if message["sigma_known"] else ""
+        sigma = f", expected sigma {message['predicted_sigma']:.3f} mm" if message["predicted_sigma_known"] else ""
         self.say(f"pose {number} {'held out to verify' if held_out else 'taken'}{sigma}")
 
     def outcome(self, message: Message) -> Result | None:
@@ -211,7 +214,8 @@ class _Calibration:
         if self.decided:
             return
         new = _centre(self.candidate, self.run_id)
-        if new is None or self.verification is None:
+        named = self.shown.named(self.run_id)
+        if new is None or self.verification is None or named is None:
             self.device.ask("Query")
             return
         verdict = self.decide(
@@ -220,7 +224,11 @@ class _Calibration:
         if verdict is None:
             return
         self.decided = True
-        answer = self.device.ask("Accept" if verdict else "Reject", self.run_id)
+        boot, checksum = named
+        answer = (
+            self.device.ask("Accept", self.run_id, checksum, boot) if verdict
+            else self.device.ask("Reject", self.run_id)
+        )
         if answer["code"] != "Fine":
             self.decided = False
             self.tell(f"the board did not obey: {answer['code']}")
@@ -245,9 +253,8 @@ class _Calibration:
     def result(self, reason: str, live: bool, poses: int) -> Result:
         accepted = reason == "Accepted" and live
         centre = _centre(self.live, self.run_id) if accepted else None
-        return Result(
-            self.run_id, reason, accepted, centre and centre.value_mm, centre and centre.sigma_mm, poses, self.notes
-        )
+        value_mm, sigma_mm = (centre.value_mm, centre.sigma_mm) if centre else (None, None)
+        return Result(self.run_id, reason, accepted, value_mm, sigma_mm, poses, self.notes)
 
     def check_silence(self) -> None:
         silent_s = self.device.silent_s

@@ -129,13 +129,13 @@ class Device:
             else:
                 return
 
-    def ask(self, opcode: str, run: int = 0, argument: int = 0) -> Message:
-        """Sends a command and returns its answer.
+    def ask(self, opcode: str, run: int = 0, argument: int = 0, boot: int = 0) -> Message:
+        """Sends a command and returns its answer. `boot` is named by Accept and Confirm only.
 
         Asks again when the answer is lost: the nonce keeps the device from obeying twice.
         """
         self._nonce = self._nonce % 0xFFFF + 1
-        frame = encode_command(opcode, run, argument, self._nonce)
+        frame = encode_command(opcode, run, argument, self._nonce, boot & 0xFF)
         for _ in range(TRIES):
             try:
                 self.bus.send(frame, timeout=1.0)

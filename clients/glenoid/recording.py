@@ -13,7 +13,7 @@ from typing import IO
 import can
 
 from .device import DeviceError
-from .vocabulary import Message, decode
+from .vocabulary import FIRST_ID, LAST_ID, Message, decode
 
 CABLES = 6
 
@@ -76,7 +76,7 @@ def read_messages(path: str | Path) -> Iterable[Message]:
     if frames == 0:
         raise DeviceError(f"{path}: no frame in it; is it a recording of the bus?")
     if ours == 0:
-        raise DeviceError(f"{path}: {frames} frames, but none of the board (identifiers 300 to 31F)")
+        raise DeviceError(f"{path}: {frames} frames, but none of the board (identifiers {FIRST_ID:X} to {LAST_ID:X})")
 
 
 def read_runs(path: str | Path) -> list[Run]:

@@ -15,7 +15,12 @@ COMMAND: Any = DATABASE.get_message_by_name("Command")
 #: Number of this vocabulary. A device that speaks another one is not talked to.
 PROTOCOL = int(DATABASE.version)
 
-_SENT = {message.frame_id: message for message in DATABASE.messages if message is not COMMAND}
+#: What a client sends, and what goes by many times a second for controllers and views, is not decoded here.
+_LEFT = ("Command", "ParameterRequest", "LiveSet", "Telemetry")
+_SENT = {message.frame_id: message for message in DATABASE.messages if message.name not in _LEFT}
+
+#: The identifiers of the board.
+FIRST_ID, LAST_ID = COMMAND.frame_id, COMMAND.frame_id + 31
 
 #: What a person should do, by the heartbeat's guidance.
 GUIDANCE = {
@@ -40,6 +45,7 @@ class Message:
     name: str
     fields: dict[str, Any] = field(repr=False)
     timestamp: float = 0.0
+    data: bytes = field(default=b"", repr=False)
 
     def __getitem__(self, name: str) -> Any:
         return self.fields[name]
@@ -64,10 +70,10 @@ def decode(frame: can.Message) -> Message | None:
         name: value if isinstance(value, (int, float)) else str(value)
         for name, value in message.decode(bytes(frame.data)).items()
     }
-    return Message(message.name, fields, frame.timestamp)
+    return Message(message.name, fields, frame.timestamp, bytes(frame.data))
 
 
-def encode_command(opcode: str, run: int, argument: int, nonce: int) -> can.Message:
+def encode_command(opcode: str, run: int, argument: int, nonce: int, boot_low: int = 0) -> can.Message:
     """The frame of a command."""
-    fields = {"opcode": opcode, "reserved": 0, "nonce": nonce, "for_run": run, "argument": argument}
+    fields = {"opcode": opcode, "boot_low": boot_low, "nonce": nonce, "for_run": run, "argument": argument}
     return can.Message(arbitration_id=COMMAND.frame_id, is_extended_id=False, data=COMMAND.encode(fields))

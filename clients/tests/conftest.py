@@ -58,6 +58,13 @@ class Board:
         time.sleep(seconds)
         self.order("release")
 
+    def accept_by_button(self, checksum: int) -> None:
+        """As many short presses as the LED winks, then a long one."""
+        for _ in range(checksum % 3 + 2):
+            self.press(0.3)
+            time.sleep(0.4)
+        self.press(1.6)
+
     def end(self) -> None:
         self.process.send_signal(signal.SIGINT)
         self.process.wait(20)

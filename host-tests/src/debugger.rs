@@ -9,7 +9,7 @@ use std::net::{SocketAddr, TcpStream};
 use std::time::Duration;
 
 /// Most bytes of memory in one packet, which the emulator limits to 4 KiB.
-const MOST_BYTES: usize = 1024;
+const MAX_BYTES: usize = 1024;
 
 /// Longest wait for an answer.
 const PATIENCE: Duration = Duration::from_secs(10);
@@ -87,7 +87,7 @@ impl Debugger {
     pub fn read(&mut self, address: u32, len: usize) -> Result<Vec<u8>, DebuggerError> {
         let mut bytes = Vec::new();
         while bytes.len() < len {
-            let part = (len - bytes.len()).min(MOST_BYTES);
+            let part = (len - bytes.len()).min(MAX_BYTES);
             let is_data = |answer: &str| answer.len() == 2 * part;
             let answer = self.request(&format!("m{:x},{part:x}", address as usize + bytes.len()), is_data)?;
             let byte = |pair: &[u8]| u8::from_str_radix(std::str::from_utf8(pair).ok()?, 16).ok();

@@ -1,5 +1,6 @@
 //! Runs a firmware image in QEMU as the emulated drive board.
 
+use glenoid::record::STORAGE_PAGES;
 use std::ffi::OsString;
 use std::fmt;
 use std::io::{self, BufRead, BufReader, Read};
@@ -11,6 +12,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
+use crate::flash::PAGE_LEN;
 use crate::monitor;
 use crate::packages::{self, Consent, PackageError};
 
@@ -53,6 +55,8 @@ pub enum EmulatorError {
     Missing(PackageError),
     /// It could not be started.
     Start(io::Error),
+    /// The file that is to stand for the flash is something else.
+    NotARecord(String),
     /// It ended by itself; the texts are its error output and the end of the board's log.
     Ended {
         /// How it ended.
@@ -72,6 +76,7 @@ impl fmt::Display for EmulatorError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Missing(error) => write!(f, "`{PROGRAM}` is not on PATH (Debian's package {PACKAGE}): {error}"),
+            Self::NotARecord(what) => f.write_str(what),
             Self::Start(error) => write!(f, "`{PROGRAM}` could not be started: {error}"),
             Self::Ended { status, complaint } => write!(f, "the emulator ended ({status}): {complaint}"),
             Self::Silent(text) => write!(f, "the board did not log \"{text}\" in time"),
@@ -140,7 +145,10 @@ impl Emulator {
         let rig = local_address(options.rig_port).map_err(EmulatorError::Start)?;
         let mut command = command();
         let record = match &options.record {
-            Some(path) => RecordFile::Given(path.clone()),
+            Some(path) => {
+                refuse_what_is_no_record(path)?;
+                RecordFile::Given(path.clone())
+            }
             None => RecordFile::Own(own_record()),
         };
         command.arg("-semihosting-config").arg(record.semihosting());
@@ -333,6 +341,21 @@ impl RecordFile {
 }
 
 /// A path that no other board of this machine has.
+/// The board erases and writes this file: one that is there and is no record is somebody's.
+fn refuse_what_is_no_record(path: &Path) -> Result<(), EmulatorError> {
+    const LEN: u64 = (STORAGE_PAGES * PAGE_LEN) as u64;
+    match std::fs::metadata(path) {
+        Ok(file) if file.is_file() && [0, LEN].contains(&file.len()) => Ok(()),
+        Ok(file) => Err(EmulatorError::NotARecord(format!(
+            "{} is no record of the board: it has {} bytes, not {LEN}; it stays as it is",
+            path.display(),
+            file.len()
+        ))),
+        // it will be made
+        Err(_) => Ok(()),
+    }
+}
+
 fn own_record() -> PathBuf {
     static NEXT: AtomicU32 = AtomicU32::new(0);
     let number = NEXT.fetch_add(1, Ordering::Relaxed);

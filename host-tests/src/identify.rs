@@ -1,13 +1,15 @@
 //! `cargo identify`: the board's identification on a recorded log, for the researcher's desk.
 //!
-//! A log and a rig are read ([`lengths_file`], [`rig_file`]; anything that cannot be read is told by file, line and
+//! A log and a rig are read ([`lengths_file`], [`rig_file`]; anything that cannot be read is reported by file, line and
 //! column), the library's solver is run in the precision asked for ([`calculation`]), and the outcome is one [`report`]
 //! that is printed as JSON or as a [`summary`] with a remedy for every refusal.
 
 pub mod calculation;
+pub mod held_phase;
 pub mod input_error;
 mod known_keys;
 pub mod lengths_file;
+pub mod machine_report;
 pub mod refusal;
 pub mod remedy;
 pub mod report;
@@ -16,8 +18,9 @@ pub mod selection;
 pub mod summary;
 pub mod units;
 pub mod verification;
+mod wording;
 
-use glenoid::identification::DEFAULT_CAPACITY;
+use glenoid::identification::{DEFAULT_CAPACITY, JointChoice};
 use glenoid::rig::Rig;
 use std::path::{Path, PathBuf};
 
@@ -31,7 +34,7 @@ use self::selection::RowsUsed;
 /// Without `--noise`, residuals up to this many times the noise expected of the rig are taken for noise of the cables:
 /// 0.35 mm for the shoulder, which uniform noise within ±0.6 mm gives. What is left of a rig file that is wrong by a
 /// centimetre, or of a strap that slips, is larger.
-const MOST_TIMES_EXPECTED_NOISE: f64 = 6.0;
+const MAX_TIMES_EXPECTED_NOISE: f64 = 6.0;
 
 /// What is to be identified, and how.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,8 +47,14 @@ pub struct Request {
     pub start_mm: Option<[f64; 6]>,
     /// Which identification.
     pub method: Method,
-    /// Are the zeros of the encoders unknown, to be identified as well?
-    pub zeros: bool,
+    /// The encoders' zeros are known to this only, 1σ, mm; without it as the rig says.
+    pub zero_prior_mm: Option<f64>,
+    /// Which model of the joint.
+    pub joint: JointChoice,
+    /// A log of the held phase.
+    pub still: Option<PathBuf>,
+    /// Use every row.
+    pub all_poses: bool,
     /// Known standard deviation of a cable length, mm. Without it, it is estimated from the residuals.
     pub noise_mm: Option<f64>,
     /// Precision of the arithmetic.
@@ -73,7 +82,8 @@ pub struct Finding {
 /// [`InputError`] names the place that cannot be read. A refusal is not an error: it is a [`Finding`].
 pub fn run(request: &Request) -> Result<Finding, InputError> {
     let machine = machine(request.rig.as_deref())?;
-    let log = log(&request.lengths, &machine.rig)?;
+    let noise_mm = request.noise_mm.unwrap_or(machine.rig.length_noise_mm());
+    let log = log(&request.lengths, &machine.rig)?.with_repeated_rows_merged(noise_mm);
     let second = match request.verify.as_deref() {
         Some(path) => Some(self::log(path, &machine.rig)?),
         // A recording of the bus holds the board's own second set.
@@ -82,7 +92,10 @@ pub fn run(request: &Request) -> Result<Finding, InputError> {
     let logs = [Some(&log), second.as_ref()].into_iter().flatten();
     let notes = logs.flat_map(|log| log.notes().iter().map(|note| format!("{}: {note}", log.file()))).collect();
     let setting = setting(request, &machine, log.rows().len());
-    let report = Problem { rig: &machine.rig, log: &log, setting, second: second.as_ref() }.solve()?;
+    let still = request.still.as_deref().map(|path| self::log(path, &machine.rig)).transpose()?;
+    let still = still.map(|log| log.with_repeated_rows_merged(noise_mm));
+    let problem = Problem { rig_file: &machine, log: &log, setting, still: still.as_ref(), second: second.as_ref() };
+    let report = problem.solve()?;
     let summary = summary::of(&report, &log, second.as_ref());
     Ok(Finding { report, summary, warnings: unused(request), notes })
 }
@@ -102,7 +115,7 @@ pub fn start_complaint(start_mm: &[f64; 6]) -> Option<String> {
 fn machine(path: Option<&Path>) -> Result<RigFile, InputError> {
     match path {
         Some(path) => RigFile::read(path),
-        None => Ok(RigFile { rig: rig_file::default_rig()?, start_mm: None }),
+        None => Ok(RigFile { rig: rig_file::default_rig()?, covariance: None, start_mm: None }),
     }
 }
 
@@ -120,14 +133,15 @@ fn setting(request: &Request, machine: &RigFile, rows: usize) -> Setting {
     let expected_noise_mm = machine.rig.length_noise_mm();
     let full = request.method == Method::Full;
     Setting {
-        rows_used: RowsUsed::of(rows, DEFAULT_CAPACITY),
+        rows_used: RowsUsed::of(rows, if request.all_poses { usize::MAX } else { DEFAULT_CAPACITY }),
         method: request.method,
         precision: request.precision,
-        zeros: request.zeros && full,
+        zero_prior_mm: request.zero_prior_mm.filter(|_| full),
+        joint: request.joint,
         start: (!full).then(|| start(request, machine)),
         given_noise_mm: request.noise_mm.filter(|_| full),
         expected_noise_mm,
-        noise_limit_mm: expected_noise_mm * MOST_TIMES_EXPECTED_NOISE,
+        noise_limit_mm: expected_noise_mm * MAX_TIMES_EXPECTED_NOISE,
     }
 }
 
@@ -148,11 +162,13 @@ fn unused(request: &Request) -> Vec<String> {
     if request.method == Method::Full && request.start_mm.is_some() {
         warnings.push("--start is not used: the full method needs none (--method paper begins there)".to_owned());
     }
-    if request.method == Method::Paper && request.zeros {
+    if request.method == Method::Paper && request.zero_prior_mm.is_some() {
         warnings.push("--zeros is not used: the paper's method takes the zeros for known".to_owned());
     }
     if request.method == Method::Paper && request.noise_mm.is_some() {
-        warnings.push("--noise is not used: the paper's method takes its error bar from its own residuals".to_owned());
+        warnings.push(
+            "--noise is not used: the paper's method takes its standard deviation from its own residuals".to_owned(),
+        );
     }
     warnings
 }

@@ -1,8 +1,10 @@
 //! Host side of Glenoid.
 
 pub mod command_line;
+pub mod commission;
 pub mod debugger;
 pub mod emulator;
+pub mod estimation;
 pub mod firmware;
 pub mod flash;
 pub mod identify;

@@ -1,4 +1,4 @@
-//! Debian packages that a command needs: told apart from the rest because they need a privilege and a consent.
+//! Debian packages that a command needs: separate from the rest because they need a privilege and a consent.
 
 use std::fmt;
 use std::io::{self, BufRead, IsTerminal, Write};

@@ -4,7 +4,7 @@
 //! [`Sheet`], of which there are two: text in SVG, anti-aliased pixels in PNG. Both take coordinates in CSS pixels
 //! (1/96 inch), x to the right and y downwards.
 //!
-//! The series are told apart three times over, by colour (Okabe and Ito, "Color Universal Design", 2008), by marker
+//! The series differ in three ways, by colour (Okabe and Ito, "Color Universal Design", 2008), by marker
 //! and by dash, so that a chart survives a black-and-white printer and any kind of colour vision.
 //!
 //! ```
@@ -21,6 +21,7 @@ mod chart;
 mod frame;
 mod heat;
 mod letters;
+mod marker;
 mod palette;
 mod png;
 mod sheet;

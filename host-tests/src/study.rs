@@ -5,9 +5,12 @@
 //! the order of the trials, so that the bytes are the same on one core and on many.
 
 mod bound;
+mod built;
+mod commissioning;
 mod cramer_rao;
 mod degenerate;
 mod findings;
+mod machine;
 pub mod output;
 pub mod scene;
 mod solve;
@@ -32,7 +35,7 @@ pub struct Study {
     pub name: &'static str,
     /// What it answers, in a line.
     pub about: &'static str,
-    /// Trials unless told otherwise; what one trial is, its summary says.
+    /// Trials by default; what one trial is, its summary says.
     pub trials: u64,
     /// Does it.
     pub run: fn(&Plan) -> Result<Findings, Problem>,
@@ -55,4 +58,6 @@ pub const ALL: &[Study] = &[
     precision::STUDY,
     zeros::STUDY,
     watch::STUDY,
+    machine::STUDY,
+    commissioning::STUDY,
 ];

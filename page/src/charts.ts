@@ -24,7 +24,7 @@ export function accuracyChart(sigmas: (number | null)[]): string {
   const grid = [0.01, 0.1, 1, 10].map((value) =>
     `<line x1="${LEFT}" x2="${WIDTH - 10}" y1="${y(value)}" y2="${y(value)}" class="grid"/>`
     + `<text x="${LEFT - 8}" y="${y(value) + 5}" text-anchor="end">${value}</text>`).join("");
-  const ticks = Array.from({ length: columns }, (_, index) => index + 1).filter((n) => n === 1 || n % Math.ceil(columns / 8) === 0)
+  const ticks = Array.from({ length: columns }, (_, index) => index + 1).filter((n) => n % Math.ceil(columns / 8) === 0)
     .map((n) => `<text x="${x(n - 1)}" y="${HEIGHT - 8}" text-anchor="middle">${n}</text>`).join("");
   const line = known.map((point) => `${x(point.index).toFixed(1)},${y(point.sigma).toFixed(1)}`).join(" ");
   const dots = known.map((point) => `<circle cx="${x(point.index)}" cy="${y(point.sigma)}" r="5"/>`).join("");
@@ -34,7 +34,7 @@ export function accuracyChart(sigmas: (number | null)[]): string {
     + `<line x1="${LEFT}" x2="${WIDTH - 10}" y1="${y(TARGET_MM)}" y2="${y(TARGET_MM)}" class="target"/>`
     + `<text x="${WIDTH - 12}" y="${y(TARGET_MM) - 6}" text-anchor="end">${words.accuracy.target}</text>`
     + `<polyline points="${line}" class="line"/>${dots}`
-    + `<text x="${WIDTH - 12}" y="${HEIGHT - 8}" text-anchor="end">${words.accuracy.poses}</text>`);
+    + `<text x="${LEFT - 8}" y="${HEIGHT - 8}" text-anchor="end">${words.accuracy.poses}</text>`);
 }
 
 /** A square for each pose and cable: its size is what is left, filled when too long, hollow when too short. */

@@ -24,6 +24,7 @@ export class Device {
     this.nonce = (this.nonce % 0xffff) + 1;
     const nonce = this.nonce;
     const line = this.library.command(opcode, run, argument, nonce);
+    if (line.length === 0) return null;
     for (let attempt = 0; attempt < TRIES; attempt += 1) {
       const answered = new Promise<Message | null>((resolve) => {
         this.waiting.set(nonce, resolve);

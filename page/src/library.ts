@@ -3,7 +3,7 @@
 /** A message of the device: its name in the DBC and its fields; codes are numbers. */
 export interface Message {
   name: string;
-  [field: string]: number | string;
+  [field: string]: number | string | number[] | null;
 }
 
 /** Where the platform stands: rotation from {P} to {B} row by row, origin in {B} (mm). */
@@ -12,11 +12,14 @@ export interface Placed {
   origin: number[];
   /** What each cable leaves, mm; only once a centre is determined. */
   residuals?: number[];
-  /** The centre as this pose alone shows it, mm. */
+  /** The centre as this pose alone shows it, and as the joint's model has it in this pose, mm. */
   centre?: number[];
+  path?: number[];
 }
 
 export interface Identification {
+  /** The joint's centre moves with the arm. */
+  moving?: boolean;
   refusal: string | null;
   centre: number[] | null;
   sigma?: number[];
@@ -38,6 +41,9 @@ export interface Machine {
 
 export interface Words {
   protocol: number;
+  /** The identifiers that belong to the board: the first, and how many. */
+  base: number;
+  block: number;
   reasons: [number, string, string, string][];
   guidance: [number, string][];
   states: [number, string][];
@@ -52,6 +58,7 @@ interface Exports {
   receive(len: number): number;
   decode(len: number): number;
   command(opcode: number, run: number, argument: number, nonce: number): number;
+  forget(): number;
   words(): number;
   machine(): number;
   place(len: number): number;
@@ -96,7 +103,12 @@ export class Library {
     return len === 0 ? null : (this.json(len) as Message);
   }
 
-  /** A command as a line of SLCAN. */
+  /** Another board, or another moment of a recording. */
+  forget(): void {
+    this.wasm.forget();
+  }
+
+  /** A command as a line of SLCAN; empty for the accept of a centre that was not shown whole. */
   command(opcode: string, run: number, argument: number, nonce: number): Uint8Array {
     const code = this.words.opcodes.find(([, name]) => name === opcode)?.[0] ?? 0;
     return this.bytes(this.wasm.command(code, run, argument, nonce)).slice();

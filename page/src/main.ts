@@ -4,7 +4,7 @@ import { accuracyChart, residualChart } from "./charts.ts";
 import { Device } from "./device.ts";
 import { Library, type Identification, type Message, type Placed } from "./library.ts";
 import { Model } from "./model.ts";
-import { boardList, centreTable, element, faultList, guidance, sentence, stateLine, write, type Situation } from "./panel.ts";
+import { boardList, centreTable, element, faultList, guidance, sentence, stateLine, UNCONFIRMED, write, type Situation } from "./panel.ts";
 import { ArmScene, MAGNIFIED } from "./scene.ts";
 import { framesUntil, readRecording, type Recording } from "./source/recording.ts";
 import type { Listener, Source } from "./source/source.ts";
@@ -16,7 +16,7 @@ import { words } from "./words.ts";
 const SILENCE_MS = 2000;
 /** A pose's lengths come by themselves; a board that does not send them is asked after so long. */
 const ASK_FOR_POSE_MS = 300;
-const BUTTONS = ["Start", "Accept", "Reject", "Abort", "Acknowledge"] as const;
+const BUTTONS = ["Start", "Accept", "Reject", "Abort", "Acknowledge", "Confirm"] as const;
 type Button = (typeof BUTTONS)[number];
 
 class Page {
@@ -28,6 +28,7 @@ class Page {
   private found: Identification | null = null;
   private computed = -1;
   private drawn = "";
+  private placed: number[] | null = null;
   private heard = performance.now();
   private asked = 0;
   private notice = "";
@@ -46,9 +47,13 @@ class Page {
     this.wire();
   }
 
+  /** Turns of the page's loop, for whoever measures. */
+  ticks = 0;
+
   start(): void {
     if (location.protocol.startsWith("http")) this.connect();
     const frame = () => {
+      this.ticks += 1;
       this.update();
       this.scene?.frame();
       requestAnimationFrame(frame);
@@ -77,7 +82,7 @@ class Page {
 
   private async openRecording(file: File): Promise<void> {
     this.leave();
-    const opened = readRecording(await file.text());
+    const opened = readRecording(new Uint8Array(await file.arrayBuffer()), this.library.words.base, this.library.words.block);
     if (typeof opened === "string") {
       this.situation.complaint = opened;
       return;
@@ -101,6 +106,8 @@ class Page {
     this.source?.close();
     this.source = this.device = this.recording = this.playing = null;
     this.model = new Model();
+    this.library.forget();
+    this.placed = null;
     this.found = null;
     this.computed = -1;
     this.notice = "";
@@ -139,6 +146,7 @@ class Page {
     const recording = this.recording;
     if (recording === null) return;
     this.model = new Model();
+    this.library.forget();
     for (const index of framesUntil(recording, seconds)) {
       const data = recording.data.subarray(8 * index, 8 * index + recording.lengths[index]!);
       const message = this.library.decode(recording.ids[index]!, data);
@@ -154,6 +162,11 @@ class Page {
     situation.silent = this.source !== null && situation.connected && performance.now() - this.heard > SILENCE_MS;
     this.play();
     this.askForLengths();
+    if (model.lengths !== null && model.lengths !== this.placed) {
+      this.placed = model.lengths;
+      const placed = this.library.place(model.lengths);
+      if (placed !== null) this.scene?.follow(placed);
+    }
     if (this.computed !== model.evidence) {
       this.computed = model.evidence;
       this.compute();
@@ -170,7 +183,7 @@ class Page {
     this.found = poses.length === 0 ? null : this.library.identify(poses);
     const last = [...this.model.whole(false), ...this.model.whole(true)].at(-1);
     const placed = last === undefined ? this.home() : this.library.place(last.lengths as number[]);
-    if (placed !== null) this.scene?.moveTo(placed);
+    if (placed !== null && this.model.lengths === null) this.scene?.moveTo(placed);
     const live = this.model.live.every((value) => value !== null) ? this.model.live.map((value) => value!.value) : null;
     this.scene?.show(this.found, live);
   }
@@ -200,6 +213,7 @@ class Page {
       Reject: state === "Review",
       Abort: ["Collecting", "Identifying", "Verifying"].includes(state),
       Acknowledge: state === "Failed" || Number(model.heartbeat?.["unacknowledged"] ?? 0) === 1 && state === "Idle",
+      Confirm: state === "Idle" && Number(model.heartbeat?.["standing"] ?? 0) === UNCONFIRMED,
     };
     for (const name of BUTTONS) {
       const button = element<HTMLButtonElement>(name);
@@ -219,8 +233,8 @@ class Page {
   }
 
   private async command(name: Button): Promise<void> {
-    const run = this.model.run;
-    if (name === "Accept" && !(await this.confirmed())) return;
+    const run = name === "Confirm" ? this.model.liveRun : this.model.run;
+    if ((name === "Accept" || name === "Confirm") && !(await this.confirmed(name))) return;
     if (name === "Start" && this.model.heartbeat !== null && Number(this.model.heartbeat["unacknowledged"]) === 1) {
       await this.device?.ask("Acknowledge", Number(this.model.heartbeat["run_id"]));
     }
@@ -233,8 +247,9 @@ class Page {
     }
   }
 
-  private confirmed(): Promise<boolean> {
+  private confirmed(name: "Accept" | "Confirm"): Promise<boolean> {
     const dialog = element<HTMLDialogElement>("confirm");
+    write("confirm-title", name === "Accept" ? words.confirm.title : words.confirm.titleOfLive);
     write("confirm-centre", centreTable(this.model, this.found));
     dialog.showModal();
     return new Promise((resolve) => {
@@ -289,7 +304,7 @@ class Page {
     };
     const texts: [string, string][] = [
       ["title", words.title], ["websocket", words.sources.websocket], ["serial", words.sources.serial],
-      ["open", words.sources.recording], ["confirm-title", words.confirm.title], ["confirm-text", words.confirm.text],
+      ["open", words.sources.recording], ["confirm-text", words.confirm.text],
       ["yes", words.confirm.yes], ["no", words.confirm.no], ["faults-title", words.faults.title],
       ["board-title", words.board.title], ["play", words.time.play], ["scene-note", words.scene.magnified(MAGNIFIED)],
     ];

@@ -33,6 +33,9 @@ export class Model {
   candidate: (Value | null)[] = [null, null, null];
   live: (Value | null)[] = [null, null, null];
   liveRun = 0;
+  /** L1 to L6 now, mm, where the board sends them. */
+  lengths: number[] | null = null;
+  slack = 0;
   readonly faults = new Map<string, Fault>();
   readonly leftOut: Message[] = [];
   /** Grows when a pose gets its last length: time to compute anew. */
@@ -40,9 +43,10 @@ export class Model {
   /** Grows with every change. */
   revision = 0;
 
-  /** Takes a message; true when the device was restarted. */
+  /** Takes a message. */
   take(message: Message): void {
-    this.revision += 1;
+    // Telemetry moves the arm, not the words.
+    if (message.name !== "Telemetry") this.revision += 1;
     const run = Number(message["run_id"] ?? 0);
     switch (message.name) {
       case "Heartbeat":
@@ -59,6 +63,10 @@ export class Model {
           cable: Number(message["cable"]),
           active: Number(message["active"]) === 1,
         });
+        break;
+      case "Telemetry":
+        this.lengths = message["lengths"] as number[];
+        this.slack = Number(message["slack"]);
         break;
       case "Pose":
         this.pose(message, run);
@@ -124,7 +132,7 @@ export class Model {
     this.lastPose = message;
     if (Number(message["reason"]) !== 0) return;
     const pose = this.poseAt(Number(message["index"]), Number(message["held_out"]) === 1);
-    pose.sigma = Number(message["sigma_known"]) === 1 ? Number(message["sigma"]) : null;
+    pose.sigma = Number(message["predicted_sigma_known"]) === 1 ? Number(message["predicted_sigma"]) : null;
   }
 
   private length(message: Message, run: number): void {

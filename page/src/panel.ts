@@ -4,6 +4,10 @@ import type { Identification, Library } from "./library.ts";
 import type { Model, Value } from "./model.ts";
 import { words } from "./words.ts";
 
+/** May the centre in use be used? As in the DBC. */
+export const UNCONFIRMED = 2;
+const NOT_TO_BE_USED = 3;
+
 const AXES = ["x", "y", "z"];
 
 export function element<T extends HTMLElement>(id: string): T {
@@ -43,8 +47,11 @@ export function guidance(model: Model, library: Library, situation: Situation): 
     return { text: sentence(reason.text), detail: sentence(reason.remedy) };
   }
   if (state === "Idle") {
+    const standing = Number(heartbeat["standing"]);
+    if (standing === UNCONFIRMED) return { text: words.guidance.unconfirmed, detail: words.guidance.unconfirmedRemedy };
     const reason = library.reason(Number(heartbeat["reason"]));
     if (reason.name !== "Fine") return { text: sentence(reason.text), detail: sentence(reason.remedy) };
+    if (standing === NOT_TO_BE_USED) return { text: words.guidance.notToBeUsed, detail: "" };
     const text = Number(heartbeat["live"]) === 1 ? words.guidance.idleWithCentre : words.guidance.idle;
     return { text: situation.recording ? words.guidance.recording : text, detail: "" };
   }
@@ -98,7 +105,7 @@ function signed(value: number): string {
   return `${value < 0 ? "−" : "+"}${Math.abs(value).toFixed(2)}`;
 }
 
-function number(value: number | string | undefined): string {
+function number(value: unknown): string {
   return Number(value).toFixed(3);
 }
 

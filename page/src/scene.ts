@@ -2,8 +2,8 @@
 
 import {
   AmbientLight, BufferGeometry, CanvasTexture, CylinderGeometry, DirectionalLight, DoubleSide, Float32BufferAttribute,
-  Group, Line, LineBasicMaterial, LineDashedMaterial, LineSegments, Matrix4, Mesh, MeshLambertMaterial,
-  PerspectiveCamera, Quaternion, RingGeometry, Scene, SphereGeometry, Sprite, SpriteMaterial, Vector3, WebGLRenderer,
+  Group, Line, LineBasicMaterial, LineSegments, Matrix4, Mesh, MeshLambertMaterial,
+  PerspectiveCamera, Quaternion, RingGeometry, Scene, SphereGeometry, Sprite, SpriteMaterial, SRGBColorSpace, Vector3, WebGLRenderer,
   WireframeGeometry, BoxGeometry, ConeGeometry, MeshBasicMaterial,
 } from "three";
 import type { Identification, Machine, Placed } from "./library.ts";
@@ -27,8 +27,8 @@ export class ArmScene {
   private readonly scene = new Scene();
   private readonly camera = new PerspectiveCamera(38, 1, 10, 5000);
   private readonly renderer: WebGLRenderer;
-  private readonly cables: Line[] = [];
-  private readonly cuff: Line;
+  private readonly cables: { mesh: Mesh; text: Sprite }[] = [];
+  private readonly cuff: Mesh[];
   private readonly arm: Mesh;
   private readonly centre: Group = new Group();
   private readonly ellipsoid: Mesh;
@@ -39,7 +39,7 @@ export class ArmScene {
   private readonly nextLabel: Sprite;
   private turn = 0.6;
   private lift = 0.35;
-  private distance = 1150;
+  private distance = 950;
   /** Where the platform is drawn, and where it goes. */
   private shown: Placed;
   private target: Placed;
@@ -56,18 +56,13 @@ export class ArmScene {
     this.scene.add(lamp);
     this.scene.add(this.base());
     for (let cable = 0; cable < 6; cable += 1) {
-      // dashed alternately, so that neighbours are told apart without colour
-      const material = cable % 2 === 0
-        ? new LineBasicMaterial({ color: INK })
-        : new LineDashedMaterial({ color: INK, dashSize: 10, gapSize: 6 });
-      const line = new Line(points([[0, 0, 0], [0, 0, 1]]), material);
-      line.frustumCulled = false;
-      this.cables.push(line);
-      this.scene.add(line);
+      const mesh = rod(2.2, INK);
+      const text = label(`L${cable + 1}`);
+      this.cables.push({ mesh, text });
+      this.scene.add(mesh, text);
     }
-    this.cuff = new Line(points([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 0]]), new LineBasicMaterial({ color: BLUE }));
-    this.cuff.frustumCulled = false;
-    this.scene.add(this.cuff);
+    this.cuff = [0, 1, 2].map(() => rod(4, BLUE));
+    this.scene.add(...this.cuff);
     this.arm = new Mesh(
       new CylinderGeometry(26, 34, ARM, 20).rotateX(Math.PI / 2).translate(0, 0, ARM / 2 + 20),
       new MeshLambertMaterial({ color: 0xd9a37f, transparent: true, opacity: 0.55 }),
@@ -96,6 +91,15 @@ export class ArmScene {
   moveTo(placed: Placed): void {
     this.target = placed;
     this.dirty = true;
+  }
+
+  /** The arm is there: many times a second. */
+  follow(placed: Placed): void {
+    this.target = placed;
+    if (distance(this.shown, placed) > 1e-4) {
+      this.put(placed);
+      this.dirty = true;
+    }
   }
 
   /** The new centre (or the nominal one), the one in use, what the poses say. */
@@ -137,7 +141,11 @@ export class ArmScene {
   private base(): Group {
     const group = new Group();
     const corners = this.machine.base;
-    group.add(new Line(points([...corners, corners[0]!]), new LineBasicMaterial({ color: INK })));
+    corners.forEach((corner, index) => {
+      const side = rod(4, GREY);
+      span(side, corner, corners[(index + 1) % 3]!);
+      group.add(side);
+    });
     corners.forEach((corner, index) => {
       const box = new Mesh(new BoxGeometry(16, 16, 16), new MeshLambertMaterial({ color: GREY }));
       box.position.fromArray(corner);
@@ -152,11 +160,14 @@ export class ArmScene {
     this.shown = placed;
     const ends = this.machine.platform.map((point) => transform(placed, point));
     ATTACHMENTS.forEach(([end, base], cable) => {
-      const line = this.cables[cable]!;
-      line.geometry.setAttribute("position", positions([ends[end]!, this.machine.base[base]!]));
-      line.computeLineDistances();
+      const { mesh, text } = this.cables[cable]!;
+      const [from, to] = [this.machine.base[base]!, ends[end]!];
+      span(mesh, from, to);
+      // two cables leave each base point: their names stand at different heights
+      const share = cable % 2 === 0 ? 0.36 : 0.5;
+      text.position.fromArray(from.map((value, k) => value + share * (to[k]! - value)));
     });
-    this.cuff.geometry.setAttribute("position", positions([...ends, ends[0]!]));
+    this.cuff.forEach((mesh, side) => span(mesh, ends[side]!, ends[(side + 1) % 3]!));
     // the arm goes from the joint through the middle of the cuff
     const axis = armAxis(placed);
     const middle = [0, 1, 2].map((k) => (ends[0]![k]! + ends[1]![k]! + ends[2]![k]!) / 3);
@@ -187,8 +198,13 @@ export class ArmScene {
       this.directions.add(mark);
       if (pose.centre !== undefined && found.centre !== null) {
         const dot = new Mesh(new SphereGeometry(2, 8, 6), new MeshBasicMaterial({ color: ORANGE }));
-        // the centre that this pose alone shows, ten times as far from the common one
-        dot.position.fromArray(pose.centre.map((value, k) => found.centre![k]! + 10 * (value - found.centre![k]!)));
+        // the centre that this pose alone shows
+        dot.position.fromArray(apart(pose.centre, found.centre));
+        this.path.add(dot);
+      }
+      if (found.moving === true && pose.path !== undefined && found.centre !== null) {
+        const dot = new Mesh(new BoxGeometry(5, 5, 5), new MeshBasicMaterial({ color: BLUE }));
+        dot.position.fromArray(apart(pose.path, found.centre));
         this.path.add(dot);
       }
     });
@@ -275,6 +291,18 @@ function distance(a: Placed, b: Placed): number {
   return Math.max(...a.rotation.map((value, k) => Math.abs(value - b.rotation[k]!)));
 }
 
+/** A thin cylinder of length one; `span` puts it between two points. */
+function rod(radius: number, colour: number): Mesh {
+  const geometry = new CylinderGeometry(radius, radius, 1, 8).rotateX(Math.PI / 2).translate(0, 0, 0.5);
+  return new Mesh(geometry, new MeshLambertMaterial({ color: colour }));
+}
+
+function span(mesh: Mesh, from: number[], to: number[]): void {
+  mesh.position.fromArray(from);
+  mesh.lookAt(new Vector3().fromArray(to));
+  mesh.scale.set(1, 1, new Vector3().fromArray(from).distanceTo(new Vector3().fromArray(to)));
+}
+
 function positions(list: number[][]): Float32BufferAttribute {
   return new Float32BufferAttribute(list.flat(), 3);
 }
@@ -295,6 +323,11 @@ function ellipsoid([xx, yx, yy, zx, zy, zz]: number[], centre: number[]): Matrix
   return new Matrix4().set(
     a * m, 0, 0, centre[0]!, b * m, c * m, 0, centre[1]!, d * m, e * m, f * m, centre[2]!, 0, 0, 0, 1,
   );
+}
+
+/** Ten times as far from the common centre, so that millimetres are seen. */
+function apart(centre: number[], common: number[]): number[] {
+  return centre.map((value, k) => common[k]! + 10 * (value - common[k]!));
 }
 
 function cross(): Group {
@@ -326,7 +359,9 @@ function label(text: string): Sprite {
   context.textBaseline = "middle";
   context.fillStyle = "#16202a";
   context.fillText(text, 8, 31);
-  const sprite = new Sprite(new SpriteMaterial({ map: new CanvasTexture(canvas), depthTest: false }));
-  sprite.scale.set(canvas.width * 0.55, canvas.height * 0.55, 1);
+  const texture = new CanvasTexture(canvas);
+  texture.colorSpace = SRGBColorSpace;
+  const sprite = new Sprite(new SpriteMaterial({ map: texture, depthTest: false }));
+  sprite.scale.set(canvas.width * 0.5, canvas.height * 0.5, 1);
   return sprite;
 }

@@ -14,6 +14,9 @@ export const words = {
     Nothing: "",
     idleWithCentre: "A centre is in use. Press Start for a new calibration.",
     idle: "Hold the arm still and press Start.",
+    unconfirmed: "A stored centre waits to be confirmed.",
+    unconfirmedRemedy: "Move the arm, or confirm that the centre is right for the arm in the machine.",
+    notToBeUsed: "The centre is not to be used.",
     silent: "The board is silent.",
     silentRemedy: "Is it on? Is the bus connected and terminated? Is the bit rate 500 kbit/s?",
     connecting: "Connecting …",
@@ -33,7 +36,8 @@ export const words = {
     goneRemedy: "Is the adapter plugged in, is the board running? Choose the source again.",
     notARecording: "This is no recording that can be read here. candump -l and python-can's CSV can; "
       + "python -m can.logconvert turns other formats into one of them.",
-    foreign: "This recording holds no frame of the board (identifiers 300 to 31F).",
+    foreign: (first: number, last: number) => "This recording holds no frame of the board (identifiers "
+      + `${first.toString(16).toUpperCase()} to ${last.toString(16).toUpperCase()}).`,
     cut: "The recording was cut; what stands before the cut is shown.",
     protocol: (theirs: number, ours: number) =>
       `The board speaks version ${theirs} of the vocabulary, this page version ${ours}. Take the page that came with `
@@ -45,11 +49,13 @@ export const words = {
     Reject: "Reject",
     Abort: "Abort",
     Acknowledge: "Acknowledge",
+    Confirm: "Confirm",
     refused: (opcode: string) => `${opcode} was not obeyed`,
     noAnswer: "The board did not answer.",
   } as const,
   confirm: {
     title: "Use this centre?",
+    titleOfLive: "Is the centre in use right for this arm?",
     text: "A controller will turn the arm about it.",
     yes: "Yes, use it",
     no: "Not yet",
@@ -91,7 +97,8 @@ export const words = {
   },
   scene: {
     label: "The arm in the machine: base, cables, cuff, centre, and the directions covered",
-    magnified: (factor: number) => `error ellipsoid magnified ${factor} times`,
+    magnified: (factor: number) => `ellipsoid: error of the centre, magnified ${factor} times. Small dots: the centre as `
+      + "each pose alone shows it, ten times as far apart",
     goThere: "go there",
     noWebgl: "This browser draws no 3D. Everything else works.",
   },

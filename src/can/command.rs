@@ -5,7 +5,8 @@ use super::payload::{Field, Payload};
 use crate::procedure::{Command, PoseSet, Reason};
 
 const OPCODE: Field = Field::integer(0, 8);
-const RESERVED: Field = Field::integer(8, 8);
+/// Accept and Confirm: low byte of the boot number. Otherwise 0.
+const BOOT: Field = Field::integer(8, 8);
 const NONCE: Field = Field::integer(16, 16);
 const RUN_ID: Field = Field::integer(32, 16);
 const ARGUMENT: Field = Field::integer(48, 16);
@@ -27,7 +28,7 @@ pub enum Opcode {
     Identify = 3,
     /// End the second collecting and verify.
     Verify = 4,
-    /// Put the new centre into use. Must name the run.
+    /// Put the new centre into use. Must name run, boot and checksum of the value that was shown.
     Accept = 5,
     /// Drop the new centre. Must name the run.
     Reject = 6,
@@ -41,11 +42,16 @@ pub enum Opcode {
     Query = 10,
     /// How well the encoder zeros are known in the runs to come. Argument: 1σ in steps of 2^-10 mm; 0 = exactly.
     SetZeroPrior = 11,
+    /// Whose arm the runs to come are made for. Argument: the wearer's number, 0 = not said.
+    SetWearer = 12,
+    /// The centre in use is right for the arm that is in the machine now. Must name run, boot and checksum of the value
+    /// in use, as Accept does of the new one.
+    Confirm = 13,
 }
 
 impl Opcode {
     /// All opcodes in order.
-    pub const ALL: [Opcode; 11] = [
+    pub const ALL: [Opcode; 13] = [
         Self::Start,
         Self::Capture,
         Self::Identify,
@@ -57,6 +63,8 @@ impl Opcode {
         Self::ReadPose,
         Self::Query,
         Self::SetZeroPrior,
+        Self::SetWearer,
+        Self::Confirm,
     ];
 
     /// The opcode with this number.
@@ -67,12 +75,17 @@ impl Opcode {
     /// Must the command name the run that it is meant for? Then a late frame of an old client cannot decide on a run
     /// that it has never seen.
     const fn must_name_run(self) -> bool {
-        matches!(self, Self::Accept | Self::Reject | Self::Acknowledge | Self::ReadPose)
+        matches!(self, Self::Accept | Self::Reject | Self::Acknowledge | Self::ReadPose | Self::Confirm)
+    }
+
+    /// Does the command name a value, by boot, run and checksum?
+    const fn names_value(self) -> bool {
+        matches!(self, Self::Accept | Self::Confirm)
     }
 
     /// May the command name a run at all?
     const fn may_name_run(self) -> bool {
-        !matches!(self, Self::Start | Self::Query | Self::SetZeroPrior)
+        !matches!(self, Self::Start | Self::Query | Self::SetZeroPrior | Self::SetWearer)
     }
 }
 
@@ -82,6 +95,8 @@ impl Opcode {
 pub struct Request {
     /// The opcode as it was sent, known or not: the answer repeats it.
     pub opcode: u8,
+    /// Accept and Confirm: low byte of the number of the boot in which the value was found. Otherwise 0.
+    pub boot: u8,
     /// Chosen by the client; the answer repeats it. 0 = no nonce.
     pub nonce: u16,
     /// The run that the command is meant for; 0 = whichever is under way.
@@ -105,6 +120,15 @@ pub enum Order {
     },
     /// Send everything that is known.
     Query,
+    /// Put the new centre into use, if it is the one that is named.
+    Accept(NamedValue),
+    /// Confirm the centre in use, if it is the one that is named.
+    Confirm(NamedValue),
+    /// The runs to come are made for this wearer.
+    SetWearer {
+        /// The wearer's number; 0 = not said.
+        wearer: u16,
+    },
     /// The zeros of the runs to come are known to so many steps of [`ZERO_PRIOR_STEP_MM`], 1σ; 0 = exactly.
     SetZeroPrior {
         /// Steps.
@@ -112,11 +136,29 @@ pub enum Order {
     },
 }
 
+/// The value that an accept or a confirmation means.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct NamedValue {
+    /// The run that found it.
+    pub run_id: u16,
+    /// Low byte of the boot's number.
+    pub boot: u8,
+    /// [`checksum`](super::identity::checksum) of the frames that showed it.
+    pub checksum: u16,
+}
+
 impl Request {
+    /// The accept or the confirmation of a value that was shown, for clients and tests.
+    pub const fn naming(opcode: Opcode, nonce: u16, value: &super::identity::Naming) -> Self {
+        Self { opcode: opcode as u8, boot: value.boot as u8, nonce, run_id: value.run_id, argument: value.checksum }
+    }
+
     /// The frame of this request, for clients and tests.
     pub fn pack(&self, id: embedded_can::StandardId) -> Frame {
         let payload = Payload::new()
             .with(OPCODE, self.opcode)
+            .with(BOOT, self.boot)
             .with(NONCE, self.nonce)
             .with(RUN_ID, self.run_id)
             .with(ARGUMENT, self.argument);
@@ -136,13 +178,14 @@ impl Request {
         let payload = Payload::from_bytes(bytes);
         let request = Self {
             opcode: payload.get_u8(OPCODE),
+            boot: payload.get_u8(BOOT),
             nonce: payload.get_u16(NONCE),
             run_id: payload.get_u16(RUN_ID),
             argument: payload.get_u16(ARGUMENT),
         };
         if data.len() != MAX_DATA_LEN {
             Err((request, Reason::WrongLength))
-        } else if payload.get(RESERVED) != 0 {
+        } else if request.boot != 0 && !Opcode::from_code(request.opcode).is_some_and(Opcode::names_value) {
             Err((request, Reason::ReservedNotZero))
         } else {
             Ok(request)
@@ -159,6 +202,10 @@ impl Request {
         if self.run_id == 0 && opcode.must_name_run() || self.run_id != 0 && !opcode.may_name_run() {
             return Err(Reason::BadArgument);
         }
+        let value = NamedValue { run_id: self.run_id, boot: self.boot, checksum: self.argument };
+        if opcode == Opcode::Confirm {
+            return Ok(Order::Confirm(value));
+        }
         if self.run_id != 0 && self.run_id != current_run {
             return Err(Reason::StaleRun);
         }
@@ -170,16 +217,17 @@ impl Request {
                 index: (argument & 0xFF) as u8,
             },
             (Opcode::SetZeroPrior, steps) => Order::SetZeroPrior { steps },
+            (Opcode::SetWearer, wearer) => Order::SetWearer { wearer },
+            (Opcode::Accept, _) => Order::Accept(value),
             (_, argument) if argument != 0 => return Err(Reason::BadArgument),
             (Opcode::Capture, _) => Order::Procedure(Command::Capture),
             (Opcode::Identify, _) => Order::Procedure(Command::Identify),
             (Opcode::Verify, _) => Order::Procedure(Command::Verify),
-            (Opcode::Accept, _) => Order::Procedure(Command::Accept),
             (Opcode::Reject, _) => Order::Procedure(Command::Reject),
             (Opcode::Abort, _) => Order::Procedure(Command::Abort),
             (Opcode::Acknowledge, _) => Order::Procedure(Command::Acknowledge),
             (Opcode::Query, _) => Order::Query,
-            (Opcode::Start | Opcode::ReadPose, _) => return Err(Reason::BadArgument),
+            (Opcode::Start | Opcode::ReadPose | Opcode::Confirm, _) => return Err(Reason::BadArgument),
         };
         Ok(order)
     }

@@ -2,36 +2,50 @@
 
 use super::frame::Frame;
 use super::health::{BusHealth, LastStop, StopText};
+use super::identity::{Identity, Naming};
+use super::parameter::ParameterAnswer;
 use super::payload::{PackError, Payload};
 use super::report::{LeftOut, OutcomeReport, PoseReport, RawLength};
 use super::result::{Axis, Parameter, Quality, VerificationReport, WeakDirection, ZeroError};
+use super::set::Piece;
 use super::status::{Answer, Counters, Fault, Heartbeat, Versions};
 use super::watch::WatchReport;
 use embedded_can::StandardId;
 
 /// Number of this vocabulary, sent in [`Versions`]. It grows when a message changes its meaning.
-pub const PROTOCOL: u8 = 1;
+pub const PROTOCOL: u8 = 2;
 
 /// How many identifiers, from the base on, belong to the device.
-pub const BLOCK: u16 = 32;
+pub const BLOCK: u16 = 64;
 
-/// The first of the [`BLOCK`] identifiers that a device uses: a constant of the rig, a multiple of 32.
+/// The first of the [`BLOCK`] identifiers that a device uses: a multiple of 64. See the parameter `base_id`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct BaseId(u16);
 
 impl BaseId {
-    /// The identifiers as they stand in `glenoid.dbc`.
-    pub const DEFAULT: Self = Self(0x300);
+    /// The identifiers as they stand in `glenoid.dbc`: 0x680 to 0x6BF, which CANopen's predefined connection set (CiA
+    /// 301, 7.3.3) leaves free.
+    pub const DEFAULT: Self = Self(0x680);
 
     /// A base identifier, if it is a multiple of [`BLOCK`] within 11 bits.
     pub const fn new(base: u16) -> Option<Self> {
         if base.is_multiple_of(BLOCK) && base <= 0x7FF { Some(Self(base)) } else { None }
     }
 
-    /// Identifier of the command frame, the only one that the device obeys.
+    /// Identifier of the command frame. This one and [`BaseId::parameters`] are all that the device obeys.
     pub const fn command(self) -> StandardId {
         self.at(0)
+    }
+
+    /// Identifier of the requests about parameters.
+    pub const fn parameters(self) -> StandardId {
+        self.at(24)
+    }
+
+    /// The number.
+    pub const fn raw(self) -> u16 {
+        self.0
     }
 
     /// Is this one of the device's own identifiers?
@@ -102,6 +116,12 @@ pub enum Message {
     CandidateZero(ZeroError),
     LiveZero(ZeroError),
     Watch(WatchReport),
+    Parameter(ParameterAnswer),
+    LiveSet(Piece),
+    Telemetry(Piece),
+    Identity(Identity),
+    CandidateNaming(Naming),
+    LiveNaming(Naming),
 }
 
 impl Message {
@@ -131,6 +151,12 @@ impl Message {
             Self::CandidateZero(_) => 21,
             Self::LiveZero(_) => 22,
             Self::Watch(_) => 23,
+            Self::Parameter(_) => 25,
+            Self::LiveSet(_) => 26,
+            Self::Telemetry(_) => 27,
+            Self::Identity(_) => 28,
+            Self::CandidateNaming(_) => 29,
+            Self::LiveNaming(_) => 30,
         }
     }
 
@@ -161,6 +187,10 @@ impl Message {
             Self::StopText(m) => m.pack(),
             Self::CandidateZero(m) | Self::LiveZero(m) => m.pack()?,
             Self::Watch(m) => m.pack()?,
+            Self::Parameter(m) => m.pack(),
+            Self::LiveSet(piece) | Self::Telemetry(piece) => Payload::from_bytes(*piece),
+            Self::Identity(m) => m.pack(),
+            Self::CandidateNaming(m) | Self::LiveNaming(m) => m.pack(),
         };
         Ok(Frame::of_eight(base.at(self.offset()), payload.to_bytes()))
     }
@@ -199,6 +229,12 @@ impl Message {
             21 => Some(Self::CandidateZero(ZeroError::unpack(payload))),
             22 => Some(Self::LiveZero(ZeroError::unpack(payload))),
             23 => WatchReport::unpack(payload).map(Self::Watch),
+            25 => ParameterAnswer::unpack(payload).map(Self::Parameter),
+            26 => Some(Self::LiveSet(bytes)),
+            27 => Some(Self::Telemetry(bytes)),
+            28 => Some(Self::Identity(Identity::unpack(payload))),
+            29 => Some(Self::CandidateNaming(Naming::unpack(payload))),
+            30 => Some(Self::LiveNaming(Naming::unpack(payload))),
             _ => return Err(UnpackError::Foreign),
         };
         message.ok_or(UnpackError::UnknownCode)

@@ -10,7 +10,7 @@ const SIGMA: Scale = Scale::unsigned(16, -13);
 /// A root mean square of residuals: up to 16 mm in steps of 2^-12 mm (0.24 µm).
 const DEVIATION: Scale = Scale::unsigned(16, -12);
 
-/// One identified parameter, never without its error bar: a coordinate of the centre or a radius.
+/// One identified parameter, never without its standard deviation: a coordinate of the centre or a radius.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Parameter {

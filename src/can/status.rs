@@ -1,5 +1,6 @@
 //! Messages about the device: answers, heartbeat, faults, counters, versions.
 
+use super::live_set::Standing;
 use super::payload::{Field, Payload, RUN};
 use crate::procedure::{Guidance, Reason, StateName};
 use crate::restart::ResetCause;
@@ -68,6 +69,8 @@ pub struct Heartbeat {
     pub reason: Reason,
     /// The flags.
     pub flags: Flags,
+    /// May the centre in use be used?
+    pub standing: Standing,
     /// Counts the heartbeats; a gap shows lost frames, a restart at 0 a reset device.
     pub sequence: u8,
 }
@@ -103,6 +106,7 @@ mod heartbeat {
     pub(super) const BUTTON: Field = Field::integer(51, 1);
     pub(super) const UNACKNOWLEDGED: Field = Field::integer(52, 1);
     pub(super) const BY_COMMAND_ONLY: Field = Field::integer(53, 1);
+    pub(super) const STANDING: Field = Field::integer(54, 2);
     pub(super) const SEQUENCE: Field = Field::integer(56, 8);
 }
 
@@ -121,6 +125,7 @@ impl Heartbeat {
             .with(heartbeat::BUTTON, self.flags.button)
             .with(heartbeat::UNACKNOWLEDGED, self.flags.unacknowledged)
             .with(heartbeat::BY_COMMAND_ONLY, self.flags.by_command_only)
+            .with(heartbeat::STANDING, self.standing.code())
             .with(heartbeat::SEQUENCE, self.sequence)
     }
 
@@ -140,6 +145,7 @@ impl Heartbeat {
                 unacknowledged: payload.get_flag(heartbeat::UNACKNOWLEDGED),
                 by_command_only: payload.get_flag(heartbeat::BY_COMMAND_ONLY),
             },
+            standing: Standing::from_code(payload.get_u8(heartbeat::STANDING))?,
             sequence: payload.get_u8(heartbeat::SEQUENCE),
         })
     }

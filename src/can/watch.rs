@@ -2,8 +2,8 @@
 
 use super::payload::{Field, PackError, Payload, RUN};
 use super::rounding::Scale;
+use crate::monitor::Cause;
 use crate::procedure::Reason;
-use crate::watch::Cause;
 
 /// What the watch has found. The centre in use stays as it is.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -17,7 +17,7 @@ pub enum Press {
     Short,
     /// Released between 1.2 and 4 s.
     Long,
-    /// Held for 4 s; recognised while still held, so that it works in a hurry.
+    /// Released between 4 and 12 s. Not sooner: a contact that is stuck does nothing at all.
     VeryLong,
 }
 
@@ -31,7 +31,7 @@ pub enum Held {
     Short,
     /// Letting go now makes a long press.
     Long,
-    /// The very long press has been recognised.
+    /// Letting go now makes a very long press.
     VeryLong,
     /// Longer than any person holds it.
     Stuck,
@@ -46,12 +46,14 @@ pub struct Button {
     /// The debounced press.
     held: Held,
     down_since_ms: u32,
+    /// The contact has been open since power-up. One that was closed from the beginning is stuck until it opens.
+    was_up: bool,
 }
 
 impl Button {
     /// A button that is up.
     pub const fn new() -> Self {
-        Self { raw_down: false, raw_since_ms: 0, held: Held::Not, down_since_ms: 0 }
+        Self { raw_down: false, raw_since_ms: 0, held: Held::Not, down_since_ms: 0, was_up: false }
     }
 
     /// The contact's level, at every change or more often.
@@ -69,7 +71,11 @@ impl Button {
         }
         let before = self.held;
         self.held = match (self.raw_down, before) {
-            (false, _) => Held::Not,
+            (false, _) => {
+                self.was_up = true;
+                Held::Not
+            }
+            (true, _) if !self.was_up => Held::Stuck,
             (true, Held::Not) => {
                 self.down_since_ms = self.raw_since_ms;
                 Held::Short
@@ -80,7 +86,7 @@ impl Button {
         match (before, self.held) {
             (Held::Short, Held::Not) => Some(Press::Short),
             (Held::Long, Held::Not) => Some(Press::Long),
-            (Held::Short | Held::Long, Held::VeryLong | Held::Stuck) => Some(Press::VeryLong),
+            (Held::VeryLong, Held::Not) => Some(Press::VeryLong),
             _ => None,
         }
     }
@@ -119,6 +125,7 @@ mod tests {
     /// Presses from `from_ms` on for `length_ms`, ticks every 10 ms until a second after, collects what is recognised.
     fn press(from_ms: u32, length_ms: u32) -> Vec<Press> {
         let mut button = Button::new();
+        button.tick(from_ms.wrapping_sub(10));
         let mut presses = Vec::new();
         for step in 0..(length_ms + 1_000) / 10 {
             let after_ms = step * 10;
@@ -141,7 +148,9 @@ mod tests {
             (1_300, Some(Press::Long)),
             (3_900, Some(Press::Long)),
             (4_100, Some(Press::VeryLong)),
-            (60_000, Some(Press::VeryLong)),
+            (11_900, Some(Press::VeryLong)),
+            (12_100, None),
+            (60_000, None),
         ] {
             assert_eq!(press(5_000, length_ms), expected.into_iter().collect::<Vec<_>>(), "{length_ms} ms");
         }
@@ -155,6 +164,7 @@ mod tests {
     #[test]
     fn bounces_are_not_presses() {
         let mut button = Button::new();
+        button.tick(900);
         let mut presses = 0;
         // 5 ms of bounce at each end of a 200 ms press
         for now_ms in 1_000..1_500u32 {
@@ -167,15 +177,30 @@ mod tests {
     }
 
     #[test]
-    fn a_stuck_button_is_told_and_recovers() {
+    fn a_stuck_contact_does_nothing_and_recovers() {
         let mut button = Button::new();
-        button.level(0, true);
-        for now_ms in (0..13_000).step_by(10) {
-            button.tick(now_ms);
+        button.tick(50);
+        button.level(100, true);
+        for now_ms in (100..13_000).step_by(10) {
+            assert_eq!(button.tick(now_ms), None);
         }
         assert_eq!(button.held(), Held::Stuck);
         button.level(13_000, false);
         assert_eq!(button.tick(13_050), None);
         assert_eq!(button.held(), Held::Not);
+    }
+
+    #[test]
+    fn a_contact_that_is_closed_at_power_up_is_stuck() {
+        let mut button = Button::new();
+        button.level(0, true);
+        assert_eq!(button.tick(40), None);
+        assert_eq!(button.held(), Held::Stuck);
+        button.level(2_000, false);
+        assert_eq!(button.tick(2_050), None);
+        button.level(3_000, true);
+        assert_eq!((button.tick(3_050), button.tick(4_900)), (None, None));
+        button.level(5_000, false);
+        assert_eq!(button.tick(5_050), Some(Press::Long));
     }
 }

@@ -1,6 +1,6 @@
 //! What a press of the button asks for in each state.
 
-use super::{Action, Device, LogEntry, Press};
+use super::{Action, BlinkPattern, Device, Held, LogEntry, Press};
 use crate::procedure::{Command, Reason, StateName};
 
 /// The command that a press stands for; None when it stands for nothing in this state.
@@ -11,7 +11,7 @@ use crate::procedure::{Command, Reason, StateName};
 /// | collecting | capture | identify | abort |
 /// | identifying | | | abort |
 /// | verifying | capture | verify | abort |
-/// | review | | accept | abort |
+/// | review | count | accept, after as many short presses as the LED winks | abort |
 /// | failed | acknowledge | acknowledge | abort |
 pub(super) const fn command_of(press: Press, state: StateName) -> Option<Command> {
     match (press, state) {
@@ -27,15 +27,92 @@ pub(super) const fn command_of(press: Press, state: StateName) -> Option<Command
     }
 }
 
+/// Short presses in review may lie so far apart, ms, and the long one so far behind them.
+const BETWEEN_MS: u32 = 3_000;
+
+/// The short presses with which an accept begins: as many as the LED winks.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct ConfirmingPresses {
+    count: u8,
+    last_ms: u32,
+}
+
+impl ConfirmingPresses {
+    fn add(&mut self, now_ms: u32) {
+        let goes_on = self.count != 0 && now_ms.wrapping_sub(self.last_ms) <= BETWEEN_MS;
+        self.count = if goes_on { self.count.saturating_add(1) } else { 1 };
+        self.last_ms = now_ms;
+    }
+
+    /// The short presses so far, if they are fresh; then none.
+    fn take(&mut self, now_ms: u32) -> u8 {
+        let count = if now_ms.wrapping_sub(self.last_ms) <= BETWEEN_MS { self.count } else { 0 };
+        *self = Self::default();
+        count
+    }
+}
+
+/// How often the LED winks for a new centre, 2 to 4: it depends on the value, so a person who presses as often has looked.
+const fn winks(checksum: u16) -> u8 {
+    (checksum % 3) as u8 + 2
+}
+
 impl Device {
-    pub(super) fn press(&mut self, now_ms: u32, press: Press, out: &mut impl FnMut(Action)) {
+    /// Looks at the button. A press belongs to the state in which it began: what has come up meanwhile was not what the
+    /// person meant.
+    pub(super) fn tick_button(&mut self, now_ms: u32, out: &mut impl FnMut(Action)) {
+        let was_up = self.button.held() == Held::Not;
+        let press = self.button.tick(now_ms);
+        let here = (self.procedure.state(), self.procedure.run_id());
+        if was_up && self.button.held() != Held::Not {
+            self.press_began = Some(here);
+        }
+        let Some(press) = press else { return };
+        let Some((state, run_id)) = self.press_began.take() else { return };
+        // a run can be aborted in whatever state it has come to
+        let aborts = press == Press::VeryLong && run_id == here.1 && state != StateName::Idle;
+        if (state, run_id) == here || aborts {
+            self.press(now_ms, press, out);
+        } else {
+            self.pace.refuse(now_ms, Reason::WrongState);
+            out(Action::Log(LogEntry::Press { press, reason: Reason::WrongState }));
+        }
+    }
+
+    /// What the LED shows in review.
+    pub(super) fn accept_pattern(&self) -> BlinkPattern {
+        match self.shown_candidate().map(|shown| winks(shown.checksum)) {
+            Some(3) => BlinkPattern::Review3,
+            Some(4) => BlinkPattern::Review4,
+            _ => BlinkPattern::Review2,
+        }
+    }
+
+    /// The long press of an accept: obeyed after as many short ones as the LED winks, when all has been shown.
+    fn accept_by_button(&mut self, now_ms: u32, out: &mut impl FnMut(Action)) -> Reason {
+        let pressed = self.confirming.take(now_ms);
+        match self.shown_candidate() {
+            Some(shown) if winks(shown.checksum) != pressed => Reason::WrongValue,
+            Some(shown) if !self.reporter.has_shown(shown.run_id) => Reason::ReportIncomplete,
+            Some(_) => self.command(now_ms, Command::Accept, out).0,
+            None => Reason::WrongState,
+        }
+    }
+
+    fn press(&mut self, now_ms: u32, press: Press, out: &mut impl FnMut(Action)) {
         let asked = match (press, self.procedure.state()) {
             // A short press says that the slip monitor's warning has been seen.
             (Press::Short, StateName::Idle) if self.slip_monitor.warning().is_some() => Some(Command::Acknowledge),
             (press, state) => command_of(press, state),
         };
+        let in_review = self.procedure.state() == StateName::Review;
         let reason = match asked {
+            Some(Command::Accept) => self.accept_by_button(now_ms, out),
             Some(command) => self.command(now_ms, command, out).0,
+            None if press == Press::Short && in_review => {
+                self.confirming.add(now_ms);
+                Reason::Fine
+            }
             None => Reason::WrongState,
         };
         if reason != Reason::Fine {

@@ -16,8 +16,14 @@ impl Device {
             self.slip_monitor.acknowledge();
         }
         if command == Command::Accept && reply.reason == Reason::Fine {
+            self.confirmed = true;
             self.keep(out);
+            self.trust(None, out);
             self.slip_monitor = SlipMonitor::over(self.procedure.rig(), self.procedure.live());
+        }
+        if matches!(command, Command::Start { .. }) && reply.reason == Reason::Fine {
+            self.reporter.forget_shown();
+            self.journal(out);
         }
         (reply.reason, reply.detail)
     }

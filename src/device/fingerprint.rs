@@ -6,9 +6,17 @@ use crate::rig::Rig;
 pub fn fingerprint(rig: &Rig<f32>) -> u32 {
     let drum = rig.drum();
     let geometry = rig.base_mm().iter().flat_map(|point| point.iter()).chain(rig.edges_mm());
+    // a machine whose cables have ends of their own, or that was commissioned, is another one
+    let ends = rig.cables().into_iter().flatten().flat_map(|cable| {
+        let pulley = [&cable.pulley.radius_mm].into_iter().chain(cable.pulley.axis.iter());
+        cable.base_mm.iter().chain(cable.end_mm.iter()).chain(pulley)
+    });
+    let found = rig.correction().into_iter().flat_map(|found| found.offset_mm.iter().chain(&found.scale));
     let drive = drum.home_length_mm.iter().chain([&drum.radius_mm, &drum.counts_per_turn]);
     geometry
         .chain(drive)
+        .chain(ends)
+        .chain(found)
         .flat_map(|constant| constant.to_bits().to_le_bytes())
         .fold(0x811C_9DC5, |hash, byte| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193))
 }

@@ -6,54 +6,71 @@
 //! * [`Event::Counts`] with every sample of the six encoders, also when nothing moves: silence is a fault;
 //! * [`Event::Button`] with the contact's level at every change (bounces are welcome) or at every sample;
 //! * [`Event::Can`] with every frame received, [`Event::ReceiveOverrun`] when it lost some;
-//! * [`Event::Stored`] after every [`Action::Store`];
+//! * [`Event::Stored`] after every [`Action::Store`], [`Event::ParametersStored`] after every [`Action::StoreParameters`]
+//!   and [`Action::EraseRecord`], [`Event::JournalFailed`] after an [`Action::Journal`] that failed;
 //! * [`Event::Bus`] when the CAN controller's counters have changed;
 //!
 //! and carries out the actions at once. One event never causes more than [`MAX_FRAMES`] frames.
 
+mod answered;
 pub mod button;
 mod button_commands;
 mod commands;
 mod faults;
 mod fingerprint;
+mod live;
+mod lock;
+mod parameters;
 mod persistence;
 mod report;
 mod requests;
+mod sets;
+mod shown;
 mod slip_monitor;
 mod status;
 pub mod status_led;
 
+pub use crate::parameters::Config;
 pub use button::{Held, Press};
 pub use fingerprint::fingerprint;
 pub use status_led::BlinkPattern;
 
 use crate::can::command::Request;
 use crate::can::health::BusHealth;
+use crate::can::identity::Identity;
 use crate::can::status::{Answer, Counters, Versions};
 use crate::can::watch::WatchReport;
-use crate::can::{BaseId, Frame, Message};
+use crate::can::{BaseId, Frame, Message, ParameterAnswer, ParameterRequest};
+use crate::kinematics::PlatformSolver;
+use crate::parameters::ParameterSet;
 use crate::procedure::{Limits, PoseNotice, Procedure, Reason, StateName};
-use crate::record::{LoadError, Record, StoreError};
-use crate::restart::{CrashRecord, ResetCause, Restart};
+use crate::record::{JournalEntry, Loaded, Record, StoreError};
+use crate::restart::{CrashRecord, ResetCause};
 use crate::rig::{CABLES, Rig};
+use answered::Answered;
 use button::Button;
+use button_commands::ConfirmingPresses;
 use faults::FaultReporter;
+use lock::Lock;
+use parameters::Saving;
 use persistence::Persistence;
 use report::Reporter;
+use sets::{OutgoingLive, OutgoingTelemetry};
 use slip_monitor::SlipMonitor;
 use status::Pace;
 
 /// Most frames that one event causes, all at once: two poses (held and asked for by the button), a fault with what the
-/// watch says of it, two heartbeats (due, and change of state), two frames of a report. Usually none or one.
-pub const MAX_FRAMES: usize = 8;
+/// slip monitor says of it, two heartbeats (due, and change of state) with the identity, two frames of a report, one of
+/// each set. Usually none or one.
+pub const MAX_FRAMES: usize = 12;
 
 /// What happens to the board.
 // A record is ten times the size of the rest. It comes once, by value: there is no heap to box it on.
 #[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Event {
-    /// The board has looked for the record.
-    PowerUp(Result<Record, LoadError>),
+    /// The board has looked into its flash.
+    PowerUp(Loaded),
     /// Time has passed.
     Tick,
     /// A sample of the six encoder counts, extended to 32 bits.
@@ -72,6 +89,10 @@ pub enum Event {
     },
     /// The record was stored, or why not.
     Stored(Result<(), StoreError>),
+    /// The parameters were stored or the record was erased, or why not.
+    ParametersStored(Result<(), StoreError>),
+    /// The journal could not be written.
+    JournalFailed(StoreError),
     /// How the CAN controller fares.
     Bus(BusHealth),
 }
@@ -87,7 +108,13 @@ pub enum Action {
     StatusLed(BlinkPattern),
     /// Replace the record by this one, then say how that went. It is of the rig that the device was made for.
     Store(Record),
-    /// Memory cannot be trusted any more: start anew, and say this cause then.
+    /// Append this to the journal; say so only if that fails.
+    Journal(JournalEntry),
+    /// Replace the stored parameters by these, then say how that went.
+    StoreParameters(ParameterSet),
+    /// Erase the record, then say how that went, as after a store of the parameters.
+    EraseRecord,
+    /// Start anew, and say this cause then: the parameters have changed, or memory cannot be trusted any more.
     Stop(ResetCause),
     /// Note something in the log.
     Log(LogEntry),
@@ -149,26 +176,6 @@ pub enum LogEntry {
     },
 }
 
-/// What a device is made for.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Config {
-    /// The machine.
-    pub rig: Rig<f32>,
-    /// The limits of a run.
-    pub limits: Limits,
-    /// The device's block of CAN identifiers.
-    pub base: BaseId,
-    /// Why the board last started.
-    pub restart: Restart,
-}
-
-impl Config {
-    /// Default limits and identifiers for a rig.
-    pub fn for_rig(rig: Rig<f32>) -> Self {
-        Self { limits: Limits::for_rig(&rig), rig, base: BaseId::DEFAULT, restart: Restart::default() }
-    }
-}
-
 /// The drive board's calibration, whole.
 #[derive(Debug, Clone)]
 pub struct Device {
@@ -195,8 +202,35 @@ pub struct Device {
     slip: FaultReporter,
     /// The firmware stopped before this start, and nobody has asked about it yet.
     restart_is_news: bool,
-    /// The last request, its answer and its time: a repeated frame is answered again and not obeyed again.
-    answered: Option<(Request, Answer, u32)>,
+    /// A repeated command is answered again and not obeyed again.
+    answered: Answered<Request, Answer, 64>,
+    /// Starts of this board, this one included.
+    boot: u32,
+    serial: u32,
+    /// Motion or a person has confirmed the centre in use since power-up.
+    confirmed: bool,
+    /// Why the centre in use is not to be used, for restarts too.
+    distrust: Option<Reason>,
+    journal_failed: bool,
+    journal_fault: FaultReporter,
+    /// The last sample of the encoders.
+    counts: Option<[i32; CABLES]>,
+    forward_kinematics: PlatformSolver<f32>,
+    live_out: OutgoingLive,
+    telemetry_out: OutgoingTelemetry,
+    /// The state and run in which the press under way began.
+    press_began: Option<(StateName, u16)>,
+    confirming: ConfirmingPresses,
+    /// A second copy of what the procedure goes by, to notice memory that changes.
+    constants: (Rig<f32>, Limits),
+    lock: Lock,
+    /// The parameters in use, those that are being prepared, and what saving them waits for.
+    in_use: ParameterSet,
+    prepared: ParameterSet,
+    saving: Saving,
+    parameters_answered: Answered<ParameterRequest, ParameterAnswer, 64>,
+    parameters_wrong: bool,
+    parameters_fault: FaultReporter,
 }
 
 impl Device {
@@ -227,7 +261,27 @@ impl Device {
             slip_monitor: SlipMonitor::default(),
             slip: FaultReporter::new(),
             restart_is_news: config.restart.cause.is_fault(),
-            answered: None,
+            answered: Answered::new(),
+            boot: 0,
+            serial: config.serial,
+            confirmed: false,
+            distrust: None,
+            journal_failed: false,
+            journal_fault: FaultReporter::new(),
+            counts: None,
+            forward_kinematics: PlatformSolver::new(&config.rig),
+            live_out: OutgoingLive::every(u32::from(config.live_period_ms)),
+            telemetry_out: OutgoingTelemetry::every(sets::period_ms(config.telemetry_hz)),
+            press_began: None,
+            confirming: ConfirmingPresses::default(),
+            constants: (config.rig, config.limits),
+            lock: Lock::new(config.lock_key),
+            in_use: config.parameters,
+            prepared: config.parameters,
+            saving: Saving::Nothing,
+            parameters_answered: Answered::new(),
+            parameters_wrong: false,
+            parameters_fault: FaultReporter::new(),
         }
     }
 
@@ -239,6 +293,7 @@ impl Device {
             Event::PowerUp(loaded) => self.power_up(loaded, out),
             Event::Tick => self.tick(now_ms, out),
             Event::Counts(counts) => {
+                self.counts = Some(counts);
                 self.procedure.sample(now_ms, &counts);
                 self.monitor_sample(now_ms, &counts, out);
             }
@@ -249,7 +304,12 @@ impl Device {
                 self.overrun.happened(lost);
             }
             Event::Stored(result) => self.stored(result, out),
+            Event::ParametersStored(result) => self.parameters_stored(now_ms, result, out),
+            Event::JournalFailed(_) => self.journal_failed = true,
             Event::Bus(health) => {
+                if health.dropped != self.bus.dropped {
+                    self.reporter.spoil();
+                }
                 self.bus_off.happened(health.bus_off.saturating_sub(self.bus.bus_off));
                 self.bus = health;
             }
@@ -271,17 +331,18 @@ impl Device {
     }
 
     fn tick(&mut self, now_ms: u32, out: &mut impl FnMut(Action)) {
+        self.lock.tick(now_ms);
+        self.restart_when_saved(now_ms, out);
         if let Some(notice) = self.procedure.tick(now_ms) {
             self.note_pose(now_ms, &notice, out);
         }
-        if let Some(press) = self.button.tick(now_ms) {
-            self.press(now_ms, press, out);
-        }
+        self.tick_button(now_ms, out);
         self.report_fault(now_ms, out);
         if self.pace.heartbeat_is_due(now_ms) {
             self.send_heartbeat(now_ms, out);
         }
         self.send_report(now_ms, out);
+        self.send_sets(now_ms, out);
         self.show(now_ms, out);
     }
 
@@ -290,9 +351,20 @@ impl Device {
         match message.pack(self.base) {
             Ok(frame) => out(Action::Send(frame)),
             Err(_) => {
-                self.counters.unsendable = self.counters.unsendable.saturating_add(1);
-                self.unsendable.happened(1);
+                self.reporter.spoil();
+                self.note_unsendable();
             }
         }
+    }
+
+    fn note_unsendable(&mut self) {
+        self.counters.unsendable = self.counters.unsendable.saturating_add(1);
+        self.unsendable.happened(1);
+    }
+
+    /// Which board, which boot, whose arm.
+    fn identity(&self) -> Identity {
+        // modulo 2^16
+        Identity { serial: self.serial, boot: self.boot as u16, wearer: self.procedure.wearer() }
     }
 }

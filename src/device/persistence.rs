@@ -3,10 +3,10 @@
 
 use super::slip_monitor::SlipMonitor;
 use super::{Action, Device, LogEntry, status};
-use crate::identification::outcome::MOST_REJECTED;
+use crate::identification::outcome::MAX_REJECTED;
 use crate::identification::{Identified, Rejected, Termination};
 use crate::procedure::{Candidate, Reason, Verification};
-use crate::record::{LoadError, Record, StoreError, image};
+use crate::record::{LoadError, Loaded, Record, StoreError, image};
 use crate::restart::ResetCause;
 use heapless::Vec;
 
@@ -21,18 +21,27 @@ pub(super) struct Persistence {
 }
 
 impl Device {
-    /// The board has looked for the record.
-    pub(super) fn power_up(&mut self, loaded: Result<Record, LoadError>, out: &mut impl FnMut(Action)) {
-        let reason = match loaded {
+    /// The board has looked into its flash. A centre that it finds there is not confirmed yet: yesterday's strap is not
+    /// today's.
+    pub(super) fn power_up(&mut self, loaded: Loaded, out: &mut impl FnMut(Action)) {
+        self.parameters_wrong = loaded.parameters.is_some();
+        let journal = loaded.journal.unwrap_or_default();
+        let last_run_id = match (loaded.journal, &loaded.record) {
+            (None, Ok(record)) => record.run_id,
+            _ => journal.run_id,
+        };
+        self.boot = journal.boot.wrapping_add(1);
+        // modulo 2^16
+        self.procedure.resume_at(self.boot as u16, last_run_id);
+        self.distrust = Reason::from_code(journal.distrust).filter(|reason| *reason != Reason::Fine);
+        self.journal(out);
+        let reason = match loaded.record {
             Ok(record) if record.rig != self.fingerprint => Reason::RecordOfOtherRig,
-            Ok(record) => {
-                self.procedure.resume(candidate(&record));
-                self.persistence.seal = self.live_checksum();
-                self.slip_monitor = SlipMonitor::over(self.procedure.rig(), self.procedure.live());
-                Reason::Fine
-            }
+            Ok(record) => self.procedure.resume(candidate(&record)).err().unwrap_or(Reason::Fine),
             Err(error) => reason_of_load(error),
         };
+        self.persistence.seal = self.live_checksum();
+        self.slip_monitor = SlipMonitor::over(self.procedure.rig(), self.procedure.live());
         self.persistence.wrong = Some(reason).filter(|reason| *reason != Reason::Fine);
         out(Action::Log(LogEntry::Loaded { run_id: self.procedure.run_id(), reason }));
     }
@@ -41,21 +50,23 @@ impl Device {
     pub(super) fn keep(&mut self, out: &mut impl FnMut(Action)) {
         self.persistence.seal = self.live_checksum();
         if let Some(live) = self.procedure.live() {
-            out(Action::Store(record(live, self.fingerprint)));
+            out(Action::Store(record(live, self.serial, self.fingerprint)));
         }
     }
 
-    /// Looks whether the centre in use is still the one that was taken into use. If not, memory cannot be trusted: the
+    /// Looks whether the centre in use, and what it is judged by, is still what was taken into use. If not, memory cannot be trusted: the
     /// board starts anew, from the record.
     pub(super) fn check_live(&self, out: &mut impl FnMut(Action)) {
-        if self.persistence.seal != self.live_checksum() {
+        if self.persistence.seal != self.live_checksum()
+            || self.constants != (*self.procedure.rig(), *self.procedure.limits())
+        {
             out(Action::Stop(ResetCause::MemoryError));
         }
     }
 
     fn live_checksum(&self) -> Option<u32> {
         let live = self.procedure.live()?;
-        Some(image::stated_checksum(&image::encode(&record(live, self.fingerprint), 0)))
+        Some(image::checksum(&image::encode(&record(live, self.serial, self.fingerprint), 0)))
     }
 
     /// The board has tried to store.
@@ -80,7 +91,7 @@ fn reason_of_load(error: LoadError) -> Reason {
     }
 }
 
-fn reason_of_store(error: StoreError) -> Reason {
+pub(super) fn reason_of_store(error: StoreError) -> Reason {
     match error {
         StoreError::Unfit => Reason::RecordUnfit,
         StoreError::EraseRefused | StoreError::WriteRefused => Reason::StoreRefused,
@@ -90,25 +101,28 @@ fn reason_of_store(error: StoreError) -> Reason {
 }
 
 /// What is kept of a centre.
-fn record(live: &Candidate, rig: u32) -> Record {
-    let Candidate { run_id, identified, verification } = live;
-    let mut rejected = [Rejected { pose: 0, cables: 0 }; MOST_REJECTED];
+fn record(live: &Candidate, serial: u32, rig: u32) -> Record {
+    let Candidate { run_id, boot, wearer, identified, verification } = live;
+    let mut rejected = [Rejected { pose: 0, cables: 0 }; MAX_REJECTED];
     for (place, entry) in rejected.iter_mut().zip(&identified.rejected) {
         *place = *entry;
     }
     Record {
         run_id: *run_id,
+        boot: *boot,
+        wearer: *wearer,
+        serial,
         rig,
         firmware: status::FIRMWARE,
         parameters: identified.parameters,
         covariance_mm2: identified.covariance_mm2,
-        zeros_mm: identified.zeros_mm,
-        zero_sigmas_mm: identified.zero_sigmas_mm,
+        zeros_mm: identified.offsets_mm,
+        zero_sigmas_mm: identified.offset_sigmas_mm,
         noise_mm: identified.noise_mm,
-        deviation_mm: identified.deviation_mm,
-        sway_rad: identified.sway_rad,
-        poses: identified.poses,
-        // never more than MOST_REJECTED
+        deviation_mm: identified.rms_residual_mm,
+        sway_rad: identified.excitation_rad,
+        poses: u16::try_from(identified.poses).unwrap_or(u16::MAX),
+        // never more than MAX_REJECTED
         left_out: identified.rejected.len() as u8,
         rejected,
         iterations: identified.iterations,
@@ -124,23 +138,25 @@ fn candidate(record: &Record) -> Candidate {
     let left_out = record.rejected.get(..usize::from(record.left_out)).unwrap_or_default();
     Candidate {
         run_id: record.run_id,
+        boot: record.boot,
+        wearer: record.wearer,
         identified: Identified {
             parameters: record.parameters,
             covariance_mm2: record.covariance_mm2,
             noise_mm: record.noise_mm,
-            deviation_mm: record.deviation_mm,
-            deviations_mm: Vec::new(),
+            rms_residual_mm: record.deviation_mm,
+            rms_residuals_mm: Vec::new(),
             iterations: record.iterations,
             termination: if record.termination == Termination::DeviationBelowTolerance as u8 {
                 Termination::DeviationBelowTolerance
             } else {
                 Termination::Settled
             },
-            poses: record.poses,
+            poses: record.poses.into(),
             rejected: Vec::from_slice(left_out).unwrap_or_default(),
-            sway_rad: record.sway_rad,
-            zeros_mm: record.zeros_mm,
-            zero_sigmas_mm: record.zero_sigmas_mm,
+            excitation_rad: record.sway_rad,
+            offsets_mm: record.zeros_mm,
+            offset_sigmas_mm: record.zero_sigmas_mm,
         },
         verification: Verification {
             deviation_mm: record.verification_deviation_mm,
@@ -159,23 +175,33 @@ mod tests {
     fn live() -> Candidate {
         Candidate {
             run_id: 1,
+            boot: 40,
+            wearer: 41,
             identified: Identified {
                 parameters: Parameters::from_array([2.0, 3.0, 4.0, 5.0, 6.0, 7.0]),
                 covariance_mm2: core::array::from_fn(|k| 100.0 + k as f32),
                 noise_mm: 8.0,
-                deviation_mm: 9.0,
-                deviations_mm: Vec::new(),
+                rms_residual_mm: 9.0,
+                rms_residuals_mm: Vec::new(),
                 iterations: 10,
                 termination: Termination::Settled,
                 poses: 11,
                 rejected: Vec::from_slice(&[Rejected { pose: 12, cables: 13 }, Rejected { pose: 14, cables: 15 }])
                     .unwrap(),
-                sway_rad: 16.0,
-                zeros_mm: [20.0, 21.0, 22.0, 23.0, 24.0, 25.0],
-                zero_sigmas_mm: [30.0, 31.0, 32.0, 33.0, 34.0, 35.0],
+                excitation_rad: 16.0,
+                offsets_mm: [20.0, 21.0, 22.0, 23.0, 24.0, 25.0],
+                offset_sigmas_mm: [30.0, 31.0, 32.0, 33.0, 34.0, 35.0],
             },
             verification: Verification { deviation_mm: 17.0, limit_mm: 18.0, poses: 19 },
         }
+    }
+
+    /// The same, as it could be on the shoulder.
+    fn plausible() -> Candidate {
+        let mut live = live();
+        live.identified.parameters = Parameters::from_array([2.0, 3.0, 148.0, 140.0, 141.0, 142.0]);
+        live.identified.covariance_mm2 = core::array::from_fn(|k| 0.01 + 1e-3 * k as f32);
+        live
     }
 
     /// One bit of any number of the centre in use, and the board has to start anew.
@@ -193,7 +219,8 @@ mod tests {
             stops
         };
         assert_eq!(stops(&mut device), 0, "without a centre");
-        device.handle(0, crate::device::Event::PowerUp(Ok(record(&live(), device.fingerprint))), &mut |_| {});
+        let loaded = Ok(record(&plausible(), 0, device.fingerprint));
+        device.handle(0, crate::device::Event::PowerUp(loaded.into()), &mut |_| {});
         assert_eq!(stops(&mut device), 0, "with a sound one");
         let spoilt: [fn(&mut Candidate); 4] = [
             |live| {
@@ -215,8 +242,8 @@ mod tests {
 
     #[test]
     fn a_centre_comes_back_as_it_was_kept() {
-        assert_eq!(candidate(&record(&live(), 7)), live());
-        assert_eq!(record(&live(), 7).rig, 7);
-        assert_eq!(record(&live(), 7).check(), Ok(()));
+        assert_eq!(candidate(&record(&live(), 8, 7)), live());
+        assert_eq!(record(&live(), 8, 7).rig, 7);
+        assert_eq!(record(&live(), 8, 7).check(), Ok(()));
     }
 }

@@ -1,11 +1,11 @@
 //! Sends what there is to say about the run, a frame or two a tick, so that no queue has to be long.
 
+use super::shown::{self, Kind};
 use crate::can::Message;
 use crate::can::health::{BusHealth, LastStop, StopText};
 use crate::can::report::{LeftOut, OutcomeReport, RawLength};
-use crate::can::result::{Axis, Parameter, Quality, VerificationReport, WeakDirection, ZeroError};
+use crate::can::result::{Axis, Quality, VerificationReport, WeakDirection};
 use crate::can::status::{Counters, Versions};
-use crate::identification::Identified;
 use crate::procedure::{Candidate, PoseSet, Procedure, Reason, StateName};
 use crate::restart::CrashRecord;
 use crate::rig::CABLES;
@@ -39,15 +39,15 @@ const BUS: u8 = 2;
 const LAST_STOP: u8 = 3;
 const STOP_TEXT: u8 = 4;
 const LIVE: u8 = STOP_TEXT + StopText::MAX_PARTS;
-const LIVE_ZEROS: u8 = LIVE + 6;
-const CANDIDATE: u8 = LIVE_ZEROS + 6;
-const CANDIDATE_ZEROS: u8 = CANDIDATE + 6;
-const QUALITY: u8 = CANDIDATE_ZEROS + 6;
+const LIVE_NAMING: u8 = LIVE + shown::FRAMES;
+const CANDIDATE: u8 = LIVE_NAMING + 1;
+const CANDIDATE_NAMING: u8 = CANDIDATE + shown::FRAMES;
+const QUALITY: u8 = CANDIDATE_NAMING + 1;
 const VERIFICATION: u8 = QUALITY + 1;
 const WEAK_DIRECTION: u8 = VERIFICATION + 1;
 const AXIS: u8 = WEAK_DIRECTION + 1;
 const LEFT_OUT: u8 = AXIS + 1;
-const OUTCOME: u8 = LEFT_OUT + crate::identification::outcome::MOST_REJECTED as u8;
+const OUTCOME: u8 = LEFT_OUT + crate::identification::outcome::MAX_REJECTED as u8;
 
 /// The report under way, and what waits to be acknowledged.
 #[derive(Debug, Clone, Copy)]
@@ -56,15 +56,29 @@ pub(super) struct Reporter {
     report: Option<(u8, Parts)>,
     /// The pose that is being read out, and the next of its cables, from 0.
     pose: Option<(PoseSet, u8, u8)>,
+    /// The same for the pose that was captured last: its lengths go out by themselves.
+    captured: Option<(PoseSet, u8, u8)>,
     unacknowledged: bool,
     sent_at_ms: u32,
+    /// A frame of the report under way was lost on this side of the bus.
+    spoilt: bool,
+    /// The run whose new centre was shown whole.
+    shown_run: Option<u16>,
 }
 
 impl Reporter {
     /// A reporter that begins with what the device is and which centre is in use.
     pub const fn at_power_up() -> Self {
         let parts = Parts { device: true, live: true, run: false };
-        Self { report: Some((0, parts)), pose: None, unacknowledged: false, sent_at_ms: 0 }
+        Self {
+            report: Some((0, parts)),
+            pose: None,
+            captured: None,
+            unacknowledged: false,
+            sent_at_ms: 0,
+            spoilt: false,
+            shown_run: None,
+        }
     }
 
     /// Begins a report. One that is under way begins anew, with the parts of both.
@@ -77,6 +91,27 @@ impl Reporter {
         };
         self.report = Some((0, both));
         self.sent_at_ms = now_ms;
+        self.spoilt = false;
+    }
+
+    /// A frame was lost on this side of the bus: what is being reported is not whole.
+    pub fn spoil(&mut self) {
+        self.spoilt = true;
+    }
+
+    /// Has the whole report of this run's new centre been sent?
+    pub fn has_shown(&self, run_id: u16) -> bool {
+        self.shown_run == Some(run_id)
+    }
+
+    /// A new run begins: nothing of it has been shown.
+    pub fn forget_shown(&mut self) {
+        self.shown_run = None;
+    }
+
+    /// Sends the six lengths of a pose that has just been captured.
+    pub fn captured(&mut self, set: PoseSet, index: u8) {
+        self.captured = Some((set, index, 0));
     }
 
     /// Begins the report that is repeated until it is acknowledged.
@@ -112,21 +147,27 @@ impl Reporter {
         while let Some((position, parts)) = self.report {
             self.report = (position < OUTCOME).then_some((position + 1, parts));
             let message = part(position, parts, procedure, about);
+            let in_review = procedure.state() == StateName::Review;
+            if position == OUTCOME && parts.run && in_review && !self.spoilt {
+                self.shown_run = Some(procedure.run_id());
+            }
             if message.is_some() {
                 return message;
             }
         }
-        self.next_length(procedure)
+        let of_captured = next_length(&mut self.captured, procedure);
+        of_captured.or_else(|| next_length(&mut self.pose, procedure))
     }
+}
 
-    fn next_length(&mut self, procedure: &Procedure) -> Option<Message> {
-        let (set, index, cable) = self.pose?;
-        self.pose = (usize::from(cable) + 1 < CABLES).then_some((set, index, cable + 1));
-        let lengths = procedure.poses(set).get(usize::from(index))?;
-        let length_mm = *lengths.as_mm().get(usize::from(cable))?;
-        let run_id = procedure.run_id();
-        Some(Message::RawLength(RawLength { run_id, index, cable: cable + 1, set, length_mm }))
-    }
+/// The next length of a pose that is being sent.
+fn next_length(sending: &mut Option<(PoseSet, u8, u8)>, procedure: &Procedure) -> Option<Message> {
+    let (set, index, cable) = (*sending)?;
+    *sending = (usize::from(cable) + 1 < CABLES).then_some((set, index, cable + 1));
+    let pose = procedure.poses(set).get(usize::from(index))?;
+    let length_mm = *pose.lengths().as_mm().get(usize::from(cable))?;
+    let run_id = procedure.run_id();
+    Some(Message::RawLength(RawLength { run_id, index, cable: cable + 1, set, length_mm }))
 }
 
 /// The message at a position of the report; None when there is nothing to say there.
@@ -139,15 +180,11 @@ fn part(position: u8, parts: Parts, procedure: &Procedure, about: &About) -> Opt
         STOP_TEXT..LIVE if parts.device => {
             StopText::of(about.crash_record?, position - STOP_TEXT).map(Message::StopText)
         }
-        LIVE..LIVE_ZEROS if parts.live => {
+        LIVE..LIVE_NAMING if parts.live => {
             let Candidate { run_id, identified, .. } = procedure.live()?;
-            let (is_radius, parameter) = parameter(*run_id, identified, position - LIVE)?;
-            Some(if is_radius { Message::LiveRadius(parameter) } else { Message::LiveCentre(parameter) })
+            shown::message(Kind::Live, *run_id, identified, position - LIVE)
         }
-        LIVE_ZEROS..CANDIDATE if parts.live => {
-            let Candidate { run_id, identified, .. } = procedure.live()?;
-            zero(*run_id, identified, position - LIVE_ZEROS).map(Message::LiveZero)
-        }
+        LIVE_NAMING if parts.live => shown::naming(procedure.live()?).map(Message::LiveNaming),
         CANDIDATE..=OUTCOME if parts.run => part_of_run(position, procedure),
         _ => None,
     }
@@ -172,18 +209,17 @@ fn part_of_run(position: u8, procedure: &Procedure) -> Option<Message> {
         OUTCOME => return outcome(procedure),
         _ => {}
     }
-    if (CANDIDATE_ZEROS..QUALITY).contains(&position) {
-        return zero(run_id, procedure.identified()?, position - CANDIDATE_ZEROS).map(Message::CandidateZero);
+    if position == CANDIDATE_NAMING {
+        return shown::naming(procedure.candidate()?).map(Message::CandidateNaming);
     }
-    if (CANDIDATE..CANDIDATE_ZEROS).contains(&position) {
-        let (is_radius, parameter) = parameter(run_id, procedure.identified()?, position - CANDIDATE)?;
-        return Some(if is_radius { Message::CandidateRadius(parameter) } else { Message::CandidateCentre(parameter) });
+    if (CANDIDATE..CANDIDATE_NAMING).contains(&position) {
+        return shown::message(Kind::Candidate, run_id, procedure.identified()?, position - CANDIDATE);
     }
     let identified = procedure.identified().or(accepted(procedure).map(|live| &live.identified))?;
     match position {
         QUALITY => Some(Message::Quality(Quality {
             run_id,
-            deviation_mm: identified.deviation_mm,
+            deviation_mm: identified.rms_residual_mm,
             noise_mm: identified.noise_mm,
             iterations: identified.iterations,
             left_out: identified.rejected.len() as u8,
@@ -205,20 +241,6 @@ fn part_of_run(position: u8, procedure: &Procedure) -> Option<Message> {
 /// The centre in use, if it is the one of the last run.
 fn accepted(procedure: &Procedure) -> Option<&Candidate> {
     procedure.live().filter(|live| live.run_id == procedure.run_id())
-}
-
-/// The `index`-th of x, y, z, p1, p2, p3 with its σ; true when it is a radius.
-fn parameter(run_id: u16, identified: &Identified<f32>, index: u8) -> Option<(bool, Parameter)> {
-    let value_mm = *identified.parameters.to_array().get(usize::from(index))?;
-    let sigma_mm = *identified.sigma_mm().get(usize::from(index))?;
-    Some((index >= 3, Parameter { run_id, index: index % 3, value_mm, sigma_mm }))
-}
-
-/// The zero error of the `index`-th cable, from 0; None when the zeros were known: then there is nothing to say.
-fn zero(run_id: u16, identified: &Identified<f32>, index: u8) -> Option<ZeroError> {
-    let value_mm = *identified.zeros_mm.get(usize::from(index))?;
-    let sigma_mm = *identified.zero_sigmas_mm.get(usize::from(index))?;
-    (sigma_mm > 0.0).then_some(ZeroError { run_id, cable: index + 1, value_mm, sigma_mm })
 }
 
 /// How the run ended. In the review its reason is [`Reason::Fine`]: nothing is decided yet.

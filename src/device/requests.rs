@@ -2,40 +2,47 @@
 
 use super::report::Parts;
 use super::{Action, Device, LogEntry};
-use crate::can::command::{Order, Request, ZERO_PRIOR_STEP_MM};
+use crate::can::command::{NamedValue, Order, Request, ZERO_PRIOR_STEP_MM};
 use crate::can::status::Answer;
 use crate::can::{Frame, Message, Opcode};
-use crate::procedure::{PoseSet, Reason};
-
-/// Within this time, ms, the same frame (same nonce, not 0) is a repetition: its answer was lost, not its effect.
-const REPETITION_MS: u32 = 1_000;
+use crate::procedure::{Command, PoseSet, Reason};
 
 impl Device {
     pub(super) fn receive(&mut self, now_ms: u32, frame: &Frame, out: &mut impl FnMut(Action)) {
-        if frame.raw_id() != self.base.command().as_raw() {
+        if frame.raw_id() == self.base.command().as_raw() {
+            self.receive_command(now_ms, frame, out);
+        } else if frame.raw_id() == self.base.parameters().as_raw() {
+            self.receive_parameter_request(now_ms, frame, out);
+        } else {
             self.counters.foreign = self.counters.foreign.saturating_add(1);
-            return;
         }
-        let (request, malformed) = match Request::unpack(frame.data()) {
-            Ok(request) => (request, None),
-            Err((request, reason)) => (request, Some(reason)),
+    }
+
+    fn receive_command(&mut self, now_ms: u32, frame: &Frame, out: &mut impl FnMut(Action)) {
+        let request = match Request::unpack(frame.data()) {
+            Ok(request) => request,
+            Err((request, reason)) => {
+                self.counters.malformed = self.counters.malformed.saturating_add(1);
+                self.answer(&request, reason, 0, out);
+                return;
+            }
         };
-        if let Some(reason) = malformed {
-            self.counters.malformed = self.counters.malformed.saturating_add(1);
-            self.answer(&request, reason, 0, out);
+        if request.nonce != 0
+            && let Some(answer) = self.answered.find(now_ms, &request)
+        {
+            self.send(&Message::Answer(answer), out);
             return;
         }
-        if let Some((_, answer, _)) = self.answered.filter(|(asked, _, at_ms)| {
-            *asked == request && request.nonce != 0 && now_ms.wrapping_sub(*at_ms) < REPETITION_MS
-        }) {
-            self.send(&Message::Answer(answer), out);
+        // Queries change nothing and may be asked again at once.
+        let remembered = request.nonce != 0 && !is_query(request.opcode);
+        if remembered && self.answered.is_full() {
+            self.answer(&request, Reason::TooManyCommands, 0, out);
             return;
         }
         let (reason, detail) = self.obey(now_ms, &request, out);
         let answer = self.answer(&request, reason, detail, out);
-        // A query changes nothing and may be asked again at once.
-        if request.opcode != Opcode::Query as u8 {
-            self.answered = Some((request, answer, now_ms));
+        if remembered {
+            self.answered.note(now_ms, request, answer);
         }
         out(Action::Log(LogEntry::Command { request, reason }));
     }
@@ -51,10 +58,11 @@ impl Device {
         match request.order(self.procedure.run_id()) {
             Err(reason) => (reason, 0),
             Ok(Order::Procedure(command)) => self.command(now_ms, command, out),
+            Ok(Order::Accept(value)) => self.accept_named(now_ms, value, out),
+            Ok(Order::Confirm(value)) => self.confirm_named(now_ms, value, out),
+            Ok(Order::SetWearer { wearer }) => (self.procedure.set_wearer(wearer), wearer),
             Ok(Order::ReadPose { set, index }) => (self.read_out(set, index), u16::from(index)),
-            Ok(Order::SetZeroPrior { steps }) => {
-                (self.procedure.set_zero_prior(f32::from(steps) * ZERO_PRIOR_STEP_MM), 0)
-            }
+            Ok(Order::SetZeroPrior { steps }) => (self.set_zero_prior(f32::from(steps) * ZERO_PRIOR_STEP_MM), 0),
             Ok(Order::Query) => {
                 // the report that follows says all about it
                 self.restart_is_news = false;
@@ -62,6 +70,41 @@ impl Device {
                 (Reason::Fine, u16::from(self.procedure.state().code()))
             }
         }
+    }
+
+    /// Accepts the new centre if it is the one that is named, and was shown whole.
+    fn accept_named(&mut self, now_ms: u32, value: NamedValue, out: &mut impl FnMut(Action)) -> (Reason, u16) {
+        // in another state the procedure says why not
+        if let Some(shown) = self.shown_candidate() {
+            if !shown.is_named_by(&value) {
+                return (Reason::WrongValue, 0);
+            }
+            if !self.reporter.has_shown(shown.run_id) {
+                return (Reason::ReportIncomplete, 0);
+            }
+        }
+        self.command(now_ms, Command::Accept, out)
+    }
+
+    /// Confirms the centre in use, if it is the one that is named.
+    fn confirm_named(&mut self, now_ms: u32, value: NamedValue, out: &mut impl FnMut(Action)) -> (Reason, u16) {
+        let Some(shown) = self.shown_live() else { return (Reason::WrongState, 0) };
+        if !shown.is_named_by(&value) {
+            return (Reason::WrongValue, 0);
+        }
+        match self.procedure.fault(now_ms) {
+            Some(fault) => (fault.reason, u16::from(fault.cable)),
+            None => (self.confirm(out), 0),
+        }
+    }
+
+    /// A wider prior costs poses and hides nothing; a narrower one than the parameter hides what homing left.
+    fn set_zero_prior(&mut self, prior_mm: f32) -> Reason {
+        let stated_mm = self.procedure.limits().settings().zero_prior_mm;
+        if prior_mm < stated_mm && !self.lock.is_open() {
+            return Reason::Locked;
+        }
+        self.procedure.set_zero_prior(prior_mm)
     }
 
     fn read_out(&mut self, set: PoseSet, index: u8) -> Reason {
@@ -73,4 +116,9 @@ impl Device {
             Reason::Busy
         }
     }
+}
+
+/// Commands that change nothing but what is sent.
+const fn is_query(opcode: u8) -> bool {
+    opcode == Opcode::Query as u8 || opcode == Opcode::ReadPose as u8
 }

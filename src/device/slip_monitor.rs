@@ -9,9 +9,10 @@ use super::{Action, Device, LogEntry};
 use crate::can::Message;
 use crate::can::watch::WatchReport;
 use crate::kinematics::CableLengths;
+use crate::monitor::{DetectorState, SlipDetector};
 use crate::procedure::{Candidate, Reason, StateName};
 use crate::rig::{CABLES, Rig};
-use crate::watch::{Watch, Watching};
+use nalgebra::UnitQuaternion;
 
 /// Shortest time between two samples that are looked at, ms.
 const PERIOD_MS: u32 = 5;
@@ -19,21 +20,54 @@ const PERIOD_MS: u32 = 5;
 /// The watch over the centre in use, if there is one.
 #[derive(Debug, Clone, Default)]
 pub(super) struct SlipMonitor {
-    watch: Option<Watch<f32>>,
+    detector: Option<SlipDetector<f32>>,
     looked_at_ms: Option<u32>,
     warning: Option<WatchReport>,
+    evidence: Evidence,
+}
+
+/// How much motion has fitted the centre.
+#[derive(Debug, Clone, Copy, Default)]
+struct Evidence {
+    samples: u16,
+    first: Option<UnitQuaternion<f32>>,
+    last: Option<UnitQuaternion<f32>>,
+    span_rad: f32,
+}
+
+/// Samples of a moving arm that must fit before motion has borne a centre out, and how far it must have turned among
+/// them, rad (20 degrees): more than a warning wants.
+const CONFIRMING_SAMPLES: u16 = 64;
+const CONFIRMING_SPAN_RAD: f32 = 0.35;
+
+impl Evidence {
+    /// Takes in what the detector has made of a sample. True once there is enough.
+    fn add(&mut self, detector: &SlipDetector<f32>) -> bool {
+        let Some(attitude) = detector.attitude().filter(|_| detector.state() == DetectorState::Quiet) else {
+            *self = Self::default();
+            return false;
+        };
+        if self.last == Some(attitude) {
+            return false;
+        }
+        self.last = Some(attitude);
+        let first = *self.first.get_or_insert(attitude);
+        self.samples = self.samples.saturating_add(1);
+        self.span_rad = self.span_rad.max(first.angle_to(&attitude));
+        self.samples >= CONFIRMING_SAMPLES && self.span_rad >= CONFIRMING_SPAN_RAD
+    }
 }
 
 impl SlipMonitor {
     /// A watch over a centre. The lengths that it sees are corrected by the zeros that were found with the centre.
     pub fn over(rig: &Rig<f32>, live: Option<&Candidate>) -> Self {
-        let watch = live.map(|live| {
+        let detector = live.map(|live| {
             let identified = &live.identified;
             // A calibration whose residuals were larger than the rig's noise has shown that the cables are noisier.
             let noise_mm = rig.length_noise_mm().max(identified.noise_mm);
-            Watch::new(rig, &identified.parameters, &identified.zeros_mm, noise_mm)
+            SlipDetector::new(rig, &identified.parameters, &identified.offsets_mm, noise_mm)
         });
-        Self { watch, ..Self::default() }
+        Self { detector, ..Self::default() }
     }
 
     /// What it warns of.
@@ -44,8 +78,8 @@ impl SlipMonitor {
     /// The warning has been seen: watch on.
     pub fn acknowledge(&mut self) {
         self.warning = None;
-        if let Some(watch) = self.watch.as_mut().filter(|watch| watch.state() == Watching::Warned) {
-            watch.rearm();
+        if let Some(detector) = self.detector.as_mut().filter(|detector| detector.state() == DetectorState::Warned) {
+            detector.rearm();
         }
     }
 }
@@ -53,10 +87,14 @@ impl SlipMonitor {
 impl Device {
     /// Lets the watch look at a sample of the encoders.
     pub(super) fn monitor_sample(&mut self, now_ms: u32, counts: &[i32; CABLES], out: &mut impl FnMut(Action)) {
-        let Some(watch) = self.slip_monitor.watch.as_mut() else { return };
+        let Some(detector) = self.slip_monitor.detector.as_mut() else { return };
         let in_use = matches!(self.procedure.state(), StateName::Idle | StateName::Failed);
         if !in_use || self.procedure.fault(now_ms).is_some() {
-            watch.interrupted();
+            detector.interrupted();
+            // the centre is in terms of counts that have shifted
+            if let Some(lost) = self.procedure.lost_count() {
+                self.trust(Some(lost), out);
+            }
             return;
         }
         if self.slip_monitor.looked_at_ms.is_some_and(|at_ms| now_ms.wrapping_sub(at_ms) < PERIOD_MS) {
@@ -64,10 +102,14 @@ impl Device {
         }
         self.slip_monitor.looked_at_ms = Some(now_ms);
         let Ok(lengths) = CableLengths::from_counts(self.procedure.rig().drum(), counts) else { return };
-        let Some(warning) = watch.sample(&lengths) else { return };
+        let Some(warning) = detector.sample(&lengths) else {
+            self.confirmed |= self.slip_monitor.evidence.add(detector);
+            return;
+        };
         let Some(live) = self.procedure.live() else { return };
         let report = WatchReport::of(live.run_id, &warning.cause);
         self.slip_monitor.warning = Some(report);
+        self.trust(Some(report.cause), out);
         out(Action::Log(LogEntry::Slipped(report)));
     }
 

@@ -3,10 +3,10 @@
 use super::report::About;
 use super::status_led::BlinkPattern;
 use super::{Action, Device, Held, LogEntry};
-use crate::can::Message;
 use crate::can::message::PROTOCOL;
 use crate::can::report::PoseReport;
 use crate::can::status::{Flags, Heartbeat, Versions};
+use crate::can::{Message, Standing};
 use crate::procedure::{CAPACITY, PoseNotice, Reason, StateName};
 use crate::restart::ResetCause;
 
@@ -80,15 +80,17 @@ impl Device {
             .refused_press
             .filter(|(_, at_ms)| now_ms.wrapping_sub(*at_ms) < SHOWN_MS)
             .map(|(reason, _)| reason);
-        let in_use = self.procedure.state() == StateName::Idle;
-        let slipped = self.slipped().filter(|_| in_use).map(|(reason, _)| reason);
+        // in the idle state the centre in use is what matters
+        let (standing, why) = self.standing();
+        let in_doubt =
+            Some(why).filter(|_| standing == Standing::NotToBeUsed && self.procedure.state() == StateName::Idle);
         let heartbeat = Heartbeat {
             run_id: self.procedure.run_id(),
             state: self.procedure.state(),
             guidance: self.procedure.guidance(now_ms),
             poses: self.procedure.pose_count(),
             progress_percent: self.procedure.progress_percent(),
-            reason: refused_press.or(slipped).unwrap_or(self.procedure.reason(now_ms)),
+            reason: refused_press.or(in_doubt).unwrap_or(self.procedure.reason(now_ms)),
             flags: Flags {
                 live: self.procedure.live().is_some(),
                 still: arm.is_ok(),
@@ -97,18 +99,20 @@ impl Device {
                 unacknowledged: self.reporter.is_unacknowledged(),
                 by_command_only: self.procedure.by_command_only(),
             },
+            standing,
             sequence: self.pace.sequence,
         };
         self.pace.sequence = self.pace.sequence.wrapping_add(1);
         self.pace.heartbeat_at_ms = Some(now_ms);
         self.send(&Message::Heartbeat(heartbeat), out);
+        self.send(&Message::Identity(self.identity()), out);
     }
 
     /// Reports one fault source per tick, round-robin, to bound bus load.
     pub(super) fn report_fault(&mut self, now_ms: u32, out: &mut impl FnMut(Action)) {
         let run_id = self.procedure.run_id();
         self.pace.fault_turn = self.pace.fault_turn.wrapping_add(1);
-        let reported = match self.pace.fault_turn % 8 {
+        let reported = match self.pace.fault_turn % 10 {
             0 => {
                 let encoder = self.procedure.fault(now_ms).map(|fault| (fault.reason, fault.cable));
                 self.encoder_fault.update(now_ms, run_id, encoder)
@@ -121,6 +125,14 @@ impl Device {
             3 => self.overrun.report(now_ms, run_id, Reason::ReceiveOverrun),
             4 => self.unsendable.report(now_ms, run_id, Reason::ReportOutOfRange),
             5 => self.bus_off.report(now_ms, run_id, Reason::BusOff),
+            7 => {
+                let failed = self.journal_failed.then_some((Reason::JournalUnwritable, 0));
+                self.journal_fault.update(now_ms, run_id, failed)
+            }
+            8 => {
+                let wrong = self.parameters_wrong.then_some((Reason::ParametersDamaged, 0));
+                self.parameters_fault.update(now_ms, run_id, wrong)
+            }
             6 => self.restarted.update(now_ms, run_id, self.restart_is_news.then_some((Reason::Restarted, 0))),
             _ => {
                 let slipped = self.slipped();
@@ -163,6 +175,9 @@ impl Device {
             distance_deg: notice.distance_rad.map(f32::to_degrees),
         };
         self.send(&Message::Pose(report), out);
+        if taken {
+            self.reporter.captured(notice.set, notice.index);
+        }
         out(Action::Log(LogEntry::Pose(*notice)));
     }
 
@@ -223,13 +238,16 @@ impl Device {
         let faulty = self.procedure.fault(now_ms).is_some();
         match self.procedure.state() {
             StateName::Idle | StateName::Collecting | StateName::Verifying if faulty => BlinkPattern::Fault,
-            StateName::Idle if self.slip_monitor.warning().is_some() => BlinkPattern::Slipped,
-            StateName::Idle if self.procedure.live().is_some() => BlinkPattern::InUse,
-            StateName::Idle => BlinkPattern::Ready,
+            StateName::Idle => match self.standing().0 {
+                Standing::NotToBeUsed => BlinkPattern::Slipped,
+                Standing::Unconfirmed => BlinkPattern::Unconfirmed,
+                Standing::Confirmed => BlinkPattern::InUse,
+                Standing::NoCentre => BlinkPattern::Ready,
+            },
             StateName::Collecting => BlinkPattern::Collecting,
             StateName::Identifying => BlinkPattern::Working,
             StateName::Verifying => BlinkPattern::Verifying,
-            StateName::Review => BlinkPattern::Review,
+            StateName::Review => self.accept_pattern(),
             StateName::Failed => BlinkPattern::Failed,
         }
     }

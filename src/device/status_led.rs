@@ -8,19 +8,25 @@ pub enum BlinkPattern {
     Ready,
     /// Idle with a centre in use: two flashes in four seconds.
     InUse,
+    /// Idle with a centre from the record that nothing has confirmed yet: one long flash in four seconds.
+    Unconfirmed,
     /// Collecting: on and off, half a second each.
     Collecting,
     /// The solver works: on and off, a quarter of a second each.
     Working,
     /// The second set: one long, one short.
     Verifying,
-    /// Waits for the decision: on, with a wink a second.
-    Review,
+    /// Waits for the decision, which two short presses begin: on, with two winks in four seconds.
+    Review2,
+    /// The same with three.
+    Review3,
+    /// The same with four.
+    Review4,
     /// The run failed: three flashes in two seconds.
     Failed,
     /// An encoder, a cable or the button is at fault: five flashes in four seconds.
     Fault,
-    /// Idle, but the watch warns that something has slipped: two long and two short flashes in four seconds.
+    /// Idle, but the centre is not to be used, for something has slipped: two long and two short flashes in four seconds.
     Slipped,
     /// For a moment: the pose was taken. On, with two winks a second.
     Captured,
@@ -34,13 +40,16 @@ pub enum BlinkPattern {
 
 impl BlinkPattern {
     /// All patterns.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 16] = [
         Self::Ready,
         Self::InUse,
+        Self::Unconfirmed,
         Self::Collecting,
         Self::Working,
         Self::Verifying,
-        Self::Review,
+        Self::Review2,
+        Self::Review3,
+        Self::Review4,
         Self::Failed,
         Self::Fault,
         Self::Slipped,
@@ -58,10 +67,14 @@ impl BlinkPattern {
         match self {
             Self::Ready => 0b1,
             Self::InUse => 0b101,
+            Self::Unconfirmed => 0xFF,
             Self::Collecting => 0x0F0F_0F0F,
             Self::Working => 0x3333_3333,
             Self::Verifying => 0x0CFF_0CFF,
-            Self::Review => 0xFEFE_FEFE,
+            // winks half a second apart, then a long light: they can be counted
+            Self::Review2 => 0xFFFF_FFEE,
+            Self::Review3 => 0xFFFF_FEEE,
+            Self::Review4 => 0xFFFF_EEEE,
             Self::Failed => 0x0015_0015,
             Self::Fault => 0b1_0101_0101,
             Self::Slipped => 0x0005_0F0F,

@@ -3,16 +3,16 @@
 use core::num::{NonZeroU8, NonZeroU16};
 
 /// Largest prescaler, NBRP + 1 (RM0440, 44.4.7: FDCAN_NBTP).
-const MOST_PRESCALER: u32 = 512;
+const MAX_PRESCALER: u32 = 512;
 /// Most quanta of the first segment, NTSEG1 + 1.
-const MOST_SEGMENT_1: u32 = 256;
+const MAX_SEGMENT_1: u32 = 256;
 /// Most quanta of the second segment, NTSEG2 + 1.
-const MOST_SEGMENT_2: u32 = 128;
+const MAX_SEGMENT_2: u32 = 128;
 /// A bit has at least this many quanta: 8 are the fewest that ISO 11898-1 asks of a controller, and what is coarser
 /// places the sample point badly.
-const FEWEST_QUANTA: u32 = 8;
+const MIN_QUANTA: u32 = 8;
 /// More quanta than this buy nothing: every node resynchronises to within one of its own.
-const MOST_QUANTA: u32 = 25;
+const MAX_QUANTA: u32 = 25;
 
 /// How a bit is divided: one quantum to synchronise, `segment_1` up to the sample point, `segment_2` behind it. Each is
 /// the number of quanta itself, not the register's "one less".
@@ -51,8 +51,8 @@ impl BitTiming {
             return Err(TimingError::SamplePoint);
         }
         let mut best: Option<(u32, Self)> = None;
-        let mut quanta = MOST_QUANTA;
-        while quanta >= FEWEST_QUANTA {
+        let mut quanta = MAX_QUANTA;
+        while quanta >= MIN_QUANTA {
             if let Some(timing) = Self::of_quanta(clock_hz, bit_hz, quanta, sample_permille) {
                 let distance = timing.sample_permille().abs_diff(sample_permille);
                 let is_nearer = match best {
@@ -82,7 +82,7 @@ impl BitTiming {
         let before_sample = (quanta * sample_permille + 500) / 1_000;
         let segment_1 = before_sample.saturating_sub(1);
         let segment_2 = quanta.saturating_sub(before_sample);
-        if prescaler > MOST_PRESCALER || segment_1 > MOST_SEGMENT_1 || segment_2 > MOST_SEGMENT_2 {
+        if prescaler > MAX_PRESCALER || segment_1 > MAX_SEGMENT_1 || segment_2 > MAX_SEGMENT_2 {
             return None;
         }
         // as far as a bit can be moved without its sample point leaving it

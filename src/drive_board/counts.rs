@@ -4,7 +4,7 @@ use super::clock::{CORE_HZ, SAMPLES_HZ};
 use crate::rig::Drum;
 
 /// Most counts that may pass between two samples of a 16-bit timer, so that it is told forwards from backwards.
-pub const MOST_COUNTS_A_SAMPLE: u32 = 1 << 15;
+pub const MAX_COUNTS_A_SAMPLE: u32 = 1 << 15;
 
 /// Clock periods for which an input of a timer must keep its level to be believed: eight samples at a thirty-second of
 /// the clock (RM0440, 29.6.8: ICxF = 0b1111), 1.5 us. The longest filter that there is.
@@ -29,5 +29,5 @@ pub fn is_slow_enough(drum: &Drum<f32>) -> bool {
     let counts_a_second = fastest_counts_a_second(drum);
     let level_periods = 2.0 * CORE_HZ as f32 / counts_a_second;
     level_periods >= 2.0 * FILTER_PERIODS as f32
-        && counts_a_second / SAMPLES_HZ as f32 <= (MOST_COUNTS_A_SAMPLE / 2) as f32
+        && counts_a_second / SAMPLES_HZ as f32 <= (MAX_COUNTS_A_SAMPLE / 2) as f32
 }

@@ -1,6 +1,8 @@
 //! Where the record lies in the chip's flash, whether that flash is what this firmware expects, and what a word of it
 //! that could not be corrected means.
 
+use crate::record::STORAGE_PAGES;
+
 /// Where the flash begins.
 pub const FLASH_ORIGIN: u32 = 0x0800_0000;
 /// Its size (RM0440, 3.3.1: category 3 device, 512 KiB).
@@ -9,6 +11,8 @@ pub const FLASH_LEN: u32 = 512 * 1024;
 pub const BANK_2_FROM: u32 = FLASH_LEN / 2;
 /// Bytes of a page while there are two banks; with a single one it would be 4 KiB.
 pub const PAGE_LEN: u32 = 2 * 1024;
+/// Bytes of the storage: record, journal, parameters.
+const STORAGE_LEN: u32 = STORAGE_PAGES as u32 * PAGE_LEN;
 /// Bytes that are programmed at once, with their error-correcting code.
 pub const WORD_LEN: usize = 8;
 
@@ -59,8 +63,8 @@ pub const fn record_offset(optr: u32, size_kib: u16, record: (u32, u32)) -> Resu
     }
     let (from, end) = record;
     let offset = from.wrapping_sub(FLASH_ORIGIN);
-    let is_two_pages = offset.is_multiple_of(PAGE_LEN) && end.wrapping_sub(from) == 2 * PAGE_LEN;
-    if is_two_pages && offset >= BANK_2_FROM && offset <= FLASH_LEN - 2 * PAGE_LEN {
+    let is_whole = offset.is_multiple_of(PAGE_LEN) && end.wrapping_sub(from) == STORAGE_LEN;
+    if is_whole && offset >= BANK_2_FROM && offset <= FLASH_LEN - STORAGE_LEN {
         Ok(offset)
     } else {
         Err(LayoutError::RecordMisplaced)

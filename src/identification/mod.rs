@@ -1,31 +1,39 @@
 //! Finding the joint centre from the cable lengths of a set of poses: pure functions of numbers.
 //!
-//! * [`solver`]: the way that the device goes. No start estimate, an error bar, refusal of what cannot be known.
-//! * [`survey`]: the error bar foretold, pose by pose.
-//! * [`paper`]: the iteration of the paper's Fig. 4, from a start estimate.
-//! * [`zeros`]: unknown encoder zeros as six more unknowns.
-//! * [`verification`]: the deviation over a second set of poses that was never used to identify.
+//! * [`estimator`]: what the device runs. It needs no start and gives a standard deviation or a named refusal.
+//! * [`predicted_accuracy`]: the standard deviation that the poses captured so far would give.
+//! * [`machine`], [`joint`]: the unknowns beside the joint centre.
+//!
+//! `docs/method.md` follows the method from six lengths to a standard deviation, with references. The paper's own
+//! iteration stands in [`paper`](crate::paper).
 
-pub mod blocks;
-pub mod model;
-pub mod normal_equations;
-pub mod observability;
+pub mod estimator;
+pub mod excitation;
+pub mod fault_isolation;
+pub mod gates;
+pub mod joint;
+pub mod leave_one_out;
+pub mod machine;
+pub mod marginal_information;
+pub mod noise;
 pub mod outcome;
-pub mod paper;
-mod pass_sum;
-pub mod pivot_fit;
+pub mod parameters;
+pub mod pivot_calibration;
+pub mod pose;
 pub mod pose_buffer;
-pub mod pose_information;
-pub mod solver;
-pub mod survey;
+pub mod predicted_accuracy;
+pub mod refusal;
+pub mod settings;
+pub mod statistics;
 pub mod uncertainty;
 pub mod verification;
-pub mod zeros;
+pub mod weights;
 
-pub use outcome::Rejected;
-pub use outcome::{Identified, Progress, Refusal, Termination};
-pub use paper::{PaperIteration, PaperSettings};
+pub use estimator::Estimator;
+pub use machine::Machine;
+pub use outcome::{Identified, Progress, Rejected, Termination};
+pub use pose::{Pose, PoseState};
 pub use pose_buffer::{DEFAULT_CAPACITY, Full, PoseBuffer};
-pub use solver::{Noise, Solver, SolverSettings};
-pub use survey::{Foretold, Survey};
-pub use verification::verify;
+pub use predicted_accuracy::{Predicted, PredictedAccuracy};
+pub use refusal::Refusal;
+pub use settings::{EstimatorSettings, JointChoice, Noise};

@@ -1,122 +1,70 @@
-//! The error bar: from the covariance of the six unknowns to figures that a person can read.
+//! From the covariance of O and C to that of the paper's six unknowns, and to standard deviations.
 
-use super::blocks::Blocks;
-use super::normal_equations::{PACKED, UNKNOWNS};
-use crate::calls::{difference, dot, image_transposed, root, unit};
-use crate::kinematics::{Pivot, RigPoints};
+use crate::kinematics::{Geometry, JointCentre};
+use crate::linear_algebra::{largest_eigenpair, non_negative_root, packed_index, unit};
 use crate::rig::Parameters;
 use crate::scalar::Real;
-use crate::symmetric::Symmetric;
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3};
 
-/// Rounds of the power iteration. A direction that stands out by a factor of two in variance is exact to 1e-4 then;
-/// where none stands out, any of them is as weak as the other.
-const POWER_ROUNDS: usize = 24;
+/// x, y, z, p1, p2, p3.
+pub const RESULT_UNKNOWNS: usize = 6;
+/// Entries of their packed covariance.
+pub const RESULT_PACKED: usize = 21;
 
-/// Centre and radii of a pivot, and their covariance from that of O and C: dp_i = -(s_i - C)·dC / p_i.
+/// Centre and radii of a joint centre, mm, and their covariance from that of O and C: dp_i = -(s_i - C)·dC / p_i, with
+/// the end-points s_i taken as exact.
 ///
-/// `covariance` is that of x, y, z, p1, p2, p3, times `factor`: lower triangle, row by row.
-#[inline(never)]
+/// `covariance`: of O and C, mm². Returns that of x, y, z, p1, p2, p3, mm², packed lower triangle.
 pub fn parameters_of<T: Real>(
-    pivot: &Pivot<T>,
-    of_pivot: &Blocks<T>,
-    factor: T,
-    points: &RigPoints<T>,
-    parameters: &mut Parameters<T>,
-    covariance: &mut [T; PACKED],
-) {
-    parameters.centre_mm = pivot.in_base_mm;
-    let mut directions = Matrix3::zeros();
-    let mut mixed = Matrix3::zeros();
-    for i in 0..3 {
-        let arm = difference(&pivot.in_platform_mm, &points.platform_mm[i]);
-        parameters.radii_mm[i] = root(dot(&arm, &arm));
-        let direction = unit(&arm);
-        mixed.data.0[i] = image_transposed(&of_pivot.mixed, &direction).into();
-        directions.data.0[i] = direction.into();
+    centre: &JointCentre<T>,
+    covariance: &Matrix6<T>,
+    geometry: &Geometry<T>,
+) -> (Parameters<T>, [T; RESULT_PACKED]) {
+    let mut jacobian = Matrix6::identity();
+    let mut parameters = Parameters { centre_mm: centre.in_base_mm, radii_mm: [T::zero(); 3] };
+    for (i, end_point) in geometry.end_points_mm().iter().enumerate() {
+        let arm = centre.in_platform_mm - end_point;
+        parameters.radii_mm[i] = arm.norm_squared().root();
+        jacobian.fixed_view_mut::<1, 3>(3 + i, 3).copy_from(&unit(&arm).transpose());
     }
-    let mut of_radii = Symmetric::zero();
-    let mut images = directions;
-    of_pivot.second.apply_to(&mut images);
-    of_radii.add_product(&directions, &images, T::one());
-    let [pp, qp, qq, rp, rq, rr] = of_radii.0;
-    let [xx, yx, yy, zx, zy, zz] = of_pivot.first.0;
-    let [[px, py, pz], [qx, qy, qz], [rx, ry, rz]] = mixed.data.0;
-    #[rustfmt::skip]
-    let entries = [
-        xx,
-        yx, yy,
-        zx, zy, zz,
-        px, py, pz, pp,
-        qx, qy, qz, qp, qq,
-        rx, ry, rz, rp, rq, rr,
-    ];
-    *covariance = entries;
-    covariance.iter_mut().for_each(|entry| *entry *= factor);
+    (parameters, packed(&(jacobian * covariance * jacobian.transpose())))
+}
+
+/// The lower triangle, row by row.
+pub fn packed<T: Real>(matrix: &Matrix6<T>) -> [T; RESULT_PACKED] {
+    let mut packed = [T::zero(); RESULT_PACKED];
+    for i in 0..RESULT_UNKNOWNS {
+        for j in 0..=i {
+            packed[packed_index(i, j)] = matrix[(i, j)];
+        }
+    }
+    packed
+}
+
+/// The matrix of which `packed` is the lower triangle.
+pub fn unpacked<T: Real, const N: usize>(packed: &[T]) -> SMatrix<T, N, N> {
+    let entry = |i: usize, j: usize| packed.get(packed_index(i.max(j), i.min(j))).copied();
+    SMatrix::from_fn(|i, j| entry(i, j).unwrap_or_else(T::zero))
 }
 
 /// 1σ of each unknown from a packed covariance.
-pub fn sigmas<T: Real>(covariance: &[T; PACKED]) -> [T; UNKNOWNS] {
-    let [xx, _, yy, _, _, zz, _, _, _, p1, _, _, _, _, p2, _, _, _, _, _, p3] = *covariance;
-    [xx, yy, zz, p1, p2, p3].map(|variance| variance.max(T::zero()).root())
+pub fn sigmas<T: Real>(covariance: &[T; RESULT_PACKED]) -> [T; RESULT_UNKNOWNS] {
+    core::array::from_fn(|k| non_negative_root(covariance[packed_index(k, k)]))
 }
 
 /// The direction of largest variance among all six unknowns, a unit vector, and its 1σ.
-pub fn worst_direction<T: Real>(covariance: &[T; PACKED]) -> ([T; UNKNOWNS], T) {
-    worst(covariance)
+pub fn worst_direction<T: Real>(covariance: &[T; RESULT_PACKED]) -> ([T; RESULT_UNKNOWNS], T) {
+    let (variance, direction) = largest_eigenpair(&unpacked::<T, RESULT_UNKNOWNS>(covariance));
+    (direction.into(), non_negative_root(variance))
 }
 
 /// 1σ of the centre (first three unknowns) in its worst direction, and that direction as a unit vector in {B}.
-pub fn worst_centre_direction<T: Real>(covariance: &[T; PACKED]) -> (T, [T; 3]) {
-    let [xx, yx, yy, zx, zy, zz, ..] = *covariance;
-    worst_direction_of_point(&Symmetric([xx, yx, yy, zx, zy, zz]))
+pub fn worst_centre_direction<T: Real>(covariance: &[T; RESULT_PACKED]) -> (T, [T; 3]) {
+    worst_direction_of_point(&unpacked::<T, 3>(covariance))
 }
 
 /// 1σ in the direction of largest variance of a point, and that direction.
-pub fn worst_direction_of_point<T: Real>(covariance: &Symmetric<T>) -> (T, [T; 3]) {
-    let (variance, direction) = covariance.largest();
-    (root(variance), direction.into())
-}
-
-/// Power iteration.
-fn worst<T: Real>(covariance: &[T; PACKED]) -> ([T; UNKNOWNS], T) {
-    #[rustfmt::skip]
-    let [
-        xx,
-        yx, yy,
-        zx, zy, zz,
-        px, py, pz, pp,
-        qx, qy, qz, qp, qq,
-        rx, ry, rz, rp, rq, rr,
-    ] = *covariance;
-    let columns = [
-        [xx, yx, zx, px, qx, rx],
-        [yx, yy, zy, py, qy, ry],
-        [zx, zy, zz, pz, qz, rz],
-        [px, py, pz, pp, qp, rp],
-        [qx, qy, qz, qp, qq, rq],
-        [rx, ry, rz, rp, rq, rr],
-    ];
-    let product = |a: &[T; UNKNOWNS], b: &[T; UNKNOWNS]| a.iter().zip(b).fold(T::zero(), |sum, (a, b)| sum + *a * *b);
-    // Begins with the column of the largest variance: never orthogonal to the direction that is looked for.
-    let variances = [yy, zz, pp, qq, rr].into_iter().zip(columns.into_iter().skip(1));
-    let larger = |best: (T, _), next: (T, _)| if next.0 > best.0 { next } else { best };
-    let [first, ..] = columns;
-    let (mut variance, mut direction) = variances.fold((xx, first), larger);
-    for _ in 0..POWER_ROUNDS {
-        let norm = product(&direction, &direction).root();
-        // A zero or a NaN: there is no direction.
-        if !(norm > T::zero()) {
-            break;
-        }
-        direction = direction.map(|x| x / norm);
-        let image = columns.map(|column| product(&column, &direction));
-        variance = product(&image, &direction);
-        direction = image;
-    }
-    let norm = product(&direction, &direction).root();
-    if norm > T::zero() {
-        direction = direction.map(|x| x / norm);
-    }
-    (direction, variance.max(T::zero()).root())
+pub fn worst_direction_of_point<T: Real>(covariance: &Matrix3<T>) -> (T, [T; 3]) {
+    let (variance, direction): (T, Vector3<T>) = largest_eigenpair(covariance);
+    (non_negative_root(variance), direction.into())
 }

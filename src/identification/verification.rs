@@ -1,30 +1,41 @@
-//! Verification on a second set of poses (step 4 of the paper's procedure, section III).
+//! Verification on a second set of poses, which did not identify: χ² of their residuals about the estimated centre
+//! (step 4 of the paper's procedure, with the estimator's own model).
 
-use super::model::{Contradiction, Model};
-use super::outcome::{Refusal, deviation};
-use crate::kinematics::{BaseEdges, CableLengths};
-use crate::rig::{Parameters, Rig};
+use super::statistics::{FALSE_ALARM, chi_square_quantile};
+use crate::linear_algebra::non_negative_root;
 use crate::scalar::Real;
+use nalgebra::{Matrix3, Vector3};
 
-/// δE over poses that were not used to identify, mm.
-///
-/// # Errors
-/// [`Refusal::TooFewPoses`] for an empty set, [`Refusal::BadLength`] or [`Refusal::NotClosing`] for a pose that
-/// contradicts the parameters altogether.
-pub fn verify<T: Real>(rig: &Rig<T>, parameters: &Parameters<T>, poses: &[CableLengths<T>]) -> Result<T, Refusal> {
-    if poses.is_empty() {
-        return Err(Refusal::TooFewPoses { poses: 0 });
+/// Residuals of a pose that was not used to identify, its rotation at its best.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VerifiedPose<T> {
+    /// Sum of the squared length residuals, mm²: three degrees of freedom.
+    pub squares_mm2: T,
+    /// χ² of the same against the noise and the covariance of the estimate: three degrees of freedom.
+    pub chi_square: T,
+}
+
+/// Where the joint centre is in one pose, in {B}.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CentrePrediction<T> {
+    /// By the joint's model from the pose's rotation, mm.
+    pub predicted_mm: Vector3<T>,
+    /// Its covariance, mm².
+    pub predicted_covariance_mm2: Matrix3<T>,
+    /// From the pose's own six lengths, R C + t, mm.
+    pub live_mm: Vector3<T>,
+    /// Its covariance, mm².
+    pub live_covariance_mm2: Matrix3<T>,
+}
+
+/// The root-mean-square residual at which `poses` poses with this χ² in all would be refused, mm: one false alarm in
+/// 10 000 sound sets.
+pub fn rms_limit_mm<T: Real>(rms_mm: T, chi_square: T, poses: usize, noise_mm: T) -> T {
+    let freedom = T::of_integer(3 * poses.max(1) as i32);
+    let most = chi_square_quantile(freedom, T::of(FALSE_ALARM));
+    if chi_square > T::zero() && rms_mm > T::zero() {
+        rms_mm * non_negative_root(most / chi_square)
+    } else {
+        noise_mm * non_negative_root(most / freedom)
     }
-    let base = BaseEdges::new(rig);
-    let model = Model::new(&base, rig.edges_mm(), parameters);
-    let mut squares_mm2 = T::zero();
-    for (index, lengths) in poses.iter().enumerate() {
-        let pose = index as u16;
-        let laid = model.lay(&base, lengths).map_err(|contradiction| match contradiction {
-            Contradiction::Length(error) => Refusal::BadLength { pose, cable: error.cable, fault: error.fault },
-            Contradiction::NotClosing(error) => Refusal::NotClosing { pose, end_point: error.end_point, iteration: 0 },
-        })?;
-        squares_mm2 += laid.squares_mm2();
-    }
-    Ok(deviation(squares_mm2, poses.len()))
 }

@@ -1,13 +1,13 @@
-//! Encoder counts to cable lengths.
+//! Cable lengths: from encoder counts, checked and corrected.
 
-use crate::rig::{CABLES, Drum};
+use crate::rig::{CABLES, Correction, Drum, Rig};
 use crate::scalar::Real;
 
 /// Six cable lengths L1..L6 of one pose, mm: finite and positive, by construction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CableLengths<T>([T; CABLES]);
 
-/// What is wrong with a cable length.
+/// A fault of a cable length.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
@@ -34,13 +34,13 @@ impl LengthFault {
     }
 }
 
-/// A cable length that cannot be, and of which cable.
+/// An impossible cable length: which cable, and why.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct LengthError {
     /// Cable, 1 to 6. For a broken triangle the first of its two cables.
     pub cable: u8,
-    /// What is wrong with it.
+    /// The fault.
     pub fault: LengthFault,
 }
 
@@ -79,25 +79,36 @@ impl<T: Real> CableLengths<T> {
         Self::from_mean_counts(drum, counts, &[T::zero(); CABLES])
     }
 
-    /// Lengths from averaged counts: whole counts, and what their mean lies beyond them.
+    /// Lengths from the mean over samples: `counts` of the first sample, and by how much the mean lies above it, in
+    /// counts.
     ///
     /// # Errors
     /// The first cable whose length would not be positive.
-    pub fn from_mean_counts(drum: &Drum<T>, counts: &[i32; CABLES], beyond: &[T; CABLES]) -> Result<Self, LengthError> {
+    pub fn from_mean_counts(drum: &Drum<T>, counts: &[i32; CABLES], above: &[T; CABLES]) -> Result<Self, LengthError> {
         let mm_per_count = drum.mm_per_count();
         Self::new(core::array::from_fn(|k| {
-            // Within ±2^24 counts (over 380 m of cable on the shoulder's drum) f32 holds a count exactly; the two
-            // products are added one after the other so that the fraction keeps its digits.
-            drum.home_length_mm[k] + T::of_integer(counts[k]) * mm_per_count + beyond[k] * mm_per_count
+            // Within ±2^24 counts (over 380 m of cable on the shoulder's drum) f32 holds a count exactly.
+            drum.home_length_mm[k] + (T::of_integer(counts[k]) + above[k]) * mm_per_count
         }))
     }
 
-    /// The lengths less the zero error of each encoder, mm.
+    /// True lengths L from readings by the correction that commissioning found for `rig`: reading = home + scale (L -
+    /// home) + offset. Unchanged without one.
     ///
     /// # Errors
     /// The first cable whose length would not be positive.
-    pub fn less(&self, zeros_mm: &[T; CABLES]) -> Result<Self, LengthError> {
-        Self::new(core::array::from_fn(|k| self.0[k] - zeros_mm[k]))
+    pub fn corrected(&self, rig: &Rig<T>) -> Result<Self, LengthError> {
+        let Some(Correction { offset_mm, scale }) = rig.correction() else { return Ok(*self) };
+        let home_mm = &rig.drum().home_length_mm;
+        Self::new(core::array::from_fn(|k| home_mm[k] + (self.0[k] - offset_mm[k] - home_mm[k]) / scale[k]))
+    }
+
+    /// The lengths less the offset of each encoder, mm.
+    ///
+    /// # Errors
+    /// The first cable whose length would not be positive.
+    pub fn less(&self, offsets_mm: &[T; CABLES]) -> Result<Self, LengthError> {
+        Self::new(core::array::from_fn(|k| self.0[k] - offsets_mm[k]))
     }
 
     /// The same lengths with those of two cables (indices from 0) exchanged, as by two swapped connectors.
@@ -141,37 +152,5 @@ impl<T: Real> Drum<T> {
             }
         }
         Ok(())
-    }
-}
-
-/// Extends a wrapping hardware counter to 32 bits. Right while the counter moves by less than half of its range
-/// between two samples (16 bits at 1 kHz: 32.7 million counts a second).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct CountExtender {
-    position: i32,
-}
-
-impl CountExtender {
-    /// An extender that stands at `position` counts.
-    pub const fn at(position: i32) -> Self {
-        Self { position }
-    }
-
-    /// Takes in a reading of a 16-bit counter and returns the extended position.
-    pub fn update_16_bit(&mut self, counter: u16) -> i32 {
-        let moved = counter.wrapping_sub(self.position as u16) as i16;
-        self.position = self.position.wrapping_add(i32::from(moved));
-        self.position
-    }
-
-    /// Takes in a reading of a 32-bit counter. It needs no extension: the position is the reading as a signed number.
-    pub fn update_32_bit(&mut self, counter: u32) -> i32 {
-        self.position = counter as i32;
-        self.position
-    }
-
-    /// The extended position, counts.
-    pub fn position(&self) -> i32 {
-        self.position
     }
 }

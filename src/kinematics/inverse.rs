@@ -1,4 +1,4 @@
-//! Inverse kinematics: a rotation of the arm to six cable lengths.
+//! Inverse kinematics of the 3-3 machine: a rotation of the arm to six cable lengths.
 
 use crate::rig::{ATTACHMENTS, CABLES, POINTS, Rig};
 use crate::scalar::Real;

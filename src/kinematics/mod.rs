@@ -1,18 +1,26 @@
-//! Geometry of the 3-3 cable arrangement: counts to lengths, lengths to points, rotations to lengths.
+//! Geometry of the six cables: counts to lengths, lengths to the platform's pose, rotations to lengths.
 //!
-//! Two ways lead from cable lengths to the end-points. The [`tetrahedron`] of the paper needs the joint centre; the
-//! [`octahedron`](mod@octahedron) needs only the platform's edges. Both turn an end-point about its base edge, the [`hinge`].
+//! * [`cable_length`]: encoder counts to the six lengths of a pose.
+//! * [`stewart_gough`]: the platform's whole pose from six lengths (forward kinematics of a 3-3 Stewart-Gough platform,
+//!   from one constant start); [`general_platform`] finishes it where every cable has ends of its own.
+//! * [`length_jacobian`]: how the lengths change with the joint centre and the platform's rotation.
+//! * [`attitude`]: the platform's rotation from six lengths once the joint centre is known.
 
-pub mod arm;
+pub mod attitude;
+pub mod base_edges;
 pub mod cable_length;
-pub mod hinge;
+pub mod general_platform;
+pub mod geometry;
 pub mod inverse;
-pub mod octahedron;
-pub mod pivot;
-mod spheres;
-pub mod tetrahedron;
+pub mod length_jacobian;
+pub mod rotation;
+pub mod stewart_gough;
+mod trilateration;
 
-pub use cable_length::{CableLengths, CountExtender, LengthError, LengthFault};
-pub use hinge::{BaseEdges, HingeCoordinates};
-pub use octahedron::{Octahedron, OctahedronError, PlatformPose};
-pub use pivot::{LengthEquations, Pivot, RigPoints};
+pub use attitude::{AttitudeFit, AttitudeSolver, CableSet};
+pub use base_edges::{BaseEdges, HingeCoordinates};
+pub use cable_length::{CableLengths, LengthError, LengthFault};
+pub use general_platform::PlatformSolver;
+pub use geometry::Geometry;
+pub use length_jacobian::{JointCentre, LengthJacobian, LengthRow};
+pub use stewart_gough::{ForwardKinematics, PlatformError, PlatformPose};

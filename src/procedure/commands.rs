@@ -3,13 +3,13 @@
 use super::arm::NotReady;
 use super::outcome::PoseNotice;
 use super::reason::Reason;
-use super::solve::{Detail, Work};
+use super::solve::Detail;
 use super::state::{Command, PoseSet, StateName};
 use super::transition::{Trigger, allows};
 use super::{Guidance, Judging, Procedure, Run, State, Verifying};
-use crate::identification::Survey;
-use crate::identification::paper::FEWEST_POSES;
-use crate::kinematics::octahedron::OctahedronError;
+use crate::identification::gates::MIN_POSES;
+use crate::identification::Pose;
+use crate::kinematics::PlatformError;
 
 /// The answer to a command.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,7 +57,7 @@ impl Procedure {
 
     fn start(&mut self, now_ms: u32, by_command_only: bool) -> Reply {
         // A count lost in an earlier run must not lock the device for ever; the new run begins from where the
-        // encoders stand, and outliers, second set and error bar judge it like any other.
+        // encoders stand, and outliers, second set and standard deviation judge it like any other.
         let mut arm = self.arm;
         arm.forgive();
         if let Err(NotReady { reason, cable }) = arm.ready(now_ms) {
@@ -82,7 +82,7 @@ impl Procedure {
     }
 
     fn identify_by_command(&mut self, now_ms: u32) -> Reply {
-        if usize::from(self.poses.count()) < FEWEST_POSES {
+        if usize::from(self.poses.count()) < MIN_POSES {
             return Reply::refused(Reason::TooFewPoses, u16::from(self.poses.count()));
         }
         self.identify(now_ms);
@@ -97,11 +97,19 @@ impl Procedure {
         Reply::FINE
     }
 
+    /// The encoders must be believable now, and have lost no count since the run began: a centre in terms of counts
+    /// that have shifted is a wrong one.
     fn accept(&mut self, now_ms: u32) -> Reply {
-        if let Some(candidate) = self.candidate().cloned() {
-            self.end(now_ms, Trigger::Accept, Detail::of(Reason::Accepted));
-            self.live = Some(candidate);
+        let Some(candidate) = self.candidate() else { return Reply::FINE };
+        if let Some(fault) = self.arm.fault(now_ms) {
+            return Reply::refused(fault.reason, u16::from(fault.cable));
         }
+        if let Err(detail) = self.check_plausible(&candidate.identified) {
+            return Reply::refused(detail.reason, u16::from(detail.cable));
+        }
+        let candidate = candidate.clone();
+        self.end(now_ms, Trigger::Accept, Detail::of(Reason::Accepted));
+        self.live = Some(candidate);
         Reply::FINE
     }
 
@@ -130,23 +138,28 @@ impl Procedure {
         self.poses.clear();
         self.held_out.clear();
         self.spread = Default::default();
-        self.survey = Survey::new(&self.rig);
+        self.accuracy.restart(&self.machine, self.rig.nominal());
+        self.predicted_sigma_mm = None;
     }
 
     /// Hands the first set to the solver.
     pub(super) fn identify(&mut self, now_ms: u32) {
         if self.go(now_ms, Trigger::Identify, State::Identifying) {
-            self.work = Work::new(&self.rig, self.zero_prior_mm);
+            if self.run.attempts > 0 {
+                // The estimator before has refined the rotations: it begins anew from the lengths alone.
+                self.poses.poses_mut().iter_mut().for_each(Pose::reset);
+            }
+            self.work.restart(&self.machine);
             self.run.attempts = self.run.attempts.saturating_add(1);
             self.run.attempted_poses = self.poses.count();
             self.run.detail = None;
         }
     }
 
-    /// Begins to lay the second set against the centre.
+    /// Begins to hold the second set against the centre.
     pub(super) fn judge(&mut self) {
         if let State::Verifying(Verifying { judging: judging @ None, .. }) = &mut self.state {
-            *judging = Some(Judging { next: 0, squares_mm2: 0.0 });
+            *judging = Some(Judging { next: 0, squares_mm2: 0.0, chi_square: 0.0 });
         }
     }
 
@@ -186,28 +199,26 @@ impl Procedure {
     fn try_pose(&mut self, now_ms: u32, set: PoseSet, distance_rad: &mut Option<f32>) -> Result<(), NotReady> {
         let lengths = self.arm.pose(now_ms, self.rig.drum())?;
         let refused = |reason| NotReady { reason, cable: 0 };
-        // Surveyed on a copy, which is kept when the pose is.
-        let mut survey = self.survey.clone();
-        let platform = survey.add(&lengths).map_err(|error| match error {
-            OctahedronError::Length(error) => NotReady { reason: Reason::LengthImpossible, cable: error.cable },
-            OctahedronError::DoesNotClose => refused(Reason::PlatformDoesNotClose),
+        let pose = Pose::placed(self.machine.platform(), lengths).map_err(|error| match error {
+            PlatformError::Length(error) => NotReady { reason: Reason::LengthImpossible, cable: error.cable },
+            PlatformError::DoesNotClose => refused(Reason::PlatformDoesNotClose),
         })?;
-        let rotation = &platform.rotation;
         // A pose of the second set that repeats one of the first would verify nothing.
-        let distances = [self.poses.nearest_rad(rotation), self.held_out.nearest_rad(rotation)];
+        let distances = [self.poses.nearest_rad(&pose), self.held_out.nearest_rad(&pose)];
         *distance_rad = distances.into_iter().flatten().reduce(f32::min);
         if distance_rad.is_some_and(|distance| distance < self.limits.settings().nearest_pose_rad) {
             return Err(refused(Reason::PoseTooNear));
         }
         match set {
             PoseSet::Identification => {
-                self.poses.push(lengths, rotation).map_err(|_| refused(Reason::PosesFull))?;
-                self.spread.add(rotation);
-                self.survey = survey;
+                self.poses.push(pose).map_err(|_| refused(Reason::PosesFull))?;
+                self.spread.add(&pose.rotation());
+                self.accuracy.add(&self.machine, &pose);
+                self.predicted_sigma_mm = self.accuracy.predicted(&self.machine).map(|predicted| predicted.sigma_mm);
                 self.run.advice = self.spread.advice();
             }
             PoseSet::HeldOut => {
-                self.held_out.push(lengths, rotation).map_err(|_| refused(Reason::PosesFull))?;
+                self.held_out.push(pose).map_err(|_| refused(Reason::PosesFull))?;
                 self.run.advice = Guidance::MoveOn;
             }
         }

@@ -12,7 +12,7 @@ pub const DITHER_COUNTS: u32 = 1;
 pub struct EncoderLimits {
     /// No sample for this long: silent, ms.
     pub silence_ms: u32,
-    /// How late a sample may reach the device, ms.
+    /// How late a sample may reach the device, ms; at most one mean period of the samples counts.
     pub jitter_ms: u32,
     /// A cable that has rested (within [`DITHER_COUNTS`]) while three others moved this far is frozen, counts.
     pub frozen_counts: u32,
@@ -37,6 +37,8 @@ pub struct Encoders {
     /// Time of the last sample, believed or not; of the first tick while there has been none.
     heard_ms: Option<u32>,
     last: Option<Sample>,
+    /// Mean time between two samples, in sixteenths of a millisecond.
+    period_ms_16: u32,
     /// Samples that are not believed, and since when they stand elsewhere.
     suspect: Option<Suspect>,
     lost: Option<u8>,
@@ -66,6 +68,7 @@ impl Encoders {
             limits,
             heard_ms: None,
             last: None,
+            period_ms_16: 0,
             suspect: None,
             lost: None,
             frozen: None,
@@ -82,27 +85,32 @@ impl Encoders {
     /// Takes in one sample. True when it is believed.
     pub fn sample(&mut self, now_ms: u32, counts: &[i32; CABLES], drum: &Drum<f32>) -> bool {
         let sample = Sample { at_ms: now_ms, counts: *counts };
+        self.note_period(now_ms);
         self.heard_ms = Some(now_ms);
         let Some(last) = self.last else {
             self.believe(sample);
             (self.low, self.high) = (*counts, *counts);
             return true;
         };
-        let Err(jump) = drum.check_jump(&last.counts, counts, self.elapsed(last.at_ms, now_ms)) else {
-            self.believe(sample);
-            self.watch_frozen(counts);
-            return true;
-        };
-        let samples = match self.suspect {
-            // still where the jump went: one more witness
-            Some(s) if drum.check_jump(&s.last.counts, counts, self.elapsed(s.last.at_ms, now_ms)).is_ok() => {
-                s.samples.saturating_add(1)
+        let jump = drum.check_jump(&last.counts, counts, self.elapsed(last.at_ms, now_ms));
+        // Still where the jump went: one more witness. The time since the last believed sample grows meanwhile, until
+        // the drum could have turned that far; so the nearer of the two places counts.
+        let witnessed = self.suspect.filter(|suspect| {
+            drum.check_jump(&suspect.last.counts, counts, self.elapsed(suspect.last.at_ms, now_ms)).is_ok()
+                && distance(&suspect.last.counts, counts) <= distance(&last.counts, counts)
+        });
+        let (samples, cable) = match (witnessed, jump) {
+            (Some(suspect), _) => (suspect.samples.saturating_add(1), suspect.cable),
+            (None, Err(jump)) => (1, jump.cable),
+            (None, Ok(())) => {
+                self.believe(sample);
+                self.watch_frozen(counts);
+                return true;
             }
-            _ => 1,
         };
-        self.suspect = Some(Suspect { last: sample, samples, cable: jump.cable });
+        self.suspect = Some(Suspect { last: sample, samples, cable });
         if samples >= self.limits.lost_after_samples {
-            self.lost = Some(jump.cable);
+            self.lost = Some(cable);
             self.believe(sample);
             (self.low, self.high) = (*counts, *counts);
         }
@@ -134,10 +142,18 @@ impl Encoders {
         self.lost = None;
     }
 
-    /// The time in which a cable may have moved. A long pause between two samples does not make a long jump
-    /// believable, and samples that arrive together were not taken together.
+    /// The time in which a cable may have moved, ms. A long pause between two samples does not make a long jump
+    /// believable; samples that arrive together were not taken together, but a mean period apart.
     fn elapsed(&self, from_ms: u32, to_ms: u32) -> u32 {
-        to_ms.wrapping_sub(from_ms).min(self.limits.silence_ms).saturating_add(self.limits.jitter_ms)
+        let period_ms = self.period_ms_16 / 16;
+        let between_ms = to_ms.wrapping_sub(from_ms).min(self.limits.silence_ms).max(period_ms);
+        between_ms.saturating_add(self.limits.jitter_ms.min(period_ms))
+    }
+
+    fn note_period(&mut self, now_ms: u32) {
+        let since_ms = self.heard_ms.map_or(0, |heard_ms| now_ms.wrapping_sub(heard_ms).min(self.limits.silence_ms));
+        // a running mean over sixteen samples
+        self.period_ms_16 = self.period_ms_16 - self.period_ms_16 / 16 + since_ms;
     }
 
     fn believe(&mut self, sample: Sample) {
@@ -163,6 +179,11 @@ impl Encoders {
             }
         }
     }
+}
+
+/// How far apart two samples are: the largest difference of a count.
+fn distance(one: &[i32; CABLES], other: &[i32; CABLES]) -> u32 {
+    one.iter().zip(other).map(|(a, b)| a.abs_diff(*b)).max().unwrap_or(0)
 }
 
 #[cfg(test)]
@@ -226,6 +247,26 @@ mod tests {
         assert_eq!(reason(&encoders, 140), Some((Reason::EncoderJumped, 2)));
         encoders.forgive();
         assert_eq!(reason(&encoders, 140), None);
+    }
+
+    /// A leap that stays is a lost count however long it is watched, and at every sampling rate a leap beyond what the
+    /// drum turns in two periods is seen.
+    #[test]
+    fn a_leap_that_stays_is_never_believed() {
+        for (period_ms, leap) in [(10u32, 2_000), (10, 1_400), (1, 200)] {
+            let limits = EncoderLimits { jitter_ms: 20, lost_after_samples: 5, ..LIMITS };
+            let mut encoders = Encoders::new(limits);
+            let mut now_ms = 0;
+            for _ in 0..200 {
+                now_ms += period_ms;
+                assert!(encoders.sample(now_ms, &[0; 6], &drum()));
+            }
+            for sample in 1..=5 {
+                now_ms += period_ms;
+                assert!(!encoders.sample(now_ms, &[0, 0, leap, 0, 0, 0], &drum()), "{leap} in {period_ms} ms");
+                assert_eq!(encoders.lost(), (sample == 5).then_some(3), "{leap} in {period_ms} ms");
+            }
+        }
     }
 
     #[test]

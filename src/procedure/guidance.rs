@@ -143,7 +143,7 @@ impl Spread {
 }
 
 /// Axis times angle of a rotation, rad; the angle lies between 0 and π.
-fn rotation_vector(rotation: &Matrix3<f32>) -> Vector3<f32> {
+pub(crate) fn rotation_vector(rotation: &Matrix3<f32>) -> Vector3<f32> {
     let twice_sine_axis =
         Vector3::new(rotation.m32 - rotation.m23, rotation.m13 - rotation.m31, rotation.m21 - rotation.m12);
     let sine = twice_sine_axis.norm() * 0.5;

@@ -1,8 +1,9 @@
 //! The limits that a run is held to, with their defaults and where those come from.
 
 use super::encoders::EncoderLimits;
+use super::plausible::Plausibility;
 use super::stillness::StillnessLimits;
-use crate::identification::paper::FEWEST_POSES;
+use crate::identification::gates::MIN_POSES;
 use crate::rig::Rig;
 
 /// Every number that can be set about a run.
@@ -17,8 +18,8 @@ pub struct Settings {
     pub min_samples: u16,
     /// Without a sample for this long the encoders are silent, ms.
     pub silence_ms: u32,
-    /// Samples may reach the device this late, ms: how much more a cable may seem to have moved in no time. The
-    /// sampling period on a board that samples by interrupt, the latency of the link on one that does not.
+    /// Samples may reach the device this late, ms. A cable may seem to have moved for that much longer, but never for
+    /// more than another mean period of the samples.
     pub sample_jitter_ms: u32,
     /// An encoder that rests while three other cables move this far is frozen, mm.
     pub frozen_mm: f32,
@@ -47,9 +48,19 @@ pub struct Settings {
     pub verifying_timeout_ms: u32,
     /// Longest time for the decision, ms. A candidate that outlives its wearer must not be accepted by the next.
     pub review_timeout_ms: u32,
+    /// What a centre may be on the rig.
+    pub plausibility: Plausibility,
+}
+
+impl Settings {
+    /// The defaults for a rig.
+    pub fn for_rig(rig: &Rig<f32>) -> Self {
+        Self { plausibility: Plausibility::for_rig(rig), ..Self::default() }
+    }
 }
 
 impl Default for Settings {
+    /// The defaults for the shoulder.
     fn default() -> Self {
         Self {
             // Ten times the paper's noise, about twice the tremor of a supported arm; averaged over the window.
@@ -73,6 +84,7 @@ impl Default for Settings {
             collecting_timeout_ms: 120_000,
             verifying_timeout_ms: 120_000,
             review_timeout_ms: 300_000,
+            plausibility: Plausibility::SHOULDER,
         }
     }
 }
@@ -92,6 +104,8 @@ pub enum LimitsError {
     ZeroCount = 4,
     /// A time is zero, or longer than half of the range of the clock (24 days).
     BadTime = 5,
+    /// A limit of what a centre may be is not positive, or leaves room for none.
+    BadPlausibility = 6,
 }
 
 impl core::fmt::Display for LimitsError {
@@ -102,6 +116,7 @@ impl core::fmt::Display for LimitsError {
             Self::NoVerification => "without a second set nothing is verified",
             Self::ZeroCount => "a count of attempts or samples is zero",
             Self::BadTime => "a time is zero or longer than 24 days",
+            Self::BadPlausibility => "a limit of what a centre may be is not positive, or leaves room for none",
         })
     }
 }
@@ -128,7 +143,7 @@ impl Limits {
         let prior_fits = s.zero_prior_mm >= 0.0 && s.zero_prior_mm.is_finite();
         if !(prior_fits && sizes.iter().all(|size| *size > 0.0 && size.is_finite())) {
             Err(LimitsError::NotPositive)
-        } else if usize::from(s.enough_poses.min(s.enough_poses_with_zeros)) < FEWEST_POSES {
+        } else if usize::from(s.enough_poses.min(s.enough_poses_with_zeros)) < MIN_POSES {
             Err(LimitsError::TooFewPoses)
         } else if s.verification_poses == 0 {
             Err(LimitsError::NoVerification)
@@ -136,6 +151,8 @@ impl Limits {
             Err(LimitsError::ZeroCount)
         } else if !times.iter().all(|time| (1..=u32::MAX / 2).contains(time)) || s.sample_jitter_ms > u32::MAX / 2 {
             Err(LimitsError::BadTime)
+        } else if !s.plausibility.is_sound() {
+            Err(LimitsError::BadPlausibility)
         } else {
             Ok(Self { settings, mm_per_count: rig.drum().mm_per_count() })
         }
@@ -144,7 +161,7 @@ impl Limits {
     /// The default limits for a rig.
     pub fn for_rig(rig: &Rig<f32>) -> Self {
         // The defaults pass the check; a test shows it.
-        Self { settings: Settings::default(), mm_per_count: rig.drum().mm_per_count() }
+        Self { settings: Settings::for_rig(rig), mm_per_count: rig.drum().mm_per_count() }
     }
 
     /// The settings.
@@ -187,7 +204,7 @@ mod tests {
     }
 
     fn with(change: impl Fn(&mut Settings)) -> Result<Limits, LimitsError> {
-        let mut settings = Settings::default();
+        let mut settings = Settings::for_rig(&rig());
         change(&mut settings);
         Limits::new(&rig(), settings)
     }
@@ -211,6 +228,8 @@ mod tests {
         assert_eq!(with(|s| s.min_samples = 0), Err(LimitsError::ZeroCount));
         assert_eq!(with(|s| s.review_timeout_ms = 0), Err(LimitsError::BadTime));
         assert_eq!(with(|s| s.hold_ms = 1 << 31), Err(LimitsError::BadTime));
+        assert_eq!(with(|s| s.plausibility.sigma_mm = f32::NAN), Err(LimitsError::BadPlausibility));
+        assert_eq!(with(|s| s.plausibility.min_radius_mm = 1e6), Err(LimitsError::BadPlausibility));
     }
 
     #[test]
@@ -223,7 +242,8 @@ mod tests {
     #[test]
     fn codes_never_change() {
         use LimitsError::*;
-        let codes = [NotPositive, TooFewPoses, NoVerification, ZeroCount, BadTime].map(|error| error as u8);
-        assert_eq!(codes, [1, 2, 3, 4, 5]);
+        let codes =
+            [NotPositive, TooFewPoses, NoVerification, ZeroCount, BadTime, BadPlausibility].map(|error| error as u8);
+        assert_eq!(codes, [1, 2, 3, 4, 5, 6]);
     }
 }

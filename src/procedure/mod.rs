@@ -38,6 +38,7 @@ pub mod guidance;
 pub mod limits;
 pub mod loose;
 pub mod outcome;
+pub mod plausible;
 mod progress;
 pub mod reason;
 pub mod solve;
@@ -48,14 +49,15 @@ pub mod transition;
 
 pub use commands::Reply;
 pub use guidance::Guidance;
+pub(crate) use guidance::rotation_vector;
 pub use limits::{Limits, LimitsError, Settings};
 pub use outcome::{Candidate, Ending, PoseNotice, Verification};
+pub use plausible::Plausibility;
 pub use reason::{Band, Reason};
 pub use state::{Command, PoseSet, StateName};
 pub use transition::Trigger;
 
-use crate::identification::{Identified, Survey};
-use crate::kinematics::CableLengths;
+use crate::identification::{Identified, Machine, Pose, PredictedAccuracy};
 use crate::rig::{CABLES, Rig};
 use arm::{Arm, NotReady};
 use captured::Captured;
@@ -107,6 +109,7 @@ struct Verifying {
 struct Judging {
     next: u8,
     squares_mm2: f32,
+    chi_square: f32,
 }
 
 /// What belongs to the run as a whole.
@@ -134,6 +137,9 @@ struct Run {
 pub struct Procedure {
     rig: Rig<f32>,
     limits: Limits,
+    /// The boot that is under way, and the wearer that the next run is made for.
+    boot: u16,
+    wearer: u16,
     /// How well the encoder zeros are known in the runs to come, 1σ, mm; 0 = exactly.
     zero_prior_mm: f32,
     arm: Arm,
@@ -143,7 +149,10 @@ pub struct Procedure {
     poses: Captured<CAPACITY>,
     held_out: Captured<HELD_OUT_CAPACITY>,
     spread: Spread,
-    survey: Survey<f32>,
+    machine: Machine<f32>,
+    accuracy: PredictedAccuracy<f32>,
+    /// Of the first set so far, mm; kept, for it is asked for with every heartbeat.
+    predicted_sigma_mm: Option<f32>,
     ending: Option<Ending>,
     live: Option<Candidate>,
 }
@@ -153,13 +162,18 @@ impl Procedure {
     // Inlined so that it is built where it stays: 13 KB of temporary copies on the stack otherwise.
     #[inline(always)]
     pub fn new(rig: Rig<f32>, limits: Limits) -> Self {
+        let machine = Machine::with_offset_prior(&rig, limits.settings().zero_prior_mm);
         Self {
             arm: Arm::new(&limits),
-            work: Work::new(&rig, 0.0),
+            work: Work::new(&machine, &rig),
             zero_prior_mm: limits.settings().zero_prior_mm,
-            survey: Survey::new(&rig),
+            accuracy: PredictedAccuracy::new(&machine, rig.nominal()),
+            machine,
+            predicted_sigma_mm: None,
             rig,
             limits,
+            boot: 0,
+            wearer: 0,
             state: State::Idle,
             run: Run::before_the_first(),
             poses: Captured::new(),
@@ -170,19 +184,66 @@ impl Procedure {
         }
     }
 
-    /// Takes over the centre of an earlier run, of before the power was switched off. Run ids go on from its own.
-    pub fn resume(&mut self, live: Candidate) {
+    /// Goes on after a power-down: in which boot, and from which run id on. Nothing has happened yet since power-up.
+    pub fn resume_at(&mut self, boot: u16, last_run_id: u16) {
         if matches!(self.state, State::Idle) && self.run.id == 0 {
-            self.run.id = live.run_id;
+            self.boot = boot;
+            self.run.id = last_run_id;
+        }
+    }
+
+    /// Takes over the centre of an earlier run, of before the power was switched off.
+    ///
+    /// # Errors
+    /// What about it cannot be; there is no centre in use then.
+    pub fn resume(&mut self, live: Candidate) -> Result<(), Reason> {
+        self.check_plausible(&live.identified).map_err(|detail| detail.reason)?;
+        if matches!(self.state, State::Idle) {
             self.live = Some(live);
         }
+        Ok(())
+    }
+
+    /// Sets whose arm the runs to come are made for; 0 = not said. Not while a run is under way.
+    pub fn set_wearer(&mut self, wearer: u16) -> Reason {
+        if !matches!(self.state, State::Idle | State::Failed) {
+            return Reason::AlreadyRunning;
+        }
+        self.wearer = wearer;
+        Reason::Fine
+    }
+
+    /// Whose arm the runs to come, or the one under way, are made for.
+    pub const fn wearer(&self) -> u16 {
+        self.wearer
+    }
+
+    /// The boot that is under way.
+    pub const fn boot(&self) -> u16 {
+        self.boot
+    }
+
+    /// The limits of a run.
+    pub const fn limits(&self) -> &Limits {
+        &self.limits
+    }
+
+    /// How well the encoder zeros are known in the runs to come, 1σ, mm; 0 = exactly.
+    pub const fn zero_prior_mm(&self) -> f32 {
+        self.zero_prior_mm
+    }
+
+    /// Looks whether a centre can be one on this rig.
+    fn check_plausible(&self, identified: &Identified<f32>) -> Result<(), Detail> {
+        let limits = &self.limits.settings().plausibility;
+        limits.check(self.rig.nominal(), &identified.parameters, &identified.sigma_mm(), &identified.offsets_mm)
     }
 
     /// Sets how well the encoder zeros are known in the runs to come, 1σ, mm, until power-down; 0 = exactly. Not while a
     /// run is under way: its poses were collected for another question.
     ///
     /// Every run begins from the raw lengths, never from lengths corrected by the zeros in use: an error in these cannot
-    /// get into the next centre, and the error bar of a run hangs on its own poses and the stated prior alone.
+    /// get into the next centre, and the standard deviation of a run depends on its own poses and the stated prior alone.
     pub fn set_zero_prior(&mut self, prior_mm: f32) -> Reason {
         if !matches!(self.state, State::Idle | State::Failed) {
             return Reason::AlreadyRunning;
@@ -191,6 +252,7 @@ impl Procedure {
             return Reason::BadArgument;
         }
         self.zero_prior_mm = prior_mm;
+        self.machine = Machine::with_offset_prior(&self.rig, prior_mm);
         Reason::Fine
     }
 
@@ -273,21 +335,26 @@ impl Procedure {
 
     /// Predicted σ of the centre in its worst direction with the first set so far, mm; None while the poses do not
     /// determine it.
-    pub fn predicted_sigma_mm(&self) -> Option<f32> {
-        self.survey.foretold().map(|foretold| foretold.sigma_mm)
+    pub const fn predicted_sigma_mm(&self) -> Option<f32> {
+        self.predicted_sigma_mm
     }
 
-    /// Lengths of the captured poses of a set. They stay until the next run starts, unless the run is aborted.
-    pub fn poses(&self, set: PoseSet) -> &[CableLengths<f32>] {
+    /// The captured poses of a set. They stay until the next run starts, unless the run is aborted.
+    pub fn poses(&self, set: PoseSet) -> &[Pose<f32>] {
         match set {
-            PoseSet::Identification => self.poses.lengths(),
-            PoseSet::HeldOut => self.held_out.lengths(),
+            PoseSet::Identification => self.poses.poses(),
+            PoseSet::HeldOut => self.held_out.poses(),
         }
     }
 
     /// What is wrong with the encoders now.
     pub fn fault(&self, now_ms: u32) -> Option<EncoderFault> {
         self.arm.fault(now_ms)
+    }
+
+    /// The reason, if a count was lost since the last run began.
+    pub fn lost_count(&self) -> Option<Reason> {
+        self.arm.lost().map(|_| Reason::EncoderJumped)
     }
 
     /// Is the arm held still, with believable encoders and every cable at rest?

@@ -11,6 +11,10 @@ use crate::identification::Identified;
 pub struct Candidate {
     /// The run that found it.
     pub run_id: u16,
+    /// The boot in which it ran, modulo 2^16. Boot and run together never repeat.
+    pub boot: u16,
+    /// Whose arm it was made for; 0 = not said.
+    pub wearer: u16,
     /// The centre, the radii, their covariance and how they were found.
     pub identified: Identified<f32>,
     /// What the second set said.

@@ -18,7 +18,7 @@ impl Procedure {
                 // sharpness says nothing before there are poses enough to have any
                 (25.0 * counted + 25.0 * counted.min(sharpened)) as u8
             }
-            State::Identifying => 50 + (29.0 * self.work.share_done(self.poses.lengths().len())) as u8,
+            State::Identifying => 50 + (29.0 * self.work.share_done(self.poses.poses().len())) as u8,
             State::Verifying(Verifying { judging: None, .. }) => {
                 let counted = share(f32::from(self.held_out.count()), f32::from(settings.verification_poses));
                 80 + (15.0 * counted) as u8

@@ -25,7 +25,9 @@ pub enum Band {
     Device,
     /// 128-143: the watch over the centre in use.
     Watch,
-    /// 144-255: not assigned.
+    /// 144-159: a parameter.
+    Parameter,
+    /// 160-255: not assigned.
     Unassigned,
 }
 
@@ -42,7 +44,8 @@ impl Band {
             96..=111 => Self::Ending,
             112..=127 => Self::Device,
             128..=143 => Self::Watch,
-            144..=255 => Self::Unassigned,
+            144..=159 => Self::Parameter,
+            160..=255 => Self::Unassigned,
         }
     }
 }
@@ -108,6 +111,11 @@ reasons! {
     NoSuchPose = 9, "no pose has this index", "ask for an index below the pose count";
     Busy = 10, "the previous read-out is still being sent", "wait for its last frame";
 
+    WrongValue = 11, "boot or checksum are not those of the value that was shown", "form them from the frames of the last report";
+    ReportIncomplete = 12, "the report of the new centre has not been sent whole", "wait for its last frame, Outcome, then decide";
+    TooManyCommands = 13, "too many commands within a second", "send fewer, and wait for each answer";
+    Locked = 14, "the lock of the parameters is closed", "open it with the key, or ask who has it";
+
     ArmMoving = 16, "the arm is moving", "hold the arm still and try again";
     PoseTooNear = 17, "the pose is too near one that is already captured", "move the arm further before holding it";
     PosesFull = 18, "no room for another pose", "identify with the poses that are there";
@@ -123,13 +131,27 @@ reasons! {
     OneAxis = 49, "all poses turn about one axis", "move the arm in another plane as well";
     Weak = 50, "the poses leave the centre too uncertain in one direction", "follow the guidance: spread the poses wider";
     TooManyOutliers = 51, "too many readings contradict the others", "look for a slack cable, then start again";
-    NotABall = 52, "the centre wanders more than the encoders' noise explains", "tighten the strap, keep the shoulder blade still";
+    NotABall = 52, "the centre wanders more than the encoders' noise explains", "capture at least 18 poses, so that a moving centre can be told from a loose strap; tighten the strap";
     PoseDoesNotClose = 53, "the lengths of the named pose do not fit the platform", "look for a slack cable, then start again";
     NotConverged = 54, "the iteration did not settle", "capture more and wider poses";
     Singular = 55, "the equations have no single solution", "move the arm in another plane as well";
     NotFinite = 56, "the arithmetic left the range of numbers", "read out the poses and report them";
     TooAlike = 57, "all poses are alike", "move the arm further between the poses";
     ZeroNotDetermined = 58, "the centre hangs on the named encoder's zero, which the poses do not determine", "capture more and wider poses, or home the encoders";
+    FewPosesForMovingCentre = 59, "the joint centre moves, and the poses are too few to say how", "capture at least 18 poses, wider and with the arm turned about its length";
+    TiltMissing = 60, "the joint centre moves, and the arm is tilted too little to say how", "tilt the arm further from its middle in every direction";
+    SecondPlaneMissing = 61, "the joint centre moves, and the arm is tilted in one plane only", "tilt the arm across the named direction as well";
+    TorsionMissing = 62, "the joint centre moves, and the arm is not turned about its own length", "turn the arm about its length in some of the poses, by 30 degrees to both sides";
+    BaseSlippedMidway = 63, "the base slipped on the body before the named pose", "tighten the strap, then start again";
+    CuffSlippedMidway = 64, "the cuff slipped on the arm before the named pose", "tighten the cuff, then start again";
+    JointNotExplained = 65, "neither a ball nor a centre that moves with the arm explains the poses", "look for a loose strap, cuff or cable; move slowly and hold each pose";
+    BladeNotHeld = 66, "the shoulder blade was not held in the held poses", "let somebody hold the shoulder blade, keep the arm within 30 degrees, and repeat the held phase";
+    HeldOfAnotherWearing = 67, "the held poses belong to another wearing", "repeat both phases without taking the cuff off between them";
+
+    CentreImplausible = 72, "the centre lies where no joint of this rig can be", "check cables, points and rig parameters, then calibrate again";
+    RadiusImplausible = 73, "a distance from the centre to an end-point cannot be", "check the cuff and the rig parameters, then calibrate again";
+    SigmaImplausible = 74, "the stated uncertainty is zero or too large", "capture more and wider poses";
+    OffsetImplausible = 75, "the named encoder's offset is larger than homing can leave", "home the encoders, then calibrate again";
 
     VerificationFailed = 80, "the second set of poses deviates too much", "calibrate again; tighten strap and cables before";
     VerificationDoesNotClose = 81, "a pose of the second set does not fit the identified centre", "look for a slack cable, calibrate again";
@@ -156,11 +178,23 @@ reasons! {
     BusOff = 124, "the CAN controller had left the bus because of errors, and came back", "check wiring, termination and bit rate";
     Restarted = 125, "the firmware stopped and was restarted; a run under way is lost", "read Versions and LastStop for the cause, and report it";
 
+    ParametersDamaged = 126, "the stored parameters were damaged or do not fit this firmware; the defaults are in use", "set and save the parameters again";
+    JournalUnwritable = 127, "boot and run numbers cannot be stored", "replace the board";
+
     StrapSlipped = 128, "the joint centre has moved in the base: the strap slipped", "put the strap right, then calibrate again";
     CuffSlipped = 129, "the joint centre has moved in the platform: the cuff slipped on the arm", "put the cuff right, then calibrate again";
     CableSlipped = 130, "the named cable has slipped on its drum or stretched", "look at the cable and its drum, home it, then calibrate again";
     CentreDrifts = 131, "the joint centre moves with the arm's elevation: not a ball joint", "tighten the strap, keep the shoulder blade still";
     CentreMoved = 132, "the cables no longer fit the centre in use, and no single cause explains it", "look at strap, cuff and cables, then calibrate again";
+    Unconfirmed = 133, "the centre comes from the record, and nothing has confirmed it since power-up", "move the arm through its range, or confirm the centre";
+
+    UnknownParameter = 144, "no parameter has this index", "list the indices that are assigned";
+    UnknownOperation = 145, "no operation on parameters has this number", "see the operations in the DBC";
+    ParameterOutOfRange = 146, "the value is outside of the parameter's range, or no number", "read minimum and maximum";
+    ParametersContradict = 147, "the prepared parameters do not fit each other; the value is the index of one of them", "correct it, then save again";
+    WrongKey = 148, "the answer to the challenge is wrong", "ask for a challenge, and form the answer with the key";
+    WriteOnly = 149, "the parameter cannot be read", "none: only its writer knows it";
+    NoRecord = 150, "there is no record to erase", "none";
 }
 
 impl Reason {

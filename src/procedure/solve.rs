@@ -1,33 +1,41 @@
-//! The solver as the procedure sees it: one slice of work at a time, and a refusal in the terms of the reports.
+//! The estimator as the procedure sees it: one slice of work at a time, and a refusal in the terms of the reports.
 
 use super::reason::Reason;
-use crate::identification::{Identified, Progress, Refusal, Solver, SolverSettings};
-use crate::kinematics::CableLengths;
+use crate::identification::joint::MissingMotion;
+use crate::identification::{Estimator, EstimatorSettings, Identified, Machine, Pose, Progress, Refusal};
 use crate::rig::Rig;
 
-/// The start-free solver at work, and how much it has worked.
+/// The estimator at work, and how much it has worked.
 #[derive(Debug, Clone)]
 pub struct Work {
-    solver: Solver<f32>,
+    estimator: Estimator<f32>,
     slices: u32,
 }
 
-/// Passes over the poses that a sound set takes: placing, two or three passes, the last one to see that it settled.
+/// Passes over the poses that a sound set takes: two or three, the last one to see that it settled.
 const USUAL_PASSES: u32 = 4;
 
 impl Work {
-    /// A solver at its beginning. `zero_prior_mm`: how well the encoder zeros are known, 1σ; 0 = exactly.
-    // Inlined so that it is built where it stays: 13 KB of temporary copies on the stack otherwise.
-    #[inline(always)]
-    pub fn new(rig: &Rig<f32>, zero_prior_mm: f32) -> Self {
-        let settings = SolverSettings { zero_prior_mm, ..SolverSettings::for_rig(rig) };
-        Self { solver: Solver::new(rig, settings), slices: 0 }
+    /// An estimator at its beginning.
+    pub fn new(machine: &Machine<f32>, rig: &Rig<f32>) -> Self {
+        Self { estimator: Estimator::new(machine, rig.nominal(), EstimatorSettings::for_rig(rig)), slices: 0 }
     }
 
-    /// One slice of work: at most the placing of one pose.
-    pub fn advance(&mut self, poses: &[CableLengths<f32>]) -> Progress<&Identified<f32>> {
+    /// Back to the beginning, in place.
+    pub fn restart(&mut self, machine: &Machine<f32>) {
+        self.estimator.restart(machine);
+        self.slices = 0;
+    }
+
+    /// One slice of work.
+    pub fn advance(&mut self, machine: &Machine<f32>, poses: &mut [Pose<f32>]) -> Progress<&Identified<f32>> {
         self.slices = self.slices.saturating_add(1);
-        self.solver.advance(poses)
+        self.estimator.advance(machine, poses)
+    }
+
+    /// The estimator, whose last fit judges the second set.
+    pub const fn estimator(&self) -> &Estimator<f32> {
+        &self.estimator
     }
 
     /// How much of the work is done, 0 to below 1. How many passes there will be is not known before the end, so this
@@ -61,7 +69,7 @@ impl Detail {
     }
 
     /// A reason about one pose of a set; no set of a run has more poses than a byte counts.
-    fn about_pose(reason: Reason, pose: u16) -> Self {
+    fn about_pose(reason: Reason, pose: u32) -> Self {
         Self { pose: u8::try_from(pose).ok(), ..Self::of(reason) }
     }
 }
@@ -83,12 +91,31 @@ impl From<Refusal> for Detail {
             Refusal::Weak { direction, sigma_mm } => {
                 Self { axis: Some(direction), size_mm: Some(sigma_mm), ..Self::of(Reason::Weak) }
             }
-            Refusal::HangsOnOnePose { pose } => Self::about_pose(Reason::Weak, pose),
-            Refusal::ZeroNotDetermined { cable, sigma_mm } => {
+            Refusal::NotRedundant { pose } => Self::about_pose(Reason::Weak, pose),
+            Refusal::OffsetNotDetermined { cable, sigma_mm } => {
                 Self { cable, size_mm: Some(sigma_mm), ..Self::of(Reason::ZeroNotDetermined) }
             }
+            Refusal::TooFewForMovingCentre { .. } => Self::of(Reason::FewPosesForMovingCentre),
+            Refusal::MissingMotion { missing: MissingMotion::Tilt, .. } => Self::of(Reason::TiltMissing),
+            Refusal::MissingMotion { missing: MissingMotion::SecondPlane, direction, .. } => {
+                Self { axis: Some(direction), ..Self::of(Reason::SecondPlaneMissing) }
+            }
+            Refusal::MissingMotion { missing: MissingMotion::Torsion, .. } => Self::of(Reason::TorsionMissing),
+            Refusal::SlippedMidway { pose, size_mm, is_cuff } => {
+                let reason = if is_cuff { Reason::CuffSlippedMidway } else { Reason::BaseSlippedMidway };
+                Self { size_mm: Some(size_mm), ..Self::about_pose(reason, pose) }
+            }
+            Refusal::NotExplained { residual_mm } => {
+                Self { size_mm: Some(residual_mm), ..Self::of(Reason::JointNotExplained) }
+            }
+            Refusal::NotHeld { scatter_mm } => Self { size_mm: Some(scatter_mm), ..Self::of(Reason::BladeNotHeld) },
+            Refusal::HeldOfAnotherWearing { distance_mm } => {
+                Self { size_mm: Some(distance_mm), ..Self::of(Reason::HeldOfAnotherWearing) }
+            }
             Refusal::TooManyOutliers { .. } => Self::of(Reason::TooManyOutliers),
-            Refusal::NotABall { wander_mm } => Self { size_mm: Some(wander_mm), ..Self::of(Reason::NotABall) },
+            Refusal::CentreNotFixed { migration_mm } => {
+                Self { size_mm: Some(migration_mm), ..Self::of(Reason::NotABall) }
+            }
         }
     }
 }
@@ -105,5 +132,10 @@ pub const fn is_cured_by_more_poses(reason: Reason) -> bool {
             | Reason::Singular
             | Reason::NotConverged
             | Reason::TooManyOutliers
+            | Reason::NotABall
+            | Reason::FewPosesForMovingCentre
+            | Reason::TiltMissing
+            | Reason::SecondPlaneMissing
+            | Reason::TorsionMissing
     )
 }

@@ -6,8 +6,9 @@ use super::solve::{Detail, is_cured_by_more_poses};
 use super::state::{PoseSet, StateName};
 use super::transition::Trigger;
 use super::{Guidance, Procedure, Run, State, Verifying};
-use crate::identification::paper::FEWEST_POSES;
-use crate::identification::{Identified, Progress, verify};
+use crate::identification::gates::MIN_POSES;
+use crate::identification::verification::rms_limit_mm;
+use crate::identification::{Identified, Progress};
 
 impl Run {
     pub(super) const fn before_the_first() -> Self {
@@ -80,7 +81,7 @@ impl Procedure {
     /// There are poses that no solver run has seen, and enough of them in all for a solver run.
     fn has_something_new(&self) -> bool {
         let poses = self.poses.count();
-        usize::from(poses) >= FEWEST_POSES && poses > self.run.attempted_poses
+        usize::from(poses) >= MIN_POSES && poses > self.run.attempted_poses
     }
 
     /// The first set is good enough.
@@ -92,7 +93,7 @@ impl Procedure {
     }
 
     fn tick_identifying(&mut self, now_ms: u32) {
-        match self.work.advance(self.poses.lengths()) {
+        match self.work.advance(&self.machine, self.poses.poses_mut()) {
             Progress::Working => {}
             Progress::Identified(identified) => {
                 let identified = identified.clone();
@@ -104,10 +105,12 @@ impl Procedure {
 
     fn found(&mut self, now_ms: u32, identified: Identified<f32>) {
         let numbers = identified.parameters.to_array();
-        if numbers.iter().chain(&identified.sigma_mm()).all(|number| number.is_finite()) {
-            self.go(now_ms, Trigger::Found, State::Verifying(Verifying { identified, judging: None }));
-        } else {
+        if !numbers.iter().chain(&identified.sigma_mm()).all(|number| number.is_finite()) {
             self.refused(now_ms, Detail::of(Reason::NotFinite));
+        } else if let Err(detail) = self.check_plausible(&identified) {
+            self.refused(now_ms, detail);
+        } else {
+            self.go(now_ms, Trigger::Found, State::Verifying(Verifying { identified, judging: None }));
         }
     }
 
@@ -140,16 +143,14 @@ impl Procedure {
         notice
     }
 
-    /// Lays the next pose of the second set against the centre; after the last one, the verdict.
+    /// Holds the next pose of the second set against the fit; after the last one, the verdict by χ².
     fn judge_one(&mut self, now_ms: u32) {
-        let limit_mm = self.limits.settings().verification_deviation_mm;
         let State::Verifying(Verifying { identified, judging: Some(judging) }) = &mut self.state else { return };
-        if let Some(pose) = self.held_out.lengths().get(usize::from(judging.next)) {
-            let corrected = pose.less(&identified.zeros_mm).ok();
-            let deviation = corrected.and_then(|pose| verify(&self.rig, &identified.parameters, &[pose]).ok());
-            match deviation {
-                Some(deviation_mm) => {
-                    judging.squares_mm2 += deviation_mm * deviation_mm;
+        if let Some(pose) = self.held_out.poses().get(usize::from(judging.next)) {
+            match self.work.estimator().verify(&self.machine, pose) {
+                Some(residual) => {
+                    judging.squares_mm2 += residual.squares_mm2;
+                    judging.chi_square += residual.chi_square;
                     judging.next += 1;
                 }
                 None => {
@@ -162,9 +163,11 @@ impl Procedure {
             return;
         }
         let poses = judging.next;
-        let deviation_mm = libm::sqrtf(judging.squares_mm2 / f32::from(poses.max(1)));
+        let deviation_mm = libm::sqrtf(judging.squares_mm2 / f32::from(poses.max(1)) / 3.0);
+        let limit_mm = rms_limit_mm(deviation_mm, judging.chi_square, usize::from(poses), identified.noise_mm);
         let verification = Verification { deviation_mm, limit_mm, poses };
-        let candidate = Candidate { run_id: self.run.id, identified: identified.clone(), verification };
+        let (run_id, boot, wearer) = (self.run.id, self.boot, self.wearer);
+        let candidate = Candidate { run_id, boot, wearer, identified: identified.clone(), verification };
         // NaN must not pass
         if deviation_mm <= limit_mm {
             self.go(now_ms, Trigger::Verified, State::Review(candidate));

@@ -1,8 +1,9 @@
 //! What is kept of a calibration.
 
 use crate::identification::Rejected;
-use crate::identification::normal_equations::{PACKED, at};
-use crate::identification::outcome::MOST_REJECTED;
+use crate::identification::outcome::MAX_REJECTED;
+use crate::identification::outcome::RESULT_PACKED;
+use crate::linear_algebra::packed_index;
 use crate::rig::{CABLES, Parameters};
 
 /// An accepted calibration, with everything that the device reports about it.
@@ -10,6 +11,12 @@ use crate::rig::{CABLES, Parameters};
 pub struct Record {
     /// The run that found the centre; not 0.
     pub run_id: u16,
+    /// The boot in which it ran, modulo 2^16.
+    pub boot: u16,
+    /// Whose arm it was made for; 0 = not said.
+    pub wearer: u16,
+    /// Serial number of the board; 0 when it has none.
+    pub serial: u32,
     /// Fingerprint of the rig that it was found on (see [`crate::device::fingerprint`]).
     pub rig: u32,
     /// Firmware that found it: major, minor, patch.
@@ -17,7 +24,7 @@ pub struct Record {
     /// Joint centre in {B} and radii, mm.
     pub parameters: Parameters<f32>,
     /// Covariance of x, y, z, p1, p2, p3, mm²: lower triangle, row by row.
-    pub covariance_mm2: [f32; PACKED],
+    pub covariance_mm2: [f32; RESULT_PACKED],
     /// Zero error of each encoder, mm; 0 when the zeros were known.
     pub zeros_mm: [f32; CABLES],
     /// 1σ of the zero errors, mm; 0 when the zeros were known.
@@ -33,7 +40,7 @@ pub struct Record {
     /// How many of these it left out.
     pub left_out: u8,
     /// Which, and for which cables' sake: the first `left_out` of these.
-    pub rejected: [Rejected; MOST_REJECTED],
+    pub rejected: [Rejected; MAX_REJECTED],
     /// Least-squares steps.
     pub iterations: u8,
     /// Why the iteration ended: code of [`Termination`](crate::identification::Termination).
@@ -67,7 +74,7 @@ impl Record {
         let not_negative = |number: &f32| number.is_finite() && *number >= 0.0;
         let [_, _, _, radii @ ..] = self.parameters.to_array();
         let fit = self.run_id != 0
-            && usize::from(self.left_out) <= MOST_REJECTED
+            && usize::from(self.left_out) <= MAX_REJECTED
             && self
                 .parameters
                 .to_array()
@@ -82,6 +89,6 @@ impl Record {
 
     /// The diagonal of the covariance, mm².
     fn variances(&self) -> [f32; 6] {
-        core::array::from_fn(|i| self.covariance_mm2.get(at(i, i)).copied().unwrap_or(f32::NAN))
+        core::array::from_fn(|i| self.covariance_mm2.get(packed_index(i, i)).copied().unwrap_or(f32::NAN))
     }
 }

@@ -16,45 +16,31 @@
 //! | 136 | 24 + 24 | encoder zeros and their 1σ, mm |
 //! | 184 | 4 · 5 | noise, δE, sway (rad), δE of the second set, its limit, mm |
 //! | 204 | 25 · 2 | poses left out: pose, faulty cables |
-//! | 254 | 62 | zero; for later versions |
+//! | 254 | 2 + 2 | boot, wearer |
+//! | 258 | 4 | serial number of the board |
+//! | 262 | 54 | zero; for later versions |
 //! | 316 | 4 | CRC-32 of a constant and all bytes before |
 //!
-//! Magic, version, sequence and CRC keep their places in every version, so that a record of another version can be
-//! named as such.
+//! What every version and every kind of image has is in `sealed`.
 
 use super::content::Record;
+use super::sealed;
+pub use super::sealed::{Broken, Header};
 use crate::identification::Rejected;
 use crate::rig::Parameters;
-use crc::{CRC_32_ISO_HDLC, Crc};
 
 /// Length of the image, bytes: 40 flash words of the drive board.
 pub const IMAGE_LEN: usize = 320;
 
 /// Version of the table above.
-pub const VERSION: u16 = 1;
+pub const VERSION: u16 = 2;
 
-const MAGIC: [u8; 4] = *b"GLNR";
-const CRC_LEN: usize = 4;
-const RESERVED_LEN: usize = 62;
-
-/// Goes into the CRC before the image, so that no run of equal bytes is ever a record, and no other program's CRC-32.
-const SALT: [u8; 4] = *b"\xA5gle";
+/// The kind of the image.
+pub(super) const MAGIC: [u8; 4] = *b"GLNR";
+const RESERVED_LEN: usize = 54;
 
 /// The image of a record.
 pub type Image = [u8; IMAGE_LEN];
-
-/// What every version has, found in an image whose CRC is right.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Header {
-    /// Version of the table that the image was written by.
-    pub version: u16,
-    /// The larger one is the newer record, modulo 2³².
-    pub sequence: u32,
-}
-
-/// No record: the magic or the CRC is wrong.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Broken;
 
 /// Packs a record.
 pub fn encode(record: &Record, sequence: u32) -> Image {
@@ -79,9 +65,11 @@ pub fn encode(record: &Record, sequence: u32) -> Image {
         // no set has more poses than a byte counts
         writer.put([rejected.pose as u8, rejected.cables]);
     }
+    writer.put(record.boot.to_le_bytes());
+    writer.put(record.wearer.to_le_bytes());
+    writer.put(record.serial.to_le_bytes());
     writer.put([0; RESERVED_LEN]);
-    let sum = checksum(&writer.image);
-    writer.put(sum.to_le_bytes());
+    sealed::seal(&mut writer.image);
     writer.image
 }
 
@@ -90,16 +78,7 @@ pub fn encode(record: &Record, sequence: u32) -> Image {
 /// # Errors
 /// [`Broken`].
 pub fn header(image: &Image) -> Result<Header, Broken> {
-    let mut reader = Reader { rest: image };
-    let magic = reader.take::<4>();
-    let version = u16::from_le_bytes(reader.take());
-    reader.take::<2>();
-    let sequence = u32::from_le_bytes(reader.take());
-    if magic == MAGIC && stated_checksum(image) == checksum(image) {
-        Ok(Header { version, sequence })
-    } else {
-        Err(Broken)
-    }
+    sealed::header(image, MAGIC)
 }
 
 /// Unpacks an image of this version. Call [`header`] first: nothing is checked here.
@@ -121,10 +100,16 @@ pub fn decode(image: &Image) -> Record {
     let [noise_mm, deviation_mm, sway_rad, verification_deviation_mm, verification_limit_mm] = reader.take_numbers();
     let rejected = core::array::from_fn(|_| {
         let [pose, cables] = reader.take();
-        Rejected { pose: u16::from(pose), cables }
+        Rejected { pose: u32::from(pose), cables }
     });
+    let boot = u16::from_le_bytes(reader.take());
+    let wearer = u16::from_le_bytes(reader.take());
+    let serial = u32::from_le_bytes(reader.take());
     Record {
         run_id,
+        boot,
+        wearer,
+        serial,
         rig,
         firmware,
         parameters,
@@ -145,20 +130,9 @@ pub fn decode(image: &Image) -> Record {
     }
 }
 
-/// CRC-32 (ISO-HDLC, as in zip) of the salt and the image without its last four bytes.
+/// The image's CRC-32.
 pub fn checksum(image: &Image) -> u32 {
-    // By table: a kilobyte of flash takes the sum, which every heartbeat asks for, from 40 000 cycles to 3 000.
-    static CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
-    let mut digest = CRC.digest();
-    digest.update(&SALT);
-    digest.update(image.get(..IMAGE_LEN - CRC_LEN).unwrap_or_default());
-    digest.finalize()
-}
-
-/// The checksum that an image says of itself.
-pub fn stated_checksum(image: &Image) -> u32 {
-    let mut end = Reader { rest: image.get(IMAGE_LEN - CRC_LEN..).unwrap_or_default() };
-    u32::from_le_bytes(end.take())
+    sealed::checksum(image)
 }
 
 struct Writer {

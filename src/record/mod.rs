@@ -29,13 +29,22 @@
 //! [`Record`] is what is kept, [`image`] its bytes, [`RecordStore`] the two pages.
 
 mod content;
-mod flash;
+mod error;
 pub mod image;
+mod journal;
+mod loaded;
 mod page;
-mod replacement;
+mod parameter_store;
+mod sealed;
+mod storage;
 mod store;
+mod two_pages;
 
 pub use content::{Record, Unfit};
-pub use flash::PageFlash;
+pub use error::{LoadError, StoreError};
 pub use image::IMAGE_LEN;
-pub use store::{LoadError, RecordStore, StoreError};
+pub use journal::{Journal, JournalEntry};
+pub use loaded::Loaded;
+pub use parameter_store::ParameterStore;
+pub use storage::{STORAGE_PAGES, Storage};
+pub use store::RecordStore;

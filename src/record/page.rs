@@ -1,8 +1,6 @@
-//! One page of the two: what it holds, and the three ways in which it changes. Each change is started, goes on by itself
-//! where the flash can do that, and is looked at when it is over.
+//! One page of the two: what it holds, and the three ways in which it changes.
 
-use super::flash::PageFlash;
-use super::image::{self, Header, IMAGE_LEN, Image};
+use super::sealed::{self, Header};
 use embedded_storage::nor_flash::NorFlash;
 
 /// Longest commit word: flash whose smallest write is longer is not served.
@@ -15,11 +13,11 @@ const COMMITTED: u8 = 0x3C;
 
 /// What a page holds, read once and judged by that reading: torn words may read differently the next time.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Reading {
+pub(super) struct Reading<const LEN: usize> {
     pub content: Content,
     /// The commit word is there, whole: the image was complete when it was written.
     pub committed: bool,
-    pub image: Image,
+    pub image: [u8; LEN],
 }
 
 /// What the place of the image holds.
@@ -44,19 +42,20 @@ pub(super) enum PageError {
     ReadBackDiffers,
 }
 
-/// Where a page lies in the flash.
+/// Where a page lies in the flash, and which kind of image of which length it holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Page {
+pub(super) struct Page<const LEN: usize> {
     pub from: u32,
+    pub magic: [u8; 4],
 }
 
-impl Page {
-    pub fn read<F: NorFlash>(self, flash: &mut F) -> Reading {
-        let mut image = [ERASED; IMAGE_LEN];
+impl<const LEN: usize> Page<LEN> {
+    pub fn read<F: NorFlash>(self, flash: &mut F) -> Reading<LEN> {
+        let mut image = [ERASED; LEN];
         let mut commit = [ERASED; LONGEST_COMMIT];
         let commit = commit.get_mut(..commit_len::<F>()).unwrap_or_default();
         let readable = flash.read(self.from, &mut image).is_ok() && flash.read(self.commit_from::<F>(), commit).is_ok();
-        let content = match image::header(&image) {
+        let content = match sealed::header(&image, self.magic) {
             _ if !readable => Content::Unreadable,
             Ok(header) => Content::Sound(header),
             Err(_) if is_all(&image, ERASED) && is_all(commit, ERASED) => Content::Blank,
@@ -66,42 +65,28 @@ impl Page {
         Reading { content, committed, image }
     }
 
-    /// Starts to erase the page.
-    pub fn start_erase<F: PageFlash>(self, flash: &mut F) -> Result<(), PageError> {
-        flash.start_erase(self.from).map_err(|_| PageError::EraseRefused)
-    }
-
-    /// The places that will be written are erased.
-    pub fn check_erased<F: NorFlash>(self, flash: &mut F) -> Result<(), PageError> {
+    /// Erases the page and looks whether the places that will be written are erased.
+    pub fn erase<F: NorFlash>(self, flash: &mut F) -> Result<(), PageError> {
+        flash.erase(self.from, self.from + F::ERASE_SIZE as u32).map_err(|_| PageError::EraseRefused)?;
         match self.read(flash).content {
             Content::Blank => Ok(()),
             _ => Err(PageError::EraseIncomplete),
         }
     }
 
-    /// Starts to write the word of the image that begins `at` bytes from its start; false behind its end.
-    pub fn start_word<F: PageFlash>(self, flash: &mut F, image: &Image, at: usize) -> Result<bool, PageError> {
-        let Some(word) = image.get(at..at + F::WRITE_SIZE) else { return Ok(false) };
-        flash.start_write(self.from + at as u32, word).map_err(|_| PageError::WriteRefused)?;
-        Ok(true)
-    }
-
-    /// The image stands there as it was written.
-    pub fn check_written<F: NorFlash>(self, flash: &mut F, image: &Image) -> Result<(), PageError> {
+    /// Writes the image into the erased page and reads it back.
+    pub fn write<F: NorFlash>(self, flash: &mut F, image: &[u8; LEN]) -> Result<(), PageError> {
+        flash.write(self.from, image).map_err(|_| PageError::WriteRefused)?;
         let reading = self.read(flash);
         let same = reading.content != Content::Unreadable && reading.image == *image;
         if same { Ok(()) } else { Err(PageError::ReadBackDiffers) }
     }
 
-    /// Starts to write the commit word, from which on the image counts.
-    pub fn start_commit<F: PageFlash>(self, flash: &mut F) -> Result<(), PageError> {
+    /// Writes the commit word: from here on the image counts.
+    pub fn commit<F: NorFlash>(self, flash: &mut F) -> Result<(), PageError> {
         let word = [COMMITTED; LONGEST_COMMIT];
         let word = word.get(..commit_len::<F>()).unwrap_or_default();
-        flash.start_write(self.commit_from::<F>(), word).map_err(|_| PageError::WriteRefused)
-    }
-
-    /// The commit word is there.
-    pub fn check_committed<F: NorFlash>(self, flash: &mut F) -> Result<(), PageError> {
+        flash.write(self.commit_from::<F>(), word).map_err(|_| PageError::WriteRefused)?;
         if self.read(flash).committed { Ok(()) } else { Err(PageError::ReadBackDiffers) }
     }
 

@@ -68,19 +68,3 @@ fn no_power_cut_loses_a_centre() {
     assert_eq!((tally.lost, tally.wrong, tally.stuck), (0, 0, 0), "{tally:?}");
     assert_eq!(tally.complaints, [""; 0]);
 }
-
-/// B2: the heartbeat comes as before while a record is stored, and the sampling misses nothing.
-#[test]
-fn a_store_holds_nothing_up() {
-    let mut board = kept_board();
-    board.machine.chip_mut().flash.journal = Some(Vec::new());
-    calibrate(&mut board, 5);
-    hear(&mut board, 300);
-    // two erases, forty words and the commit word
-    assert_eq!(board.machine.chip_mut().flash.journal.take().unwrap().len(), 43);
-    let sent = &board.machine.chip().can.bus.sent;
-    let heartbeats: Vec<u64> = sent.iter().filter(|(_, frame)| frame.id == 0x302).map(|(at, _)| *at).collect();
-    let longest = heartbeats.windows(2).map(|pair| pair[1] - pair[0]).max().unwrap();
-    assert!(longest <= 110 * board_model::time::PS_A_MS, "{longest} ps");
-    assert_eq!(board.complaints(), [""; 0]);
-}

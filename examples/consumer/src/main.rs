@@ -2,13 +2,13 @@
 #![no_std]
 #![no_main]
 
-use glenoid::kinematics::{CableLengths, Octahedron};
+use glenoid::kinematics::{CableLengths, ForwardKinematics};
 use glenoid::rig::Rig;
 
 /// Where the platform's origin lies in the base, mm, for the six lengths `lengths_mm`.
 fn origin_mm(lengths_mm: [f32; 6]) -> Option<[f32; 3]> {
     let rig = Rig::<f32>::shoulder(150.0).ok()?;
-    let pose = Octahedron::new(&rig).solve(&CableLengths::new(lengths_mm).ok()?).ok()?;
+    let pose = ForwardKinematics::new(&rig).solve(&CableLengths::new(lengths_mm).ok()?).ok()?;
     Some(pose.origin_mm.into())
 }
 

@@ -33,7 +33,7 @@ struct Arguments {
     /// Let a virtual person sit at the arm, who moves when the board asks for another pose
     #[arg(long)]
     wearer: bool,
-    /// The shoulder of that person: a ball joint, or one whose centre moves with the arm
+    /// That person: a ball joint, a centre that moves with the arm, or a machine that is not as drawn
     #[arg(long, value_enum, default_value_t = PersonKind::Ball)]
     person: PersonKind,
     /// Seed of that person's poses and centre
@@ -48,7 +48,7 @@ struct Arguments {
 }
 
 fn main() -> ExitCode {
-    match run(&Arguments::parse_from(command_line::arguments())) {
+    match run(&command_line::parse::<Arguments>()) {
         Ok(code) => code,
         Err(error) => {
             eprintln!("cargo emulate: {error}");

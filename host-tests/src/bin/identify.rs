@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Parser, ValueEnum};
+use glenoid::identification::JointChoice;
 use host_tests::command_line;
 use host_tests::identify::report::{Method, Precision, Status};
 use host_tests::identify::{self, Request};
@@ -31,9 +32,18 @@ struct Arguments {
     /// The paper's iteration from a start, or the full identification of the drive board, which needs none
     #[arg(long, value_enum, default_value_t = MethodName::Full)]
     method: MethodName,
-    /// The machine was not homed: identify the zeros of the six encoders as well
+    /// The machine was not homed: identify the zeros of the six encoders as well, known to so many mm (1 sigma)
+    #[arg(long, value_name = "MM", num_args = 0..=1, default_missing_value = "10", value_parser = zeros)]
+    zeros: Option<f64>,
+    /// The model of the joint: a ball, a centre that moves with the arm, or the ball while it explains the poses
+    #[arg(long, value_enum, default_value_t = JointName::Auto)]
+    joint: JointName,
+    /// A first log of the same wearing in which the shoulder blade was held
+    #[arg(long, value_name = "STILL.csv")]
+    still: Option<PathBuf>,
+    /// Use every row of the log, not only as many as the drive board has room for
     #[arg(long)]
-    zeros: bool,
+    all_poses: bool,
     /// Known standard deviation of a cable length; without it, it is estimated from the residuals
     #[arg(long, value_name = "MM", allow_hyphen_values = true, value_parser = noise)]
     noise: Option<f64>,
@@ -51,6 +61,13 @@ struct Arguments {
 /// A type of its own: clap takes an array for a list of options.
 #[derive(Clone, Copy)]
 struct Start([f64; 6]);
+
+#[derive(Clone, Copy, ValueEnum)]
+enum JointName {
+    Auto,
+    Ball,
+    Moving,
+}
 
 #[derive(Clone, Copy, ValueEnum)]
 enum MethodName {
@@ -91,7 +108,14 @@ fn run(arguments: Arguments) -> Result<ExitCode, Box<dyn Error>> {
             MethodName::Paper => Method::Paper,
             MethodName::Full => Method::Full,
         },
-        zeros: arguments.zeros,
+        zero_prior_mm: arguments.zeros,
+        joint: match arguments.joint {
+            JointName::Auto => JointChoice::Auto,
+            JointName::Ball => JointChoice::Ball,
+            JointName::Moving => JointChoice::Moving,
+        },
+        still: arguments.still,
+        all_poses: arguments.all_poses,
         noise_mm: arguments.noise,
         precision: match arguments.precision {
             PrecisionName::F32 => Precision::F32,
@@ -125,6 +149,14 @@ fn start(text: &str) -> Result<Start, String> {
     match identify::start_complaint(&start) {
         Some(complaint) => Err(complaint),
         None => Ok(Start(start)),
+    }
+}
+
+fn zeros(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(prior) if (1e-4..=100.0).contains(&prior) => Ok(prior),
+        Ok(_) => Err("a standard deviation of 0.0001 to 100 mm is wanted".to_owned()),
+        Err(_) => Err(format!("{text:?} is not a number")),
     }
 }
 

@@ -6,7 +6,9 @@ use std::time::Instant;
 use clap::Parser;
 use host_tests::command_line;
 use host_tests::flash::TornWord;
-use host_tests::power_cut::{OnePage, Scheme, Tally, TwoPages, WithoutCommit, cut_everywhere, random_life};
+use host_tests::power_cut::{
+    OnePage, ParameterPages, Scheme, Tally, TwoPages, WithoutCommit, cut_everywhere, random_life,
+};
 use rayon::prelude::*;
 
 /// Cut the power in the middle of every word write and page erase of a store, and again in the recovery.
@@ -28,12 +30,14 @@ struct Arguments {
 const STORES: u32 = 1_000;
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse_from(command_line::arguments());
+    let arguments = command_line::parse::<Arguments>();
     let began = Instant::now();
     println!("torn words read as\n");
     let sum = run::<TwoPages>("two pages and a commit word (the firmware's)", &arguments);
+    let parameters = run::<ParameterPages>("two pages and a commit word, with parameters", &arguments);
     let one_page = run::<OnePage>("control: one page, erased and written in place", &arguments);
     let without = run::<WithoutCommit>("control: two pages without a commit word", &arguments);
+    println!("{} cuts while saving parameters, {} failures", parameters.cuts(), parameters.failures());
     println!("{} cuts of the firmware's store in {:.1} s", sum.cuts(), began.elapsed().as_secs_f32());
     if one_page.failures() == 0 || without.failures() == 0 {
         eprintln!("cargo power-cut: a control did not fail: the experiment proves nothing");

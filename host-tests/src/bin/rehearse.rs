@@ -1,6 +1,5 @@
 //! `cargo rehearse`: see [`host_tests::rehearse`].
 
-use clap::Parser;
 use host_tests::command_line;
 use host_tests::firmware::workspace;
 use host_tests::rehearse::{Display, Options, Status, run};
@@ -11,7 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 static STOP: AtomicBool = AtomicBool::new(false);
 
 fn main() -> ExitCode {
-    let options = Options::parse_from(command_line::arguments());
+    let options = command_line::parse::<Options>();
     let display = Display::choose(options.json);
     if let Err(error) = ctrlc::set_handler(|| STOP.store(true, Ordering::Relaxed)) {
         eprintln!("cargo rehearse: cannot listen for Ctrl-C: {error}");

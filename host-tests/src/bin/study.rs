@@ -15,7 +15,7 @@ struct Arguments {
     #[arg(value_name = "NAME")]
     names: Vec<String>,
     /// Trials of each study instead of its own number
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
     trials: Option<u64>,
     /// Seed of every random number
     #[arg(long, value_name = "S", default_value_t = 1)]
@@ -29,7 +29,7 @@ struct Arguments {
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../target/study");
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse_from(command_line::arguments());
+    let arguments = command_line::parse::<Arguments>();
     if arguments.list {
         for study in ALL {
             println!("{:<12} {:>8}  {}", study.name, study.trials, study.about);

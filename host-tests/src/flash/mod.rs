@@ -11,7 +11,6 @@ pub use word::TornWord;
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
 };
-use glenoid::record::PageFlash;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use word::Word;
@@ -23,7 +22,7 @@ pub const PAGE_LEN: usize = 2048;
 /// Words of a page.
 const PAGE_WORDS: usize = PAGE_LEN / WORD_LEN;
 
-/// Why the flash did not do what it was told.
+/// Why a flash operation failed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FlashError {
     /// The power is off.
@@ -234,9 +233,6 @@ impl NorFlash for MockFlash {
             .try_for_each(|(index, word)| self.write_word(first + index, u64::from_le_bytes(*word)))
     }
 }
-
-/// Its work is done when the call returns.
-impl PageFlash for MockFlash {}
 
 #[cfg(test)]
 mod tests;

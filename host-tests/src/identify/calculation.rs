@@ -1,28 +1,28 @@
 //! The library's identification, run on a log in the precision asked for.
 
+use super::held_phase;
 use super::input_error::InputError;
-use super::lengths_file::LengthsFile;
+use super::lengths_file::{LengthsFile, Row};
 use super::report::{Precision, Report, Setting, Start};
-use super::rig_file;
+use super::rig_file::{self, RigFile};
 use super::verification::Verification;
-use glenoid::identification::{
-    Identified, Noise, PaperIteration, PaperSettings, Progress, Refusal, Solver, SolverSettings,
-};
+use crate::estimation::estimate;
+use glenoid::identification::{EstimatorSettings, Identified, Machine, Noise, Progress, Refusal};
 use glenoid::kinematics::CableLengths;
+use glenoid::paper::{PaperIteration, PaperSettings};
 use glenoid::rig::{Parameters, Rig};
 use glenoid::scalar::Real;
-
-/// How far off an unknown encoder zero may be, 1σ, mm: that of a machine that nobody homed.
-const UNKNOWN_ZERO_MM: f64 = 10.0;
 
 /// What is to be solved.
 pub struct Problem<'a> {
     /// The machine.
-    pub rig: &'a Rig<f64>,
+    pub rig_file: &'a RigFile,
     /// The poses.
     pub log: &'a LengthsFile,
     /// Which of them, and how.
     pub setting: Setting,
+    /// The poses of the held phase.
+    pub still: Option<&'a LengthsFile>,
     /// The poses to verify on.
     pub second: Option<&'a LengthsFile>,
 }
@@ -40,64 +40,94 @@ impl Problem<'_> {
     }
 
     fn solve_in<T: Real>(&self) -> Result<Report, InputError> {
-        let rig: Rig<T> = rig_file::in_precision(self.rig)
+        let rig: Rig<T> = rig_file::in_precision(&self.rig_file.rig)
             .map_err(|error| InputError::Request(format!("the rig in this precision: {}", error.text())))?;
         let rows = self.log.rows();
-        let used = self.setting.rows_used.iter();
-        let poses: Vec<CableLengths<T>> = used.map(|row| self.log.cables(&rows[row])).collect::<Result<_, _>>()?;
-        let zero_prior_mm = if self.setting.zeros { UNKNOWN_ZERO_MM } else { 0.0 };
-        let (outcome, iterations) = match self.setting.start {
-            None => self.run_full(&rig, &poses, zero_prior_mm),
-            Some(start) => run_paper(&rig, &start, &poses),
-        };
-        let mut report = match &outcome {
-            Ok(identified) => Report::accepted(identified, self.setting),
-            Err(refusal) => Report::refused(refusal, iterations, self.setting),
-        };
-        if let (Ok(identified), true) = (&outcome, self.setting.zeros) {
-            report.worst_sigma_if_homed_mm = self.worst_sigma_if_homed_mm(&rig, &poses, identified);
+        let poses = self.lengths(&rig, self.log, self.setting.rows_used.iter().map(|row| &rows[row]))?;
+        match self.setting.start {
+            None => self.solve_full(&rig, &poses),
+            Some(start) => {
+                let (outcome, iterations) = run_paper(&rig, &start, &poses);
+                let mut report = match &outcome {
+                    Ok(identified) => Report::accepted(identified, self.setting),
+                    Err(refusal) => Report::refused(refusal, iterations, self.setting),
+                };
+                if let (Ok(identified), Some(second)) = (&outcome, self.second) {
+                    report.verification = Some(Verification::of_paper(&rig, identified, second)?);
+                }
+                Ok(report)
+            }
         }
-        if let (Ok(identified), Some(second)) = (&outcome, self.second) {
-            report.verification = Some(Verification::of(&rig, identified, second)?);
+    }
+
+    /// Rows of a log as true lengths: what commissioning has found is taken off.
+    fn lengths<'r, T: Real>(
+        &self,
+        rig: &Rig<T>,
+        log: &LengthsFile,
+        rows: impl Iterator<Item = &'r Row>,
+    ) -> Result<Vec<CableLengths<T>>, InputError> {
+        rows.map(|row| {
+            let readings = log.cables::<T>(row)?;
+            readings.corrected(rig).map_err(|error| log.at(row.line, 0, error.fault.text().to_owned()))
+        })
+        .collect()
+    }
+
+    fn solve_full<T: Real>(&self, rig: &Rig<T>, poses: &[CableLengths<T>]) -> Result<Report, InputError> {
+        let machine = self.machine(rig);
+        let settings = self.settings(rig);
+        let held = match self.still {
+            None => None,
+            Some(still) => {
+                let held = self.lengths(rig, still, still.rows().iter())?;
+                match held_phase::identify(&machine, rig, settings, &held) {
+                    Ok(held) => Some(held),
+                    Err(refusal) => return Ok(Report::refused(&refusal, 0, self.setting)),
+                }
+            }
+        };
+        let estimation = held_phase::estimate(&machine, rig, settings, held, poses);
+        let mut report = match &estimation.outcome {
+            Ok(_) => Report::of_estimation(&estimation, &machine, self.setting),
+            Err(refusal) => Report::refused(refusal, estimation.estimator.iterations(), self.setting),
+        };
+        if let (Ok(identified), Some(_)) = (&estimation.outcome, self.setting.zero_prior_mm) {
+            report.worst_sigma_if_homed_mm = self.worst_sigma_if_homed_mm(rig, poses, identified);
+        }
+        if let (Ok(identified), Some(second)) = (&estimation.outcome, self.second) {
+            let lengths = self.lengths(rig, second, second.rows().iter())?;
+            report.verification = Some(Verification::of(&machine, &estimation.estimator, identified, &lengths));
         }
         Ok(report)
     }
 
-    /// The error bar of the centre from the same poses less the zeros that were found, as if these were known.
+    /// The standard deviation of the centre from the same poses less the offsets that were found, as if these were known.
     fn worst_sigma_if_homed_mm<T: Real>(
         &self,
         rig: &Rig<T>,
         poses: &[CableLengths<T>],
         found: &Identified<T>,
     ) -> Option<f64> {
-        let homed: Vec<_> = poses.iter().map(|pose| pose.less(&found.zeros_mm)).collect::<Result<_, _>>().ok()?;
-        let identified = self.run_full(rig, &homed, 0.0).0.ok()?;
+        let homed: Vec<_> = poses.iter().map(|pose| pose.less(&found.offsets_mm)).collect::<Result<_, _>>().ok()?;
+        let machine = Machine::with_offset_prior(rig, T::zero());
+        let identified = estimate(&machine, rig, self.settings(rig), &homed).outcome.ok()?;
         Some(identified.worst_centre_sigma_mm().0.to_f64())
     }
 
-    fn run_full<T: Real>(
-        &self,
-        rig: &Rig<T>,
-        poses: &[CableLengths<T>],
-        zero_prior_mm: f64,
-    ) -> (Result<Identified<T>, Refusal>, u8) {
+    fn machine<T: Real>(&self, rig: &Rig<T>) -> Machine<T> {
+        match self.setting.zero_prior_mm {
+            Some(prior) => Machine::with_offset_prior(rig, T::of(prior)),
+            None => self.rig_file.machine(rig),
+        }
+    }
+
+    fn settings<T: Real>(&self, rig: &Rig<T>) -> EstimatorSettings<T> {
         let noise = match self.setting.given_noise_mm {
             Some(noise_mm) => Noise::Known(T::of(noise_mm)),
             None => Noise::EstimatedUpTo(T::of(self.setting.noise_limit_mm)),
         };
-        let settings = SolverSettings { noise, zero_prior_mm: T::of(zero_prior_mm), ..SolverSettings::for_rig(rig) };
-        let mut solver: Solver<T> = Solver::new(rig, settings);
-        // Slice by slice rather than in one run, to know how far a refused one came.
-        loop {
-            match solver.advance(poses) {
-                Progress::Working => {}
-                Progress::Identified(identified) => {
-                    let identified = identified.clone();
-                    return (Ok(identified), solver.iterations());
-                }
-                Progress::Refused(refusal) => return (Err(refusal), solver.iterations()),
-            }
-        }
+        EstimatorSettings { noise, joint: self.setting.joint, ..EstimatorSettings::for_rig(rig) }
     }
 }
 

@@ -5,10 +5,18 @@ use std::ops::Range;
 use toml::de::{DeTable, DeValue};
 
 /// The keys of the file itself, beside its sections.
-const VALUES: &[&str] = &["base", "edges"];
+const VALUES: &[&str] = &["base", "edges", "home"];
 
 /// The sections, and the keys that each may hold. [`ANYTHING`] is for people and other programs, and is not read.
-const SECTIONS: &[(&str, &[&str])] = &[("start", &["values"]), ("truth", ANYTHING)];
+const SECTIONS: &[(&str, &[&str])] = &[
+    ("cable", &["base", "end", "pulley_radius", "pulley_axis"]),
+    ("tolerance", &["base", "edges", "zero", "drum"]),
+    ("zeros", &["mm"]),
+    ("drum", &["scale"]),
+    ("covariance", &["parameters", "triangle"]),
+    ("start", &["values"]),
+    ("truth", ANYTHING),
+];
 
 const ANYTHING: &[&str] = &[];
 

@@ -10,7 +10,7 @@ pub enum RefusalDetail {
     /// See [`Refusal::TooFewPoses`].
     TooFewPoses {
         /// Poses given.
-        poses: u16,
+        poses: u32,
     },
     /// See [`Refusal::BadLength`].
     BadLength {
@@ -61,23 +61,61 @@ pub enum RefusalDetail {
     /// See [`Refusal::TooManyOutliers`].
     TooManyOutliers {
         /// Poses that would have to be left out.
-        rejected: u16,
+        rejected: u32,
         /// Poses given.
-        poses: u16,
+        poses: u32,
     },
-    /// See [`Refusal::NotABall`].
-    NotABall {
-        /// Root-mean-square wander of the centre along one axis, mm.
-        wander_mm: f64,
+    /// See [`Refusal::CentreNotFixed`].
+    CentreNotFixed {
+        /// Root-mean-square migration of the centre along one axis, mm.
+        migration_mm: f64,
     },
-    /// See [`Refusal::ZeroNotDetermined`].
+    /// See [`Refusal::OffsetNotDetermined`].
     ZeroNotDetermined {
         /// Cable whose zero is known worst, 1 to 6.
         cable: u8,
         /// 1σ of its zero, mm.
         sigma_mm: f64,
     },
-    /// See [`Refusal::HangsOnOnePose`].
+    /// See [`Refusal::TooFewForMovingCentre`].
+    TooFewForMovingCentre {
+        /// Poses given.
+        poses: u32,
+    },
+    /// See [`Refusal::MissingMotion`].
+    MissingMotion {
+        /// What is missing: 1 tilt, 2 tilt out of one plane, 3 torsion.
+        missing: u8,
+        /// Standard deviation of what there is of it, degrees.
+        spread_deg: f64,
+        /// The direction in which the arm does not tilt.
+        direction: [f64; 3],
+    },
+    /// See [`Refusal::SlippedMidway`].
+    SlippedMidway {
+        /// Row of the log, the first after the slip.
+        pose: usize,
+        /// How far the centre moved, mm.
+        size_mm: f64,
+        /// The cuff slipped on the arm; otherwise the base on the body.
+        cuff: bool,
+    },
+    /// See [`Refusal::NotExplained`].
+    NotExplained {
+        /// Residual of the poses' own centres in its worst direction, mm.
+        residual_mm: f64,
+    },
+    /// See [`Refusal::NotHeld`].
+    NotHeld {
+        /// Scatter of the held poses' centres along an axis, mm.
+        scatter_mm: f64,
+    },
+    /// See [`Refusal::HeldOfAnotherWearing`].
+    HeldOfAnotherWearing {
+        /// Distance between the two centres in the platform, mm.
+        distance_mm: f64,
+    },
+    /// See [`Refusal::NotRedundant`].
     HangsOnOnePose {
         /// Row of the log.
         pose: usize,
@@ -86,7 +124,7 @@ pub enum RefusalDetail {
 
 impl RefusalDetail {
     /// The figures of a refusal; `row` turns a pose into its row of the log.
-    pub fn of(refusal: &Refusal, row: impl Fn(u16) -> usize) -> Self {
+    pub fn of(refusal: &Refusal, row: impl Fn(u32) -> usize) -> Self {
         let degrees = |angle_rad: f32| f64::from(angle_rad).to_degrees();
         match *refusal {
             Refusal::TooFewPoses { poses } => Self::TooFewPoses { poses },
@@ -99,19 +137,33 @@ impl RefusalDetail {
             Refusal::Singular => Self::Singular,
             Refusal::IterationCap => Self::IterationCap,
             Refusal::PlatformDoesNotClose { pose } => Self::PlatformDoesNotClose { pose: row(pose) },
-            Refusal::OneAxis { axis, sway_rad } => {
-                Self::OneAxis { axis: axis.map(f64::from), sway_deg: degrees(sway_rad) }
+            Refusal::OneAxis { axis, excitation_rad } => {
+                Self::OneAxis { axis: axis.map(f64::from), sway_deg: degrees(excitation_rad) }
             }
             Refusal::TooAlike { spread_rad } => Self::TooAlike { spread_deg: degrees(spread_rad) },
             Refusal::Weak { direction, sigma_mm } => {
                 Self::Weak { direction: direction.map(f64::from), sigma_mm: sigma_mm.into() }
             }
             Refusal::TooManyOutliers { rejected, poses } => Self::TooManyOutliers { rejected, poses },
-            Refusal::ZeroNotDetermined { cable, sigma_mm } => {
+            Refusal::OffsetNotDetermined { cable, sigma_mm } => {
                 Self::ZeroNotDetermined { cable, sigma_mm: sigma_mm.into() }
             }
-            Refusal::HangsOnOnePose { pose } => Self::HangsOnOnePose { pose: row(pose) },
-            Refusal::NotABall { wander_mm } => Self::NotABall { wander_mm: wander_mm.into() },
+            Refusal::TooFewForMovingCentre { poses } => Self::TooFewForMovingCentre { poses },
+            Refusal::MissingMotion { missing, spread_rad, direction } => Self::MissingMotion {
+                missing: missing as u8,
+                spread_deg: degrees(spread_rad),
+                direction: direction.map(f64::from),
+            },
+            Refusal::SlippedMidway { pose, size_mm, is_cuff } => {
+                Self::SlippedMidway { pose: row(pose), size_mm: size_mm.into(), cuff: is_cuff }
+            }
+            Refusal::NotExplained { residual_mm } => Self::NotExplained { residual_mm: residual_mm.into() },
+            Refusal::NotHeld { scatter_mm } => Self::NotHeld { scatter_mm: scatter_mm.into() },
+            Refusal::HeldOfAnotherWearing { distance_mm } => {
+                Self::HeldOfAnotherWearing { distance_mm: distance_mm.into() }
+            }
+            Refusal::NotRedundant { pose } => Self::HangsOnOnePose { pose: row(pose) },
+            Refusal::CentreNotFixed { migration_mm } => Self::CentreNotFixed { migration_mm: migration_mm.into() },
         }
     }
 }

@@ -3,13 +3,13 @@
 use super::lengths_file::LengthsFile;
 use super::refusal::RefusalDetail;
 use super::report::{Method, Report};
-use super::summary::{counted, direction};
+use super::wording::{self, counted, direction};
 
 /// What was seen, with its figures.
 pub fn seen(refusal: &RefusalDetail, log: &LengthsFile) -> String {
-    let pose = |pose: usize| super::summary::pose(pose, log);
+    let pose = |pose: usize| wording::pose(pose, log);
     match *refusal {
-        RefusalDetail::TooFewPoses { poses } => format!("{} in {}", counted(poses.into(), "pose"), log.file()),
+        RefusalDetail::TooFewPoses { poses } => format!("{} in {}", counted(poses as usize, "pose"), log.file()),
         RefusalDetail::BadLength { pose: at, cable, problem } => format!("{}, cable {cable}: {problem}", pose(at)),
         RefusalDetail::NotClosing { pose: at, end_point, iteration } => {
             let steps = counted(iteration.into(), "iteration");
@@ -25,8 +25,25 @@ pub fn seen(refusal: &RefusalDetail, log: &LengthsFile) -> String {
             format!("1 sigma of {sigma_mm:.2} mm along {}; at most 1 mm is accepted", direction(&along))
         }
         RefusalDetail::TooManyOutliers { rejected, poses } => format!("{rejected} of {poses}"),
-        RefusalDetail::NotABall { wander_mm } => format!("by {wander_mm:.1} mm along each axis, root mean square"),
+        RefusalDetail::CentreNotFixed { migration_mm } => {
+            format!("by {migration_mm:.1} mm along each axis, root mean square")
+        }
         RefusalDetail::HangsOnOnePose { pose: at } => pose(at),
+        RefusalDetail::TooFewForMovingCentre { poses } => {
+            format!("{} in {}", counted(poses as usize, "pose"), log.file())
+        }
+        RefusalDetail::MissingMotion { spread_deg, missing: 2, direction: along } => {
+            format!("{spread_deg:.1} degrees (1 sigma) of tilt along {}", direction(&along))
+        }
+        RefusalDetail::MissingMotion { spread_deg, .. } => format!("{spread_deg:.1} degrees (1 sigma) of it"),
+        RefusalDetail::SlippedMidway { pose: at, size_mm, .. } => format!("by {size_mm:.1} mm before {}", pose(at)),
+        RefusalDetail::NotExplained { residual_mm } => {
+            format!("{residual_mm:.1} mm are left in the worst direction, root mean square")
+        }
+        RefusalDetail::NotHeld { scatter_mm } => format!("the centre scatters by {scatter_mm:.1} mm along each axis"),
+        RefusalDetail::HeldOfAnotherWearing { distance_mm } => {
+            format!("the joint centres in the platform are {distance_mm:.1} mm apart")
+        }
         RefusalDetail::ZeroNotDetermined { cable, sigma_mm } => {
             format!("the zero of cable {cable} is known to {sigma_mm:.1} mm (1 sigma)")
         }
@@ -48,7 +65,7 @@ pub fn remedy(report: &Report, refusal: &RefusalDetail) -> String {
     };
     match refusal {
         RefusalDetail::TooFewPoses { .. } => {
-            "Record at least five poses that turn the arm about different axes; ten or more give a useful error bar."
+            "Record at least five poses that turn the arm about different axes; ten or more give a useful standard deviation."
                 .to_owned()
         }
         RefusalDetail::BadLength { .. } => format!("Correct or delete that line, and check the cable.{other_method}"),
@@ -91,11 +108,40 @@ pub fn remedy(report: &Report, refusal: &RefusalDetail) -> String {
                      again. {noise}"
             )
         }
-        RefusalDetail::NotABall { .. } => {
+        RefusalDetail::CentreNotFixed { .. } => {
             format!(
-                "Tighten the straps, and keep the elevation where the shoulder blade stays still (below about 60 \
-                     degrees), then record again. {noise}"
+                "The centre of a living shoulder moves with the arm. Record at least 18 poses, better 60, with the arm \
+                     tilted in all directions and turned about its own length: then its motion is identified as well. \
+                     Or something is loose: tighten the straps. {noise}"
             )
+        }
+        RefusalDetail::TooFewForMovingCentre { .. } => {
+            "Record at least 18 poses, better 60, with the arm tilted in all directions and turned about its own length."
+                .to_owned()
+        }
+        RefusalDetail::MissingMotion { missing: 1, .. } => {
+            "Tilt the arm further: 20 to 45 degrees from its middle in every direction.".to_owned()
+        }
+        RefusalDetail::MissingMotion { missing: 2, .. } => {
+            "Tilt the arm along that direction as well, by 20 degrees or more to both sides.".to_owned()
+        }
+        RefusalDetail::MissingMotion { .. } => {
+            "Turn the arm about its own length in some of the poses, by 30 degrees to both sides.".to_owned()
+        }
+        RefusalDetail::SlippedMidway { cuff, .. } => {
+            let what = if *cuff { "cuff" } else { "strap of the base" };
+            format!("Tighten the {what}, then record again; or use only the poses on one side of the slip.")
+        }
+        RefusalDetail::NotExplained { .. } => {
+            "Look for a loose strap, cuff or cable; move slowly, hold each pose, and record again.".to_owned()
+        }
+        RefusalDetail::NotHeld { .. } => {
+            "Let somebody hold the shoulder blade, keep the arm within 30 degrees of its middle, and repeat the held \
+             poses; or leave out --still."
+                .to_owned()
+        }
+        RefusalDetail::HeldOfAnotherWearing { .. } => {
+            "Record both phases without taking the cuff off between them; or leave out --still.".to_owned()
         }
     }
 }

@@ -1,9 +1,12 @@
 //! What `cargo identify --json` prints: one object, its keys always the same and in the same order.
 
+use super::machine_report::MachineReport;
 use super::refusal::RefusalDetail;
 use super::selection::RowsUsed;
 use super::verification::Verification;
-use glenoid::identification::{Identified, Refusal};
+use crate::estimation::Estimation;
+use glenoid::identification::joint::Joint;
+use glenoid::identification::{Identified, JointChoice, Machine, Refusal};
 use glenoid::scalar::Real;
 use serde::Serialize;
 
@@ -46,7 +49,7 @@ pub struct Start {
     pub values_mm: [f64; 6],
 }
 
-/// A pose that was left out and a cable to blame.
+/// A pose that was left out and a faulty cable of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct RejectedCable {
     /// Row of the log, from 0.
@@ -73,9 +76,12 @@ pub struct Setting {
     pub method: Method,
     /// In which precision.
     pub precision: Precision,
-    /// Are the zeros of the encoders unknown?
+    /// The encoders' zeros are known to this only, 1σ, mm, where it was said.
     #[serde(skip)]
-    pub zeros: bool,
+    pub zero_prior_mm: Option<f64>,
+    /// Which models of the joint are tried.
+    #[serde(skip)]
+    pub joint: JointChoice,
     /// Where the paper's method begins. The full one has no start.
     pub start: Option<Start>,
     /// Noise of a cable length that was given, 1σ, mm; otherwise it is estimated from the residuals.
@@ -99,12 +105,18 @@ pub struct Report {
     pub radii_mm: Option<[f64; 3]>,
     /// 1σ of x, y, z, p1, p2, p3, mm.
     pub sigma_mm: Option<[f64; 6]>,
-    /// What is left of the residuals, root mean square, mm. See [`Identified::deviation_mm`].
+    /// What is left of the residuals, root mean square, mm. See [`Identified::rms_residual_mm`].
     pub deviation_mm: Option<f64>,
     /// The deviation of every iteration, mm.
     pub deviations_mm: Vec<f64>,
     /// Least-squares steps taken.
     pub iterations: u8,
+    /// The joint: `ball` or `moving`.
+    pub joint: Option<&'static str>,
+    /// Scatter of the poses' own centres about a moving one, 1σ an axis, mm.
+    pub scatter_mm: Option<f64>,
+    /// The machine's constants where they were not known exactly.
+    pub machine: Option<MachineReport>,
     /// What was left out. A pose with two suspected cables has two entries.
     pub rejected: Vec<RejectedCable>,
     /// What each of the six encoders reads too much, mm, when it was asked for.
@@ -116,9 +128,9 @@ pub struct Report {
     /// The worst direction of the centre alone.
     pub worst_centre: Option<WorstCentre>,
     /// 1σ of the centre in its worst direction if the zeros that were found were known exactly, mm: how much of the
-    /// error bar hangs on the homing.
+    /// standard deviation is due to homing.
     pub worst_sigma_if_homed_mm: Option<f64>,
-    /// Noise of a cable length behind the error bar, 1σ, mm. The paper's method: of an edge of the platform.
+    /// Noise of a cable length that the standard deviations are computed with, 1σ, mm. The paper's method: of an edge of the platform.
     pub noise_mm: Option<f64>,
     /// How far the poses are from turning about one common axis, degrees, root mean square.
     pub sway_deg: Option<f64>,
@@ -139,24 +151,24 @@ impl Report {
         let of_pose: Vec<usize> = setting.rows_used.iter().collect();
         let mut rejected = Vec::new();
         for entry in &found.rejected {
-            let pose = of_pose[usize::from(entry.pose)];
+            let pose = of_pose[entry.pose as usize];
             rejected.extend(entry.cable_numbers().map(|cable| RejectedCable { pose, cable: Some(cable) }));
             if entry.cables == 0 {
                 rejected.push(RejectedCable { pose, cable: None });
             }
         }
         let (sigma, direction) = found.worst_centre_sigma_mm();
-        let sway_deg = found.sway_rad.to_f64().to_degrees();
+        let sway_deg = found.excitation_rad.to_f64().to_degrees();
         Self {
             status: Status::Accepted,
             centre_mm: Some(found.parameters.centre_mm.map(T::to_f64).into()),
             radii_mm: Some(found.parameters.radii_mm.map(T::to_f64)),
             sigma_mm: Some(found.sigma_mm().map(T::to_f64)),
-            deviation_mm: Some(found.deviation_mm.to_f64()),
-            deviations_mm: found.deviations_mm.iter().map(|deviation| deviation.to_f64()).collect(),
+            deviation_mm: Some(found.rms_residual_mm.to_f64()),
+            deviations_mm: found.rms_residuals_mm.iter().map(|deviation| deviation.to_f64()).collect(),
             rejected,
-            zeros_mm: setting.zeros.then(|| found.zeros_mm.map(T::to_f64)),
-            zero_sigmas_mm: setting.zeros.then(|| found.zero_sigmas_mm.map(T::to_f64)),
+            zeros_mm: setting.zero_prior_mm.map(|_| found.offsets_mm.map(T::to_f64)),
+            zero_sigmas_mm: setting.zero_prior_mm.map(|_| found.offset_sigmas_mm.map(T::to_f64)),
             weak_direction: Some(found.weak_direction().0.map(T::to_f64)),
             worst_centre: Some(WorstCentre { sigma_mm: sigma.to_f64(), direction: direction.map(T::to_f64) }),
             noise_mm: Some(found.noise_mm.to_f64()),
@@ -167,9 +179,36 @@ impl Report {
         }
     }
 
+    /// The result of the estimator.
+    pub fn of_estimation<T: Real>(estimation: &Estimation<T>, machine: &Machine<T>, setting: Setting) -> Self {
+        let Ok(found) = &estimation.outcome else { return Self::empty(estimation.estimator.iterations(), setting) };
+        let mut report = Self::accepted(found, setting);
+        let rows: Vec<usize> = setting.rows_used.iter().collect();
+        let left_out = estimation.poses.iter().zip(&rows).filter(|(pose, _)| !pose.is_used());
+        report.rejected = left_out
+            .flat_map(|(pose, row)| {
+                let cables = (1..=6).filter(|cable| pose.suspect_cables & (1 << (cable - 1)) != 0).map(Some);
+                let none = (pose.suspect_cables == 0).then_some(None);
+                cables.chain(none).map(|cable| RejectedCable { pose: *row, cable })
+            })
+            .collect();
+        report.poses_used = Some(estimation.poses.iter().filter(|pose| pose.is_used()).count());
+        let joint = estimation.estimator.joint();
+        report.joint = Some(match joint {
+            Joint::Moving(_) => "moving",
+            Joint::Ball | Joint::Held(_) => "ball",
+        });
+        report.scatter_mm = match joint {
+            Joint::Moving(moving) => Some(moving.scatter.sigma_mm().to_f64()),
+            Joint::Ball | Joint::Held(_) => None,
+        };
+        report.machine = MachineReport::of(&estimation.estimator, machine, found.noise_mm);
+        report
+    }
+
     /// A refusal after so many iterations.
     pub fn refused(refusal: &Refusal, iterations: u8, setting: Setting) -> Self {
-        let row = |pose: u16| setting.rows_used.iter().nth(usize::from(pose)).unwrap_or_default();
+        let row = |pose: u32| setting.rows_used.iter().nth(pose as usize).unwrap_or_default();
         Self {
             reason: Some(refusal.text()),
             refusal: Some(RefusalDetail::of(refusal, row)),
@@ -187,6 +226,9 @@ impl Report {
             deviation_mm: None,
             deviations_mm: Vec::new(),
             iterations,
+            joint: None,
+            scatter_mm: None,
+            machine: None,
             rejected: Vec::new(),
             zeros_mm: None,
             zero_sigmas_mm: None,

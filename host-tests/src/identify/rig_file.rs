@@ -1,11 +1,20 @@
-//! A rig from a file: `base = [[x, y, z], ..]` and `edges = [p12, p23, p31]`, mm, in TOML.
+//! A rig from a file in TOML, mm: `base = [[x, y, z], ..]` and `edges = [p12, p23, p31]`, or six `[[cable]]` tables; with
+//! `home`, `[tolerance]`, `[zeros]`, `[drum]` and `[covariance]` where they are known.
 
-use super::input_error::{self, InputError, quoted};
+mod cables;
+mod machine;
+pub mod source;
+
+use self::source::Source;
+use super::input_error::{self, InputError};
 use super::{known_keys, units};
-use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, Drum, POINTS, Parameters, Rig, RigError};
+use glenoid::identification::Machine;
+use glenoid::linear_algebra::packed_index;
+use glenoid::rig::{
+    ASSUMED_BASE_RADIUS_MM, CableEnds, Correction, Drum, POINTS, Parameters, Pulley, Rig, RigError, Tolerance,
+};
 use glenoid::scalar::Real;
-use nalgebra::Vector3;
-use std::ops::Range;
+use nalgebra::{DMatrix, Vector3};
 use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -15,16 +24,20 @@ use toml::de::{DeTable, DeValue};
 pub struct RigFile {
     /// The rig. What the file does not say (drum, noise, nominal centre) is the shoulder's.
     pub rig: Rig<f64>,
+    /// Packed covariance that commissioning has left, in the order and units of [`Machine::parameter`].
+    pub covariance: Option<Vec<f64>>,
     /// `values` of the section `[start]`: x, y, z, p1, p2, p3, mm.
     pub start_mm: Option<[f64; 6]>,
 }
 
-/// The rig that is meant when none is given: the shoulder over its assumed base.
+/// The rig that is meant when none is given: the shoulder over its assumed base, as well known as a hand-built one.
 ///
 /// # Errors
 /// None in practice; the constants are checked like any other rig's.
 pub fn default_rig() -> Result<Rig<f64>, InputError> {
-    Rig::shoulder(ASSUMED_BASE_RADIUS_MM).map_err(|error| InputError::Request(error.text().to_owned()))
+    Rig::shoulder(ASSUMED_BASE_RADIUS_MM)
+        .and_then(|rig| rig.with_tolerance(Tolerance::hand_built()))
+        .map_err(|error| InputError::Request(error.text().to_owned()))
 }
 
 /// A rig in another precision.
@@ -40,8 +53,32 @@ pub fn in_precision<T: Real>(rig: &Rig<f64>) -> Result<Rig<T>, RigError> {
         fastest_mm_per_s: T::of(drum.fastest_mm_per_s),
     };
     let nominal = Parameters::from_array(rig.nominal().to_array().map(T::of));
-    let base_mm = rig.base_mm().map(|point| point.map(T::of));
-    Rig::new(base_mm, rig.edges_mm().map(T::of), drum, T::of(rig.length_noise_mm()), nominal)
+    let noise_mm = T::of(rig.length_noise_mm());
+    let point = |point: &Vector3<f64>| point.map(T::of);
+    let cast = match rig.cables() {
+        Some(cables) => {
+            let ends = |cable: &CableEnds<f64>| CableEnds {
+                base_mm: point(&cable.base_mm),
+                end_mm: point(&cable.end_mm),
+                pulley: Pulley { radius_mm: T::of(cable.pulley.radius_mm), axis: point(&cable.pulley.axis) },
+            };
+            Rig::with_cables(cables.each_ref().map(ends), drum, noise_mm, nominal)?
+        }
+        None => Rig::new(rig.base_mm().each_ref().map(point), rig.edges_mm().map(T::of), drum, noise_mm, nominal)?,
+    };
+    let tolerance = rig.tolerance();
+    let cast = cast.with_tolerance(Tolerance {
+        base_mm: T::of(tolerance.base_mm),
+        edges_mm: T::of(tolerance.edges_mm),
+        offset_mm: T::of(tolerance.offset_mm),
+        drum: T::of(tolerance.drum),
+    })?;
+    match rig.correction() {
+        Some(Correction { offset_mm, scale }) => {
+            cast.with_correction(Correction { offset_mm: offset_mm.map(T::of), scale: scale.map(T::of) })
+        }
+        None => Ok(cast),
+    }
 }
 
 impl RigFile {
@@ -52,6 +89,21 @@ impl RigFile {
     pub fn read(path: &Path) -> Result<Self, InputError> {
         let (file, bytes) = input_error::read(path)?;
         Self::parse(&file, &bytes)
+    }
+
+    /// The machine in a precision: its tolerances, or what commissioning has left of them.
+    pub fn machine<T: Real>(&self, rig: &Rig<T>) -> Machine<T> {
+        let machine = Machine::new(rig);
+        let Some(triangle) = &self.covariance else { return machine };
+        let count = machine.parameters();
+        let covariance = DMatrix::from_fn(count, count, |i, j| triangle[packed_index(i.max(j), i.min(j))]);
+        match covariance.try_inverse() {
+            Some(precision) => {
+                let entries = (0..count).flat_map(|i| (0..=i).map(move |j| (i, j)));
+                machine.with_precision(&entries.map(|place| T::of(precision[place])).collect::<Vec<_>>())
+            }
+            None => machine,
+        }
     }
 
     /// Reads a rig from the bytes of its file. `file` is its name for messages.
@@ -68,12 +120,6 @@ impl RigFile {
     }
 }
 
-/// The text of a rig file, for places in it.
-struct Source<'a> {
-    file: &'a str,
-    text: &'a str,
-}
-
 impl<'a> Source<'a> {
     fn rig_file(&self) -> Result<RigFile, InputError> {
         let table = DeTable::parse(self.text).map_err(|error| {
@@ -84,6 +130,18 @@ impl<'a> Source<'a> {
         if let Some((place, complaint)) = known_keys::unknown(table) {
             return Err(self.error(place, complaint));
         }
+        let drum = self.drum(table)?;
+        let rig = match table.get("cable") {
+            Some(cables) => self.cables(table, cables, drum)?,
+            None => self.triangles(table, drum)?,
+        };
+        let rig = self.known_machine(table, rig)?;
+        let covariance = self.covariance(table, &Machine::new(&rig))?;
+        Ok(RigFile { rig, covariance, start_mm: self.start(table)? })
+    }
+
+    /// The 3-3 machine.
+    fn triangles(&self, table: &DeTable<'a>, drum: Drum<f64>) -> Result<Rig<f64>, InputError> {
         let base = self.value(table, "base", "[[x, y, z], [x, y, z], [x, y, z]]")?;
         let edges = self.value(table, "edges", "[p12, p23, p31]")?;
         let mut base_mm = [Vector3::zeros(); POINTS];
@@ -91,26 +149,28 @@ impl<'a> Source<'a> {
             *point = Vector3::from(self.numbers(value, "a point of base")?);
         }
         let edges_mm = self.numbers(edges, "edges")?;
-        let start_mm = self.start(table)?;
-        Ok(RigFile { rig: self.rig(base, base_mm, edges, edges_mm)?, start_mm })
+        self.rig(base, base_mm, edges, edges_mm, drum)
     }
 
-    /// The checked rig; complaints point at the constant that is to blame.
+    /// The checked rig; errors point at the invalid constant.
     fn rig(
         &self,
         base: &Spanned<DeValue<'a>>,
         base_mm: [Vector3<f64>; POINTS],
         edges: &Spanned<DeValue<'a>>,
         edges_mm: [f64; POINTS],
+        drum: Drum<f64>,
     ) -> Result<Rig<f64>, InputError> {
         let shoulder = default_rig()?;
-        let rig = Rig::new(base_mm, edges_mm, *shoulder.drum(), shoulder.length_noise_mm(), *shoulder.nominal())
-            .map_err(|error| match error {
-                RigError::PlatformCollapsed => self.error(edges.span(), format!("{}: {edges_mm:?}", error.text())),
-                RigError::BaseCollapsed => {
-                    self.error(base.span(), coinciding(&base_mm).unwrap_or(error.text().to_owned()))
+        let rig =
+            Rig::new(base_mm, edges_mm, drum, shoulder.length_noise_mm(), *shoulder.nominal()).map_err(|error| {
+                match error {
+                    RigError::PlatformCollapsed => self.error(edges.span(), format!("{}: {edges_mm:?}", error.text())),
+                    RigError::BaseCollapsed => {
+                        self.error(base.span(), coinciding(&base_mm).unwrap_or(error.text().to_owned()))
+                    }
+                    _ => self.error(base.span(), error.text()),
                 }
-                _ => self.error(base.span(), error.text()),
             })?;
         if let Some(complaint) = units::complaint_about_rig("side of the base", &units::sides(&base_mm)) {
             return Err(self.error(base.span(), complaint));
@@ -132,64 +192,6 @@ impl<'a> Source<'a> {
             Some(complaint) => Err(self.error(values.span(), complaint)),
             None => Ok(Some(numbers)),
         }
-    }
-
-    fn value<'t>(
-        &self,
-        table: &'t DeTable<'a>,
-        key: &str,
-        shape: &str,
-    ) -> Result<&'t Spanned<DeValue<'a>>, InputError> {
-        let end = self.text.len();
-        table.get(key).ok_or_else(|| self.error(end..end, format!("{key} = {shape}, in mm, is missing")))
-    }
-
-    /// The `N` items of an array.
-    fn items<'t, const N: usize>(
-        &self,
-        value: &'t Spanned<DeValue<'a>>,
-        name: &str,
-        what: &str,
-    ) -> Result<&'t [Spanned<DeValue<'a>>; N], InputError> {
-        let Some(array) = value.get_ref().as_array() else {
-            let found = value.get_ref().type_str();
-            return Err(self.error(value.span(), format!("{name}: {N} {what} are wanted, not {found}")));
-        };
-        let items: &[_] = array;
-        items
-            .try_into()
-            .map_err(|_| self.error(value.span(), format!("{name}: {N} {what} are wanted, there are {}", items.len())))
-    }
-
-    /// An array of `N` finite numbers.
-    fn numbers<const N: usize>(&self, value: &Spanned<DeValue<'a>>, name: &str) -> Result<[f64; N], InputError> {
-        let mut numbers = [0.0; N];
-        for (number, item) in numbers.iter_mut().zip(self.items::<N>(value, name, "numbers")?) {
-            let parsed = match item.get_ref() {
-                DeValue::Float(float) => float.as_str().parse().ok(),
-                DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str().parse().ok(),
-                DeValue::Integer(integer) => {
-                    i64::from_str_radix(integer.as_str(), integer.radix()).ok().map(|integer| integer as f64)
-                }
-                _ => None,
-            };
-            *number = match parsed {
-                Some(number) if f64::is_finite(number) => number,
-                _ => {
-                    let found = quoted(self.text.get(item.span()).unwrap_or(""));
-                    return Err(self.error(item.span(), format!("{name}: {found} is not a finite number")));
-                }
-            };
-        }
-        Ok(numbers)
-    }
-
-    /// An error where `span` begins.
-    fn error(&self, span: Range<usize>, message: impl Into<String>) -> InputError {
-        let before = self.text.get(..span.start).unwrap_or(self.text);
-        let line = before.matches('\n').count() + 1;
-        let column = before.rsplit('\n').next().unwrap_or("").chars().count() + 1;
-        InputError::at(self.file, line, column, message)
     }
 }
 

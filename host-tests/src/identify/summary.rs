@@ -4,13 +4,14 @@ use super::lengths_file::LengthsFile;
 use super::remedy;
 use super::report::{Method, Precision, RejectedCable, Report, Setting};
 use super::verification::Verification;
+use super::wording::{counted, direction, fixed, pose, small};
 use std::fmt::Write;
 
 /// Noise this many times above what the rig should have makes one look twice.
 const SUSPICIOUS_NOISE: f64 = 3.0;
 
-/// Unknown zeros that widen the error bar of the centre by this much are what it hangs on.
-const HANGS: f64 = 1.5;
+/// Factor on the centre's standard deviation above which unknown encoder offsets dominate it.
+const OFFSETS_DOMINATE: f64 = 1.5;
 
 /// The whole text, several lines.
 pub fn of(report: &Report, log: &LengthsFile, second: Option<&LengthsFile>) -> String {
@@ -27,20 +28,6 @@ pub fn of(report: &Report, log: &LengthsFile, second: Option<&LengthsFile>) -> S
         let _ = line(&mut text, "verification", &verified(verification, second));
     }
     text
-}
-
-/// A pose by its number and its line in the log.
-pub fn pose(pose: usize, log: &LengthsFile) -> String {
-    match log.rows().get(pose) {
-        Some(row) => format!("pose {pose} (line {})", row.line),
-        None => format!("pose {pose}"),
-    }
-}
-
-/// A direction in the base's frame.
-pub fn direction(unit: &[f64; 3]) -> String {
-    let [x, y, z] = unit.map(|component| fixed(component, 2));
-    format!("({x}, {y}, {z}) in {{B}}")
 }
 
 fn table(text: &mut String, report: &Report) -> std::fmt::Result {
@@ -68,8 +55,9 @@ fn figures(text: &mut String, report: &Report, log: &LengthsFile) -> std::fmt::R
         line(text, "worst of centre", &worst)?;
     }
     if let (Some(worst), Some(homed)) = (report.worst_centre, report.worst_sigma_if_homed_mm) {
-        let hangs = if worst.sigma_mm > homed * HANGS { "the centre hangs on the zeros: " } else { "" };
-        line(text, "homing", &format!("{hangs}with known zeros it would be {} mm", small(homed)))?;
+        let dominated =
+            if worst.sigma_mm > homed * OFFSETS_DOMINATE { "the centre depends on the zeros: " } else { "" };
+        line(text, "homing", &format!("{dominated}with known zeros it would be {} mm", small(homed)))?;
     }
     if let Some(deviation) = report.deviation_mm {
         let of = match report.setting.method {
@@ -87,8 +75,8 @@ fn figures(text: &mut String, report: &Report, log: &LengthsFile) -> std::fmt::R
             None => format!("estimated: {} degrees of freedom, and what the rig should have", 3 * used as i64 - 6),
         };
         line(text, "noise", &format!("{} mm, {source}", small(noise)))?;
-        if let Some(doubt) = doubt_about(noise, &report.setting) {
-            line(text, "", &doubt)?;
+        if let Some(warning) = noise_warning(noise, &report.setting) {
+            line(text, "", &warning)?;
         }
     }
     let left_out = match report.setting.rows_used.count - used {
@@ -106,7 +94,7 @@ fn figures(text: &mut String, report: &Report, log: &LengthsFile) -> std::fmt::R
 }
 
 /// What one should know about noise that is larger than the rig's, mm.
-fn doubt_about(noise_mm: f64, setting: &Setting) -> Option<String> {
+fn noise_warning(noise_mm: f64, setting: &Setting) -> Option<String> {
     let (expected, limit) = (setting.expected_noise_mm, setting.noise_limit_mm);
     match setting.method {
         Method::Paper if noise_mm > limit => Some(format!(
@@ -114,14 +102,14 @@ fn doubt_about(noise_mm: f64, setting: &Setting) -> Option<String> {
              paper's method takes any residual for noise; --method full refuses, or leaves out the bad ones"
         )),
         Method::Full if setting.given_noise_mm.is_none() && noise_mm > expected * SUSPICIOUS_NOISE => Some(format!(
-            "more than the {expected:.3} mm expected of this rig: the joint may wander, or the rig file be off; \
+            "more than the {expected:.3} mm expected of this rig: the joint centre may not be fixed, or the rig file be off; \
              --noise {expected:.3} tests it"
         )),
         _ => None,
     }
 }
 
-/// The cables to blame for one pose.
+/// The faulty cables of one pose.
 fn suspects(entries: &[RejectedCable]) -> String {
     let cables: Vec<String> = entries.iter().filter_map(|entry| entry.cable).map(|cable| cable.to_string()).collect();
     match cables.as_slice() {
@@ -164,7 +152,7 @@ fn verified(found: &Verification, log: &LengthsFile) -> String {
         (Some(deviation), Some(worst), Some(its)) => format!(
             "{} mm root mean square of the platform edges over {} poses of {}, worst {} mm at {}",
             small(deviation),
-            found.poses - found.contradicting.len(),
+            found.pose_count - found.contradicting.len(),
             log.file(),
             small(its),
             pose(worst, log)
@@ -196,23 +184,4 @@ fn line(text: &mut String, name: &str, value: &str) -> std::fmt::Result {
         column += width;
     }
     writeln!(text)
-}
-
-/// A number of things.
-pub fn counted(count: usize, what: &str) -> String {
-    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
-}
-
-/// A length in mm; what would print as zero is told to be small.
-fn small(value: f64) -> String {
-    if value > 0.0 && value < 5e-5 { "<0.0001".to_owned() } else { fixed(value, 4) }
-}
-
-/// Fixed decimals, and no minus before a zero.
-fn fixed(value: f64, decimals: usize) -> String {
-    let text = format!("{value:.decimals$}");
-    match text.strip_prefix('-') {
-        Some(zero) if zero.chars().all(|c| c == '0' || c == '.') => zero.to_owned(),
-        _ => text,
-    }
 }

@@ -1,10 +1,10 @@
-//! Is it millimetres? A log or a rig in another unit is told, not solved.
+//! Is it millimetres? A log or a rig in another unit is reported, not solved.
 
 use super::lengths_file::Row;
 use nalgebra::Vector3;
 
 /// No rehabilitator is this small: a median length or a longest side below it is in another unit, mm.
-const LEAST_SIZE: f64 = 10.0;
+const MIN_SIZE: f64 = 10.0;
 
 /// Cables this many times longer than a side of the base are in another unit: nothing that turns about one joint
 /// reaches that far.
@@ -21,7 +21,7 @@ pub fn complaint_about_lengths(rows: &[Row], base_mm: &[Vector3<f64>; 3]) -> Opt
     let side = sides(base_mm).iter().sum::<f64>() / 3.0;
     let length = median(rows.iter().flat_map(|row| row.lengths_mm));
     let mean = median(rows.iter().map(|row| row.lengths_mm.iter().sum::<f64>() / 6.0));
-    let sound = length >= LEAST_SIZE && mean >= side / 2.0 && mean <= side * LONGEST_REACH;
+    let sound = length >= MIN_SIZE && mean >= side / 2.0 && mean <= side * LONGEST_REACH;
     (!sound).then(|| {
         let unit = likely_unit(length, side);
         format!("the median length is {length:.4}: these look like {unit}; millimetres are wanted")
@@ -31,7 +31,7 @@ pub fn complaint_about_lengths(rows: &[Row], base_mm: &[Vector3<f64>; 3]) -> Opt
 /// Tells a rig that is not in millimetres. `what` is what these three lengths are.
 pub fn complaint_about_rig(what: &str, lengths: &[f64; 3]) -> Option<String> {
     let longest = lengths.iter().fold(0.0, |longest: f64, length| longest.max(*length));
-    (longest < LEAST_SIZE).then(|| {
+    (longest < MIN_SIZE).then(|| {
         let unit = if longest < 1.5 { "metres" } else { "inches" };
         format!("the longest {what} is {longest:.4}: this looks like {unit}; millimetres are wanted")
     })

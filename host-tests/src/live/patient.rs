@@ -4,18 +4,27 @@ use super::{Port, SharedBus};
 use crate::wearer::{Wearer, WearerSettings};
 use clap::ValueEnum;
 use glenoid::can::status::Heartbeat;
-use glenoid::can::{BaseId, Message};
+use glenoid::can::telemetry::TELEMETRY_FRAMES;
+use glenoid::can::{BaseId, Frame, Message};
 use glenoid::procedure::{Guidance, StateName};
 use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, CABLES, Rig};
 use nalgebra::{Matrix3, Rotation3, Vector3};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use std::io::{self, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::sync::mpsc::{self, Receiver, Sender, TryRecvError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Time between two samples of the encoders, ms.
+/// Time between two samples of the encoders while the arm rests, ms.
 const PERIOD_MS: u32 = 10;
+
+/// Time between two samples while it moves, ms: as often as the board sends telemetry.
+const MOVING_PERIOD_MS: u32 = 20;
+
+/// Longest wait for the board before the arm moves on all the same.
+const BOARD_LIMIT: Duration = Duration::from_millis(200);
 
 /// How far the centre of a living shoulder moves with the arm's rotation, mm for each radian about x, y and z: a few
 /// millimetres up and forward in an elevation of 45 degrees, as in the cadavers of Meskers (1998) and later studies.
@@ -28,7 +37,12 @@ pub enum PersonKind {
     Ball,
     /// A shoulder whose centre moves with the arm.
     Moving,
+    /// A joint that is a ball, in a machine whose attachment points are up to half a millimetre off the drawing.
+    Built,
 }
+
+/// How far an attachment point of a machine as it is built may be off along each axis, mm.
+const BUILT_WITHIN_MM: f64 = 0.5;
 
 /// Who sits in the machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,7 +96,7 @@ impl Patient {
     pub fn sit_down(person: Person, rig: SocketAddr, bus: &SharedBus) -> io::Result<Self> {
         let drawn = Rig::shoulder(ASSUMED_BASE_RADIUS_MM).map_err(|error| io::Error::other(error.text()))?;
         let settings = WearerSettings { seed: person.seed, noise_mm: person.noise_mm, ..WearerSettings::default() };
-        let wearer = Wearer::new(drawn, settings);
+        let wearer = Wearer::new(machine_of(&person, drawn)?, settings);
         let [x, y, z, ..] = wearer.truth().to_array();
         let stream = TcpStream::connect(rig)?;
         stream.set_nodelay(true)?;
@@ -105,6 +119,19 @@ impl Patient {
     }
 }
 
+/// The machine that the person really sits in.
+fn machine_of(person: &Person, drawn: Rig<f64>) -> io::Result<Rig<f64>> {
+    if person.kind != PersonKind::Built {
+        return Ok(drawn);
+    }
+    let mut random = ChaCha8Rng::seed_from_u64(person.seed);
+    let mut off = || random.random_range(-BUILT_WITHIN_MM..=BUILT_WITHIN_MM);
+    let base = drawn.base_mm().map(|point| point + Vector3::from_fn(|_, _| off()));
+    let edges = drawn.edges_mm().map(|edge| edge + off());
+    Rig::new(base, edges, *drawn.drum(), drawn.length_noise_mm(), *drawn.nominal())
+        .map_err(|error| io::Error::other(error.text()))
+}
+
 struct Play {
     person: Person,
     wearer: Wearer,
@@ -122,7 +149,8 @@ impl Play {
         }
         if self.is_to_move() {
             let to = self.wearer.next_pose().rotation;
-            for rotation in Wearer::path(self.at, to, self.person.move_ms, PERIOD_MS) {
+            for rotation in Wearer::path(self.at, to, self.person.move_ms, MOVING_PERIOD_MS) {
+                self.wait_for_the_board();
                 self.sample(rotation)?;
             }
             self.at = to;
@@ -130,11 +158,32 @@ impl Play {
         Ok(())
     }
 
+    /// The arm moves no faster than the board's own time goes: an emulator on a busy machine stands still now and then,
+    /// and would see an arm that leaps.
+    fn wait_for_the_board(&mut self) {
+        let end = Instant::now() + BOARD_LIMIT;
+        while let Some(frame) = self.port.receive(end.saturating_duration_since(Instant::now())) {
+            if self.hear(&frame) {
+                break;
+            }
+        }
+    }
+
+    /// True at the end of a set of telemetry.
+    fn hear(&mut self, frame: &Frame) -> bool {
+        match Message::unpack(frame, BaseId::DEFAULT) {
+            Ok(Message::Heartbeat(heartbeat)) => {
+                self.heartbeat = Some(heartbeat);
+                false
+            }
+            Ok(Message::Telemetry([head, ..])) => usize::from(head & 0x1F) + 1 == TELEMETRY_FRAMES,
+            _ => false,
+        }
+    }
+
     fn is_to_move(&mut self) -> bool {
         while let Some(frame) = self.port.try_receive() {
-            if let Ok(Message::Heartbeat(heartbeat)) = Message::unpack(&frame, BaseId::DEFAULT) {
-                self.heartbeat = Some(heartbeat);
-            }
+            self.hear(&frame);
         }
         self.heartbeat.is_some_and(|heartbeat| {
             let in_a_set = matches!(heartbeat.state, StateName::Collecting | StateName::Verifying);
@@ -144,7 +193,7 @@ impl Play {
 
     fn sample(&mut self, rotation: Rotation3<f64>) -> io::Result<()> {
         let migration_mm = match self.person.kind {
-            PersonKind::Ball => Vector3::zeros(),
+            PersonKind::Ball | PersonKind::Built => Vector3::zeros(),
             PersonKind::Moving => MIGRATION_MM_PER_RAD * rotation.scaled_axis(),
         };
         let counts = self.wearer.sample(&rotation, migration_mm, None);

@@ -2,7 +2,8 @@
 
 use super::axis::Axis;
 use super::frame::{self, Entry};
-use super::palette::{Colour, draw_marker, series_colour, series_dash};
+use super::marker::draw_marker;
+use super::palette::{Colour, series_colour, series_dash};
 use super::sheet::{Sheet, Stroke};
 use super::{Figure, PlotError};
 

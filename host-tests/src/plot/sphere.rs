@@ -1,7 +1,8 @@
 //! Directions on a half sphere, such as where an arm pointed.
 
 use super::frame::{self, Entry, MARGIN};
-use super::palette::{Colour, draw_marker};
+use super::marker::draw_marker;
+use super::palette::Colour;
 use super::sheet::{Anchor, Lettering, Sheet, Stroke};
 use super::{Figure, PlotError};
 

@@ -8,7 +8,7 @@
 
 mod scheme;
 
-pub use scheme::{OnePage, Scheme, TwoPages, WithoutCommit};
+pub use scheme::{Entries, OnePage, ParameterPages, Scheme, TwoPages, WithoutCommit};
 
 use crate::flash::{MockFlash, TornWord};
 use glenoid::identification::Rejected;
@@ -84,6 +84,9 @@ pub fn record(number: u16) -> Record {
     let spread = |k: usize| value + k as f32 / 32.0;
     Record {
         run_id: number,
+        boot: number,
+        wearer: 2 * number,
+        serial: u32::from(number) << 16,
         rig: RIG,
         firmware: [number as u8, 2, 3],
         parameters: Parameters::from_array(std::array::from_fn(spread)),
@@ -95,7 +98,7 @@ pub fn record(number: u16) -> Record {
         sway_rad: value,
         poses: number,
         left_out: number as u8 % 26,
-        rejected: std::array::from_fn(|k| Rejected { pose: k as u16, cables: number as u8 }),
+        rejected: std::array::from_fn(|k| Rejected { pose: k as u32, cables: number as u8 }),
         iterations: number as u8,
         termination: 1,
         verification_poses: number as u8,

@@ -3,8 +3,9 @@
 use super::STORE_FROM;
 use crate::flash::{MockFlash, PAGE_LEN};
 use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
+use glenoid::parameters::{Key, ParameterSet, TABLE};
 use glenoid::record::image::{self, Header, Image};
-use glenoid::record::{IMAGE_LEN, Record, RecordStore};
+use glenoid::record::{IMAGE_LEN, Journal, JournalEntry, ParameterStore, Record, RecordStore};
 
 /// A way to keep a record in flash.
 pub trait Scheme: Clone + Default {
@@ -25,6 +26,49 @@ impl Scheme for TwoPages {
 
     fn store(&mut self, flash: &mut MockFlash, record: &Record) -> bool {
         RecordStore::new(flash, STORE_FROM).store(record).is_ok()
+    }
+}
+
+/// The firmware's store of the parameters: a set whose values follow from the record's number stands for the record.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct ParameterPages;
+
+impl ParameterPages {
+    /// The set with this number: every value that may be any integer is it.
+    fn set(number: u16) -> ParameterSet {
+        let mut set = ParameterSet::new();
+        for entry in TABLE.iter().filter(|entry| entry.maximum == u32::MAX) {
+            set.set_bits(entry.index, number.into()).expect("any integer is in range");
+        }
+        set
+    }
+}
+
+impl Scheme for ParameterPages {
+    fn load(&mut self, flash: &mut MockFlash, _: u32) -> Option<Record> {
+        let set = ParameterStore::new(flash, STORE_FROM).load().ok()?;
+        let number = set.integer(Key::LockKey1) as u16;
+        // a mixture of two sets is none of them; number 0 was never stored
+        Some(super::record(if set == Self::set(number) { number } else { 0 }))
+    }
+
+    fn store(&mut self, flash: &mut MockFlash, record: &Record) -> bool {
+        ParameterStore::new(flash, STORE_FROM).store(&Self::set(record.run_id)).is_ok()
+    }
+}
+
+/// The firmware's journal: the number is the boot's.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Entries;
+
+impl Scheme for Entries {
+    fn load(&mut self, flash: &mut MockFlash, _: u32) -> Option<Record> {
+        Journal::new(flash, STORE_FROM).last().map(|entry| super::record(entry.boot as u16))
+    }
+
+    fn store(&mut self, flash: &mut MockFlash, record: &Record) -> bool {
+        let entry = JournalEntry { boot: record.run_id.into(), run_id: record.run_id, distrust: 0 };
+        Journal::new(flash, STORE_FROM).append(&entry).is_ok()
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::flash::{MockFlash, TornWord};
 use glenoid::can::Frame;
 use glenoid::device::{Action, Config, Device, Event, fingerprint};
-use glenoid::record::RecordStore;
+use glenoid::record::{STORAGE_PAGES, Storage};
 use glenoid::rig::CABLES;
 use std::fmt;
 
@@ -51,7 +51,7 @@ impl std::error::Error for BenchError {}
 pub struct InProcess {
     config: Config,
     device: Device,
-    record: RecordStore<MockFlash>,
+    storage: Storage<MockFlash>,
     now_ms: u32,
     heard: Vec<Frame>,
 }
@@ -63,28 +63,37 @@ const TICKS_A_MILLISECOND: usize = 20;
 impl InProcess {
     /// A bench for a device of this kind with an erased flash, at time zero.
     pub fn new(config: Config) -> Self {
-        let record = RecordStore::new(MockFlash::new(2, TornWord::Zeros, 1), 0);
-        let mut bench = Self { config, device: Device::new(config), record, now_ms: 0, heard: Vec::new() };
+        let storage = Storage::new(MockFlash::new(STORAGE_PAGES, TornWord::Zeros, 1), 0);
+        let mut bench = Self { config, device: Device::new(config), storage, now_ms: 0, heard: Vec::new() };
         bench.start();
         bench
     }
 
     fn start(&mut self) {
         self.device = Device::new(self.config);
-        let loaded = self.record.load(fingerprint(&self.config.rig));
+        let loaded = self.storage.load(fingerprint(&self.config.rig), None);
         self.handle(Event::PowerUp(loaded));
     }
 
     fn handle(&mut self, event: Event) {
-        let Self { device, record, heard, .. } = self;
+        let Self { device, storage, heard, .. } = self;
         let mut stored = None;
         device.handle(self.now_ms, event, &mut |action| match action {
             Action::Send(frame) => heard.push(frame),
-            Action::Store(centre) => stored = Some(record.store(&centre)),
+            Action::Store(centre) => stored = Some(Event::Stored(storage.store(&centre))),
+            Action::Journal(entry) => {
+                if let Err(error) = storage.append(&entry) {
+                    stored = Some(Event::JournalFailed(error));
+                }
+            }
+            Action::StoreParameters(set) => {
+                stored = Some(Event::ParametersStored(storage.store_parameters(&set)));
+            }
+            Action::EraseRecord => stored = Some(Event::ParametersStored(storage.erase_record())),
             Action::Stop(_) | Action::StatusLed(_) | Action::Log(_) => {}
         });
-        if let Some(result) = stored {
-            self.handle(Event::Stored(result));
+        if let Some(event) = stored {
+            self.handle(event);
         }
     }
 }

@@ -4,7 +4,8 @@ use super::options::Options;
 use super::replay::PaperRun;
 use super::transcript::{Captured, Transcript};
 use crate::plot::{self, Axis, Chart, Directions, PlotError, Series, Sphere};
-use glenoid::identification::{Identified, PaperSettings};
+use glenoid::identification::Identified;
+use glenoid::paper::PaperSettings;
 use glenoid::scalar::Real;
 use nalgebra::Vector3;
 use std::path::{Path, PathBuf};
@@ -22,7 +23,7 @@ pub struct Descent {
 impl Descent {
     /// The descent of an identification.
     pub fn of<T: Real>(identified: &Identified<T>) -> Self {
-        let deviations_mm: Vec<f64> = identified.deviations_mm.iter().map(|deviation| deviation.to_f64()).collect();
+        let deviations_mm: Vec<f64> = identified.rms_residuals_mm.iter().map(|deviation| deviation.to_f64()).collect();
         let first = (usize::from(identified.iterations) + 1).saturating_sub(deviations_mm.len());
         Self { deviations_mm, first }
     }
@@ -76,8 +77,8 @@ fn converging(convergence: &Convergence, conditions: &str) -> Chart {
     let x = Axis::count("iteration").including(0.0);
     let chart = Chart::new("Convergence of the identification", x, Axis::log10("deviation (mm)"))
         .subtitled(&subtitle)
-        .with(Series::line("start-free solver, single precision as on the board", convergence.single.points()))
-        .with(Series::line("start-free solver, double precision", convergence.double.points()));
+        .with(Series::line("start-free estimator, single precision as on the board", convergence.single.points()))
+        .with(Series::line("start-free estimator, double precision", convergence.double.points()));
     let chart = match &convergence.paper {
         Some(paper) => {
             let label = format!("paper's iteration, start {:.1} mm off", paper.start_off_mm);

@@ -99,10 +99,33 @@ impl<'a> Client<'a> {
     /// # Errors
     /// [`SessionError::Refused`] when the board does not obey.
     pub(super) fn command(&mut self, opcode: Opcode, run_id: u16, argument: u16) -> Result<Answer, SessionError> {
+        let nonce = self.next_nonce();
+        self.send_until_answered(opcode, Request { opcode: opcode as u8, boot: 0, nonce, run_id, argument })
+    }
+
+    /// Accepts the new centre of a run, by the name under which it was shown.
+    ///
+    /// # Errors
+    /// As [`command`](Self::command), and [`SessionError::Silence`] when it was not shown.
+    pub(super) fn accept(&mut self, run_id: u16) -> Result<Answer, SessionError> {
+        let shown = |inbox: &Inbox| {
+            let decided =
+                inbox.outcome.is_some_and(|outcome| outcome.run_id == run_id && outcome.reason == Reason::Fine);
+            inbox.naming.filter(|naming| naming.run_id == run_id && decided)
+        };
+        let naming = self.wait_for("whole report of the new centre", ANSWER_LIMIT_MS, shown)?;
+        let nonce = self.next_nonce();
+        self.send_until_answered(Opcode::Accept, Request::naming(Opcode::Accept, nonce, &naming))
+    }
+
+    fn next_nonce(&mut self) -> u16 {
         // 0 means that there is no nonce.
         self.nonce = self.nonce.checked_add(1).unwrap_or(1);
-        let nonce = self.nonce;
-        let frame = Request { opcode: opcode as u8, nonce, run_id, argument }.pack(BaseId::DEFAULT.command());
+        self.nonce
+    }
+
+    fn send_until_answered(&mut self, opcode: Opcode, request: Request) -> Result<Answer, SessionError> {
+        let (nonce, frame) = (request.nonce, request.pack(BaseId::DEFAULT.command()));
         for _ in 0..ANSWER_LIMIT_MS / REPEAT_MS {
             self.bench.send(&frame)?;
             match self.wait_for("answer", REPEAT_MS, |inbox| inbox.answers.get(&nonce).copied()) {

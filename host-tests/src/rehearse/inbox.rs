@@ -1,5 +1,6 @@
 //! What a client has heard from the device so far.
 
+use glenoid::can::identity::Naming;
 use glenoid::can::report::{OutcomeReport, PoseReport};
 use glenoid::can::result::{Parameter, Quality, VerificationReport, ZeroError};
 use glenoid::can::status::{Answer, Fault, Heartbeat, Versions};
@@ -41,6 +42,8 @@ pub struct Inbox {
     pub zeros: [Option<ZeroError>; CABLES],
     /// Those in use.
     pub live_zeros: [Option<ZeroError>; CABLES],
+    /// What an accept of the new centre must name.
+    pub naming: Option<Naming>,
     /// The latest warning of the watch over the centre in use.
     pub watch: Option<WatchReport>,
     /// Lengths that were read out, mm, by set (second set: true), pose and cable (from 0).
@@ -88,6 +91,7 @@ impl Inbox {
             Message::LiveRadius(value) => put(&mut self.live_radii, value),
             Message::CandidateZero(value) => put_zero(&mut self.zeros, value),
             Message::LiveZero(value) => put_zero(&mut self.live_zeros, value),
+            Message::CandidateNaming(naming) => self.naming = Some(naming),
             Message::Watch(report) => self.watch = Some(report),
             Message::Quality(quality) => self.quality = Some(quality),
             Message::Verification(report) => self.verification = Some(report),

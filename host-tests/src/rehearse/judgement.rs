@@ -16,7 +16,7 @@ use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, CABLES, Rig};
 use std::path::Path;
 
 /// A pose is the mean of the counts over a short time, in which the arm may still have crept by a few counts.
-const MOST_COUNTS_OFF: f64 = 3.0;
+const MAX_COUNTS_OFF: f64 = 3.0;
 
 /// Judges a calibration, and writes the plots into the folder `plots`, if there is one.
 ///
@@ -56,7 +56,7 @@ pub fn judge(
     if host_difference_mm != 0.0 {
         reasons.push(format!("host and board differ by {host_difference_mm:.1e} mm over the same lengths"));
     }
-    if !(length_difference_counts <= MOST_COUNTS_OFF) {
+    if !(length_difference_counts <= MAX_COUNTS_OFF) {
         let off = format!("{length_difference_counts:.2} counts");
         reasons.push(format!("the board used a length that is {off} off what the encoders showed"));
     }

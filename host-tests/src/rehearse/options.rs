@@ -56,7 +56,7 @@ pub struct Options {
 }
 
 impl Options {
-    /// How well the board is told that the encoder zeros are known, 1σ, in steps of its command: generous for errors
+    /// How well the encoder zeros are known, as set on the board, 1σ, in steps of its command: generous for errors
     /// that are uniform within the limit.
     pub fn zero_prior_steps(&self) -> u16 {
         // The cast saturates at 64 mm.

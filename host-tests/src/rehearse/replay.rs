@@ -1,9 +1,11 @@
 //! The board's calculation again on the host, from the very lengths that the board used.
 
+use crate::estimation::estimate;
 use glenoid::can::result::Parameter;
 use glenoid::can::{BaseId, Message};
-use glenoid::identification::{Identified, PaperIteration, PaperSettings, Refusal, Solver, SolverSettings, verify};
+use glenoid::identification::{EstimatorSettings, Identified, Machine, Refusal};
 use glenoid::kinematics::CableLengths;
+use glenoid::paper::{PaperIteration, PaperSettings, verify};
 use glenoid::rig::{CABLES, Parameters, Rig};
 use glenoid::scalar::Real;
 
@@ -16,8 +18,8 @@ pub fn identify<T: Real>(
     lengths_mm: &[[f32; CABLES]],
     zero_prior_mm: f64,
 ) -> Result<Identified<T>, Refusal> {
-    let settings = SolverSettings { zero_prior_mm: T::of(zero_prior_mm), ..SolverSettings::for_rig(rig) };
-    Solver::<T>::new(rig, settings).run(&lengths(lengths_mm)?)
+    let machine = Machine::with_offset_prior(rig, T::of(zero_prior_mm));
+    estimate(&machine, rig, EstimatorSettings::for_rig(rig), &lengths(lengths_mm)?).outcome
 }
 
 /// The paper's iteration (Fig. 4), and where it began.
@@ -63,7 +65,7 @@ pub fn identify_as_the_paper(
 fn lengths<T: Real>(lengths_mm: &[[f32; CABLES]]) -> Result<Vec<CableLengths<T>>, Refusal> {
     let convert = |(pose, lengths): (usize, &[f32; CABLES])| {
         CableLengths::new(lengths.map(|length| T::of(f64::from(length)))).map_err(|error| Refusal::BadLength {
-            pose: pose as u16,
+            pose: pose as u32,
             cable: error.cable,
             fault: error.fault,
         })

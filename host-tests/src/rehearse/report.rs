@@ -99,7 +99,7 @@ pub struct Found {
     pub verification_deviation_mm: f64,
     /// Iterations on the board.
     pub iterations: u8,
-    /// Zero errors of the encoders, when the board was told that they are unknown.
+    /// Zero errors of the encoders, when they were set as unknown.
     #[serde(flatten)]
     pub zeros: Option<Zeros>,
     /// The host's view of the same lengths.

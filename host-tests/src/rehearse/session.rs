@@ -156,7 +156,7 @@ impl<'a> Session<'a> {
     fn accept(&mut self, run_id: u16) -> Result<[f32; 3], SessionError> {
         let stage = self.display.stage("accepting");
         self.client.inbox.live_centre = [None; 3];
-        self.client.command(Opcode::Accept, run_id, 0)?;
+        self.client.accept(run_id)?;
         // In the review the outcome says that nothing is decided yet; it may still be under way.
         let decided = |outcome: &OutcomeReport| outcome.run_id == run_id && outcome.reason != Reason::Fine;
         let outcome = self.client.wait_for("outcome", ANSWER_LIMIT_MS, |inbox| inbox.outcome.filter(decided))?;

@@ -4,9 +4,8 @@
 use super::slip::Exercise;
 use crate::plot::{self, Axis, Chart, PlotError, Series};
 use glenoid::can::result::Parameter;
-use glenoid::identification::pose_information::PoseInformation;
-use glenoid::kinematics::arm::{Arm, CableSet};
-use glenoid::kinematics::{CableLengths, LengthEquations, Pivot, RigPoints};
+use glenoid::identification::marginal_information::MarginalInformation;
+use glenoid::kinematics::{AttitudeSolver, CableLengths, CableSet, Geometry, JointCentre, LengthJacobian};
 use glenoid::rig::{CABLES, Parameters, Rig};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::path::{Path, PathBuf};
@@ -52,23 +51,23 @@ pub fn write(
 }
 
 fn look(exercise: &Exercise, rig: &Rig<f64>, live: &[Parameter; 6], zeros_mm: &[f32; CABLES]) -> Vec<Seen> {
-    let points = RigPoints::new(rig);
+    let geometry = Geometry::new(rig);
     let parameters = Parameters::from_array(live.map(|parameter| f64::from(parameter.value_mm)));
-    let pivot = Pivot::from_parameters(&parameters, &points);
-    let arm = Arm { points: &points, pivot: &pivot };
+    let in_use = JointCentre::from_parameters(&parameters, &geometry);
+    let solver = AttitudeSolver { geometry: &geometry, centre: &in_use };
     let mut attitude: Option<UnitQuaternion<f64>> = None;
     let mut see = |at_s, counts: &[i32; CABLES]| {
         let raw = CableLengths::from_counts(rig.drum(), counts).ok()?;
         let lengths = raw.less(&zeros_mm.map(f64::from)).ok()?;
         let fit = match attitude {
-            Some(before) => arm.fit_from(before, &lengths, CableSet::ALL),
-            None => arm.fit(&lengths, CableSet::ALL),
+            Some(before) => solver.track(before, &lengths, CableSet::ALL),
+            None => solver.solve(&lengths, CableSet::ALL),
         };
         attitude = fit.map(|fit| fit.attitude);
         let rotation = *attitude?.to_rotation_matrix().matrix();
-        let pose = PoseInformation::of(&LengthEquations::new(&points, &pivot, &rotation, &lengths))?;
-        let centre_mm = pose.information.to_matrix().try_inverse()? * pose.gradient_mm;
-        Some(Seen { at_s, centre_mm, residual_mm: (pose.squares_mm2 / 3.0).sqrt() })
+        let pose = MarginalInformation::new(&LengthJacobian::new(&geometry, &in_use, &rotation, &lengths)).ok()?;
+        let centre_mm = pose.information().try_inverse()? * pose.gradient_mm();
+        Some(Seen { at_s, centre_mm, residual_mm: (pose.squares_mm2() / 3.0).sqrt() })
     };
     exercise.samples.iter().filter_map(|sample| see(sample.at_s, &sample.counts)).collect()
 }

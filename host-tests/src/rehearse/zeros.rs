@@ -31,12 +31,16 @@ pub(super) fn judge(
 ) -> Option<Zeros> {
     let Some(found) = transcript.zeros else {
         if prior_mm > 0.0 {
-            reasons.push("the board tells no encoder zeros, though it was told that they are unknown".to_string());
+            reasons.push("the board reports no encoder zeros, though they were set as unknown".to_string());
         }
         return None;
     };
+    // Offsets that are known are reported as zero, exactly.
+    if prior_mm == 0.0 && found.iter().any(|zero| zero.value_mm != 0.0 || zero.sigma_mm != 0.0) {
+        reasons.push("the board reports encoder zeros, though they were set as known".to_string());
+    }
     if prior_mm == 0.0 {
-        reasons.push("the board tells encoder zeros, though it was told that they are known".to_string());
+        return None;
     }
     let zeros = Zeros {
         zeros_mm: found.map(|zero| f64::from(zero.value_mm)),

@@ -1,10 +1,10 @@
 //! Everything that can go wrong, mixed: is a wrong centre ever accepted?
 //!
-//! A false accept is an accepted centre further from the truth than five times its stated error bar plus 0.05 mm.
+//! A false accept is an accepted centre further from the truth than five times its reported standard deviation plus 0.05 mm.
 
 use super::findings::{Findings, Plan, Problem, Table, Target, percent};
 use super::scene::Scene;
-use super::solve::{Answer, Told, solve, solve_with_zeros};
+use super::solve::{Answer, Knowledge, solve, solve_with_zeros};
 use super::{Study, trials};
 use glenoid::identification::Refusal;
 use glenoid::rig::CABLES;
@@ -17,33 +17,33 @@ mod mixture;
 /// All evils at once.
 pub const STUDY: Study = Study {
     name: "adversarial",
-    about: "mixtures of outliers, wander, degenerate motion, exchanged cables, glitches: no false accept",
+    about: "mixtures of outliers, centre migration, degenerate motion, exchanged cables, glitches: no false accept",
     trials: 100_000,
     run,
 };
 
-/// Accepted centres may be off by this many times their error bar...
+/// Accepted centres may be off by this many standard deviations...
 const SIGMAS: f64 = 5.0;
 /// ... plus this, mm.
 const SLACK_MM: f64 = 0.05;
 
 /// How the solver is asked, the device's way first.
 const WAYS: [Way; 4] = [
-    Way { name: "f64, noise known", ask: |scene, poses| solve::<f64>(scene, poses, Told::Noise) },
-    Way { name: "f32, noise known", ask: |scene, poses| solve::<f32>(scene, poses, Told::Noise) },
-    Way { name: "f64, noise estimated", ask: |scene, poses| solve::<f64>(scene, poses, Told::Nothing) },
+    Way { name: "f64, noise known", ask: |scene, poses| solve::<f64>(scene, poses, Knowledge::Noise) },
+    Way { name: "f32, noise known", ask: |scene, poses| solve::<f32>(scene, poses, Knowledge::Noise) },
+    Way { name: "f64, noise estimated", ask: |scene, poses| solve::<f64>(scene, poses, Knowledge::Nothing) },
     Way { name: "f32, noise known, zeros unknown", ask: with_unknown_zeros },
 ];
 
 /// What the encoders read too much when their zeros are unknown, mm: any six numbers within ±10 mm.
 const ZEROS_MM: [f64; CABLES] = [7.0, -4.0, 9.0, -8.0, 2.0, -5.5];
-/// What the solver is told of that, 1σ, mm.
+/// The prior that the estimator is given for them, 1σ, mm.
 const ZERO_PRIOR_MM: f64 = 10.0;
 
 /// The same set from encoders that nobody homed.
 fn with_unknown_zeros(scene: &Scene, poses_mm: &[[f64; CABLES]]) -> Result<Answer, Refusal> {
     let shifted: Vec<_> = poses_mm.iter().map(|pose| std::array::from_fn(|k| pose[k] + ZEROS_MM[k])).collect();
-    solve_with_zeros::<f32>(scene, &shifted, Told::Noise, ZERO_PRIOR_MM)
+    solve_with_zeros::<f32>(scene, &shifted, Knowledge::Noise, ZERO_PRIOR_MM)
 }
 
 struct Way {
@@ -94,11 +94,11 @@ fn run(plan: &Plan) -> Result<Findings, Problem> {
 
 const METHOD: &str = "A trial is a set of 4 to 100 poses (half of the sets have fewer than 16) with ±0.1 mm of noise, on the \
     150 mm rig or on a random one, with usual, extreme or small motion. To it are added, each with a probability of its \
-    own and in any combination: outliers of 2-50 mm on up to 40 % of the poses, a joint centre that wanders, a degenerate \
+    own and in any combination: outliers of 2-50 mm on up to 40 % of the poses, a joint centre that migrates, a degenerate \
     family with up to three odd poses, exchanged cables in some or all poses, one huge glitch. A set counts under \
     the evils it holds.";
 
-/// Whether an accepted centre is further off than its error bar allows.
+/// Whether an accepted centre is further off than its standard deviation allows.
 pub(super) fn is_false(answer: &Answer, scene: &Scene) -> bool {
     let error_mm = libm::sqrt(answer.centre_error_mm(scene).norm_squared());
     // A NaN is false too.
@@ -131,7 +131,7 @@ fn description(seed: u64, trial: u64, way: &Way) -> Result<String, Problem> {
             answer.centre_sigma_mm(),
             answer.deviation_mm,
             answer.noise_mm,
-            answer.sway_rad.to_degrees(),
+            answer.excitation_rad.to_degrees(),
         );
     }
     Ok(text)

@@ -1,15 +1,15 @@
-//! Is the centre as good as the data allow, and is its error bar true?
+//! Is the centre as good as the data allow, and is its standard deviation right?
 
 use super::cramer_rao;
 use super::findings::{Findings, Plan, Problem, Table, Target, percent, short};
 use super::scene::{Reach, Scene, with_noise};
-use super::solve::{Answer, Told, solve};
+use super::solve::{Answer, Knowledge, solve};
 use super::statistics::root_mean_square;
 use super::{Study, trials};
 use crate::plot::{Axis, Chart, Series};
 use rand_chacha::ChaCha8Rng;
 
-/// Error against the bound, and calibration of the error bar.
+/// Error against the bound, and calibration of the standard deviation.
 pub const STUDY: Study = Study {
     name: "bound",
     about: "±0.1 mm of noise: error against the Cramér-Rao bound, reported sigma against the spread, coverage",
@@ -84,9 +84,9 @@ fn trial(ideal: &Scene, mut random: ChaCha8Rng, poses: usize, reach: Reach) -> O
     let poses_mm: Vec<_> =
         rotations.iter().map(|rotation| with_noise(scene.lengths(rotation), &mut random, NOISE_MM)).collect();
     let errors = |answer: &Answer| <[f64; 3]>::from(answer.centre_error_mm(&scene));
-    let answer = solve::<f64>(&scene, &poses_mm, Told::Noise).ok()?;
+    let answer = solve::<f64>(&scene, &poses_mm, Knowledge::Noise).ok()?;
     let bound = cramer_rao::bound(&scene, &rotations, NOISE_SIGMA_MM)?;
-    let estimated = solve::<f64>(&scene, &poses_mm, Told::Nothing).ok();
+    let estimated = solve::<f64>(&scene, &poses_mm, Knowledge::Nothing).ok();
     Some(Trial {
         error_mm: errors(&answer),
         sigma_mm: centre(&answer.sigma_mm),
@@ -146,11 +146,11 @@ impl Cell {
             ),
         ];
         if self.poses >= COVERAGE_FROM {
-            for (told, estimated) in [("known", false), ("estimated", true)] {
+            for (noise, estimated) in [("known", false), ("estimated", true)] {
                 let covered = self.coverage(estimated);
                 let excess = furthest(std::array::from_fn(|k| 100.0 * (covered[k] - NOMINAL[k])), 0.0);
                 let what =
-                    format!("{name}: coverage less the nominal, points, the worst of 1, 2, 3 sigma, noise {told}");
+                    format!("{name}: coverage less the nominal, points, the worst of 1, 2, 3 sigma, noise {noise}");
                 targets.push(Target::between(what, (-2.0, 2.0), excess));
             }
         }
@@ -194,10 +194,13 @@ fn efficiency(cells: &[Cell]) -> Table {
 
 fn coverage(cells: &[Cell], estimated: bool) -> Table {
     let columns = ["poses, reach", "refused", "within 1 sigma (68.27 %)", "2 sigma (95.45 %)", "3 sigma (99.73 %)"];
-    let told = if estimated { "estimated" } else { "known" };
+    let noise = if estimated { "estimated" } else { "known" };
     let name = if estimated { "coverage-estimated" } else { "coverage-known" };
-    let mut table =
-        Table::new(name, format!("How often a coordinate lies within its error bar, noise {told}"), &columns);
+    let mut table = Table::new(
+        name,
+        format!("How often a coordinate lies within 1, 2, 3 standard deviations, noise {noise}"),
+        &columns,
+    );
     for cell in cells {
         let [one, two, three] = cell.coverage(estimated).map(|share| format!("{:.2} %", 100.0 * share));
         let refused = cell.trials.iter().filter(|trial| estimated && trial.estimated.is_none()).count();

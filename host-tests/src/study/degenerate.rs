@@ -5,7 +5,7 @@ mod family;
 use self::family::{FAMILIES, Family};
 use super::findings::{Findings, Plan, Problem, Table, Target, percent, short};
 use super::scene::{Scene, Spread, with_noise};
-use super::solve::{Precision, Told, solve};
+use super::solve::{Knowledge, Precision, solve};
 use super::statistics::quantile;
 use super::{Study, trials};
 use glenoid::identification::Refusal;
@@ -84,7 +84,7 @@ const METHOD: &str = "A trial is a set of 3 to 100 poses (half of the sets have 
     The axis error is that of the axis which a refusal for one axis names.";
 
 fn ending<T: Precision>(scene: &Scene, poses_mm: &[[f64; 6]], axis: Option<Vector3<f64>>) -> Ending {
-    match solve::<T>(scene, poses_mm, Told::Noise) {
+    match solve::<T>(scene, poses_mm, Knowledge::Noise) {
         Ok(_) => Ending::Accepted,
         Err(Refusal::OneAxis { axis: named, .. }) => {
             let named = Vector3::from(named.map(f64::from));

@@ -1,10 +1,10 @@
-//! What a study is told, and what it answers.
+//! What a study is given, and its findings.
 
 use crate::plot::{Figure, PlotError};
 use glenoid::rig::RigError;
 use std::fmt;
 
-/// What a study is told.
+/// What a study is given.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Plan {
     /// Seed of all its random numbers.

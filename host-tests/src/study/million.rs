@@ -2,7 +2,7 @@
 
 use super::findings::{Findings, Plan, Problem, Table, Target, percent, short};
 use super::scene::{Reach, Scene, Spread};
-use super::solve::{Precision, Told, solve};
+use super::solve::{Knowledge, Precision, solve};
 use super::statistics::largest;
 use super::{Study, trials};
 use glenoid::identification::Refusal;
@@ -24,7 +24,7 @@ pub const EXTREMES: Study = Study {
     run: |plan| Experiment { name: "extremes", spread: Spread::EXTREME, reach: Reach::EXTREME }.run(plan),
 };
 
-/// Numbers of poses that are told apart, least and most.
+/// Ranges of the number of poses that are reported separately, least and most.
 const BUCKETS: [(usize, usize); 7] = [(3, 3), (4, 4), (5, 5), (6, 6), (7, 9), (10, 20), (21, 100)];
 
 /// Largest error of any parameter with which a set counts as identified, mm.
@@ -61,18 +61,18 @@ struct Trial {
     poses: usize,
     double: Ending,
     single: Ending,
-    /// In double precision, told that every pose is sound.
+    /// In double precision, with every pose taken as sound.
     trusting: Ending,
 }
 
-fn ending<T: Precision>(scene: &Scene, poses_mm: &[[f64; 6]], told: Told) -> Ending {
-    match solve::<T>(scene, poses_mm, told) {
+fn ending<T: Precision>(scene: &Scene, poses_mm: &[[f64; 6]], knowledge: Knowledge) -> Ending {
+    match solve::<T>(scene, poses_mm, knowledge) {
         Ok(answer) => Ending::Identified(answer.largest_error_mm(scene)),
         Err(refusal) => Ending::Refused(match refusal {
             Refusal::OneAxis { .. } => Cause::OneAxis,
             Refusal::TooAlike { .. } => Cause::TooAlike,
             Refusal::Weak { .. } => Cause::Weak,
-            Refusal::HangsOnOnePose { .. } => Cause::HangsOnOnePose,
+            Refusal::NotRedundant { .. } => Cause::HangsOnOnePose,
             other => Cause::Other(other.code()),
         }),
     }
@@ -84,11 +84,13 @@ impl Experiment {
             let scene = Scene::random(&mut random, &self.spread)?;
             let poses = random.random_range(3..=100usize);
             let poses_mm: Vec<_> = (0..poses).map(|_| scene.lengths(&self.reach.rotation(&mut random))).collect();
-            let double = ending::<f64>(&scene, &poses_mm, Told::Noise);
-            let single = ending::<f32>(&scene, &poses_mm, Told::Noise);
+            let double = ending::<f64>(&scene, &poses_mm, Knowledge::Noise);
+            let single = ending::<f32>(&scene, &poses_mm, Knowledge::Noise);
             // Trust changes nothing but that refusal.
             let trusting = match double {
-                Ending::Refused(Cause::HangsOnOnePose) => ending::<f64>(&scene, &poses_mm, Told::NoiseAndSoundPoses),
+                Ending::Refused(Cause::HangsOnOnePose) => {
+                    ending::<f64>(&scene, &poses_mm, Knowledge::NoiseAndSoundPoses)
+                }
                 other => other,
             };
             Ok(Trial { poses, double, single, trusting })
@@ -112,9 +114,9 @@ impl Experiment {
         format!(
             "A trial is one set of 3 to 100 random poses (tilt to {}°, torsion ±{}°) without noise on a random rig: base radius \
              {least}-{most} mm, every attachment point and end-point up to ±{} mm and the centre up to ±{} mm off along \
-             each axis. The solver gets no start. Errors are the largest of the six parameters'. A set hangs on one pose when no \
-             other could contradict it, were it wrong: every set of three does, and is refused unless the solver is told \
-             that all poses are sound.",
+             each axis. The solver gets no start. Errors are the largest of the six parameters'. A set depends on one pose when no \
+             other could contradict it, were it wrong: every set of three does, and is refused unless all poses are taken as \
+             sound.",
             self.reach.tilt_deg, self.reach.torsion_deg, self.spread.points_mm, self.spread.centre_mm
         )
     }
@@ -178,7 +180,7 @@ fn table(study: &str, trials: &[Trial], precision: &str, exact_mm: f64, of: impl
         "one axis",
         "too alike",
         "weak",
-        "hangs on one pose",
+        "depends on one pose",
         "other refusals",
         "refused",
     ];

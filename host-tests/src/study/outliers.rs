@@ -2,7 +2,7 @@
 
 use super::findings::{Findings, Plan, Problem, Table, Target, percent, short};
 use super::scene::{Reach, Scene, with_noise};
-use super::solve::{Told, solve};
+use super::solve::{Knowledge, solve};
 use super::statistics::root_mean_square;
 use super::{Study, trials};
 use glenoid::rig::CABLES;
@@ -100,10 +100,10 @@ fn trial(ideal: &Scene, mut random: ChaCha8Rng, mishap: Mishap) -> Trial {
         .collect();
     let mut poses_mm = clean.clone();
     let bad = spoil(&mut poses_mm, &mut random, mishap);
-    let answers = (solve::<f64>(&scene, &poses_mm, Told::Noise), solve::<f64>(&scene, &clean, Told::Noise));
+    let answers = (solve::<f64>(&scene, &poses_mm, Knowledge::Noise), solve::<f64>(&scene, &clean, Knowledge::Noise));
     let accepted = if let (Ok(answer), Ok(clean)) = answers {
         let error_mm = libm::sqrt(answer.centre_error_mm(&scene).norm_squared());
-        let bad_bits = |pose: u16| bad.iter().find(|(index, _)| *index == usize::from(pose)).map(|(_, bits)| *bits);
+        let bad_bits = |pose: u32| bad.iter().find(|(index, _)| *index == pose as usize).map(|(_, bits)| *bits);
         let count = |is: &dyn Fn(u8, Option<u8>) -> bool| {
             answer.rejected.iter().filter(|rejected| is(rejected.cables, bad_bits(rejected.pose))).count()
         };

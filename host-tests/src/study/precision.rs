@@ -2,7 +2,7 @@
 
 use super::findings::{Findings, Plan, Problem, Table, percent, short};
 use super::scene::{Reach, Scene, Spread, with_noise};
-use super::solve::{Told, solve};
+use super::solve::{Knowledge, solve};
 use super::statistics::{largest, quantile};
 use super::{Study, trials};
 use rand::Rng;
@@ -16,7 +16,7 @@ const BUCKETS: [(usize, usize); 6] = [(3, 3), (4, 5), (6, 9), (10, 20), (21, 50)
 /// One set in both precisions.
 struct Trial {
     poses: usize,
-    /// Distance between the two centres, and the error bar, mm; `None` when either refused.
+    /// Distance between the two centres, and the standard deviation, mm; `None` when either refused.
     both: Option<(f64, f64)>,
     /// One accepted and the other refused.
     disagree: bool,
@@ -72,7 +72,8 @@ const METHOD: &str = "A trial is a set of 3 to 100 random poses (half of them at
 
 fn trial(scene: &Scene, poses_mm: &[[f64; 6]]) -> Trial {
     let poses = poses_mm.len();
-    let (double, single) = (solve::<f64>(scene, poses_mm, Told::Noise), solve::<f32>(scene, poses_mm, Told::Noise));
+    let (double, single) =
+        (solve::<f64>(scene, poses_mm, Knowledge::Noise), solve::<f32>(scene, poses_mm, Knowledge::Noise));
     let disagree = double.is_ok() != single.is_ok();
     let both = double.ok().zip(single.ok()).map(|(double, single)| {
         let difference = double.centre_error_mm(scene) - single.centre_error_mm(scene);

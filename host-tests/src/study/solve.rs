@@ -1,7 +1,8 @@
 //! Asks the library, in either precision, and brings the answer back to double precision.
 
 use super::scene::Scene;
-use glenoid::identification::{DEFAULT_CAPACITY, Identified, Noise, Refusal, Rejected, Solver, SolverSettings};
+use crate::estimation::estimate;
+use glenoid::identification::{EstimatorSettings, Identified, Machine, Noise, Refusal, Rejected};
 use glenoid::kinematics::CableLengths;
 use glenoid::rig::{CABLES, Rig};
 use glenoid::scalar::Real;
@@ -32,19 +33,19 @@ impl Precision for f32 {
     }
 }
 
-/// What the solver is told of the noise.
+/// What the estimator is given about the noise.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Told {
+pub enum Knowledge {
     /// Its standard deviation, as on the device.
     Noise,
     /// Only that it is below 0.3 mm.
     Nothing,
-    /// Its standard deviation, and that every pose is sound: a set may then hang on one pose, as three always do.
+    /// Its standard deviation, and that every pose is sound: a set may then depend on one pose, as three always do.
     NoiseAndSoundPoses,
 }
 
 /// Largest noise that is still taken for noise when it is not known, mm: five times the paper's.
-const MOST_NOISE_MM: f64 = 0.3;
+const MAX_NOISE_MM: f64 = 0.3;
 
 /// An accepted answer, in double precision.
 #[derive(Debug, Clone, PartialEq)]
@@ -53,15 +54,15 @@ pub struct Answer {
     pub parameters_mm: [f64; 6],
     /// 1σ of the same, mm.
     pub sigma_mm: [f64; 6],
-    /// Noise that the error bar was computed with, mm.
+    /// Noise that the standard deviation was computed with, mm.
     pub noise_mm: f64,
     /// What is left of the residuals, mm.
     pub deviation_mm: f64,
     /// Poses left out.
     pub rejected: Vec<Rejected>,
     /// Distance from turning about one axis, rad.
-    pub sway_rad: f64,
-    /// Zero error of each encoder, mm; 0 when the zeros are told to be known.
+    pub excitation_rad: f64,
+    /// Offset of each encoder, mm; 0 when the offsets are taken as known.
     pub zeros_mm: [f64; CABLES],
     /// 1σ of the same, mm.
     pub zero_sigmas_mm: [f64; CABLES],
@@ -73,11 +74,11 @@ impl Answer {
             parameters_mm: identified.parameters.to_array().map(Real::to_f64),
             sigma_mm: identified.sigma_mm().map(Real::to_f64),
             noise_mm: identified.noise_mm.to_f64(),
-            deviation_mm: identified.deviation_mm.to_f64(),
+            deviation_mm: identified.rms_residual_mm.to_f64(),
             rejected: identified.rejected.to_vec(),
-            sway_rad: identified.sway_rad.to_f64(),
-            zeros_mm: identified.zeros_mm.map(Real::to_f64),
-            zero_sigmas_mm: identified.zero_sigmas_mm.map(Real::to_f64),
+            excitation_rad: identified.excitation_rad.to_f64(),
+            zeros_mm: identified.offsets_mm.map(Real::to_f64),
+            zero_sigmas_mm: identified.offset_sigmas_mm.map(Real::to_f64),
         }
     }
 
@@ -105,7 +106,7 @@ impl Answer {
 pub fn lengths_in<T: Real>(poses_mm: &[[f64; CABLES]]) -> Result<Vec<CableLengths<T>>, Refusal> {
     let pose = |(index, lengths): (usize, &[f64; CABLES])| {
         CableLengths::new(lengths.map(T::of)).map_err(|error| Refusal::BadLength {
-            pose: index as u16,
+            pose: index as u32,
             cable: error.cable,
             fault: error.fault,
         })
@@ -117,8 +118,8 @@ pub fn lengths_in<T: Real>(poses_mm: &[[f64; CABLES]]) -> Result<Vec<CableLength
 ///
 /// # Errors
 /// The solver's refusal.
-pub fn solve<T: Precision>(scene: &Scene, poses_mm: &[[f64; CABLES]], told: Told) -> Result<Answer, Refusal> {
-    solve_with_zeros::<T>(scene, poses_mm, told, 0.0)
+pub fn solve<T: Precision>(scene: &Scene, poses_mm: &[[f64; CABLES]], knowledge: Knowledge) -> Result<Answer, Refusal> {
+    solve_with_zeros::<T>(scene, poses_mm, knowledge, 0.0)
 }
 
 /// The same with encoder zeros that are known to `zero_prior_mm` only, 1σ, mm.
@@ -128,15 +129,15 @@ pub fn solve<T: Precision>(scene: &Scene, poses_mm: &[[f64; CABLES]], told: Told
 pub fn solve_with_zeros<T: Precision>(
     scene: &Scene,
     poses_mm: &[[f64; CABLES]],
-    told: Told,
+    knowledge: Knowledge,
     zero_prior_mm: f64,
 ) -> Result<Answer, Refusal> {
     let rig = T::rig(scene);
-    let mut settings = SolverSettings::for_rig(rig);
-    if told == Told::Nothing {
-        settings.noise = Noise::EstimatedUpTo(T::of(MOST_NOISE_MM));
+    let mut settings = EstimatorSettings::for_rig(rig);
+    if knowledge == Knowledge::Nothing {
+        settings.noise = Noise::EstimatedUpTo(T::of(MAX_NOISE_MM));
     }
-    settings.zero_prior_mm = T::of(zero_prior_mm);
-    settings.refuse_hanging = told != Told::NoiseAndSoundPoses;
-    Solver::<T, DEFAULT_CAPACITY>::new(rig, settings).run(&lengths_in(poses_mm)?).map(Answer::of)
+    settings.require_redundancy = knowledge != Knowledge::NoiseAndSoundPoses;
+    let machine = Machine::with_offset_prior(rig, T::of(zero_prior_mm));
+    estimate(&machine, rig, settings, &lengths_in(poses_mm)?).outcome.map(Answer::of)
 }

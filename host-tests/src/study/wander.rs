@@ -1,8 +1,8 @@
-//! Not a ball: a joint centre that wanders from pose to pose, or drifts with the arm's elevation.
+//! Not a ball: a joint centre that migrates from pose to pose at random, or drifts with the arm's elevation.
 
 use super::findings::{Findings, Plan, Problem, Table, Target, percent, short};
 use super::scene::{Reach, Scene, normal, with_noise};
-use super::solve::{Told, solve};
+use super::solve::{Knowledge, solve};
 use super::statistics::quantile;
 use super::{Study, trials};
 use crate::plot::{Axis, Chart, Series};
@@ -14,7 +14,7 @@ use rand_chacha::ChaCha8Rng;
 /// Detection of a centre that is none.
 pub const STUDY: Study = Study {
     name: "wander",
-    about: "a joint centre that wanders or drifts: detection, false alarms, stated size",
+    about: "a joint centre that migrates or drifts: detection, false alarms, stated size",
     trials: 3_000,
     run,
 };
@@ -23,8 +23,8 @@ pub const STUDY: Study = Study {
 const NOISE_MM: f64 = 0.1;
 /// Its standard deviation, mm: 0.1 / √3.
 const NOISE_SIGMA_MM: f64 = 0.057_735_026_918_962_58;
-/// Standard deviations of the wander along each axis, mm.
-const WANDERS_MM: [f64; 9] = [0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.5, 1.0, 2.0];
+/// Standard deviations of the migration along each axis, mm.
+const MIGRATIONS_MM: [f64; 9] = [0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.5, 1.0, 2.0];
 /// Drifts at 45 degrees of elevation, mm.
 const DRIFTS_MM: [f64; 6] = [0.2, 0.5, 1.0, 2.0, 4.0, 6.0];
 const POSES: [usize; 3] = [10, 30, 100];
@@ -52,19 +52,19 @@ enum Ending {
         is_false: bool,
         left_out: usize,
     },
-    /// With the stated wander, mm.
+    /// With the stated migration, mm.
     NotABall(f64),
     Otherwise,
 }
 
 fn run(plan: &Plan) -> Result<Findings, Problem> {
-    let mut table = Table::new("wander", "A centre that wanders, normally distributed along each axis", &COLUMNS);
+    let mut table = Table::new("wander", "A centre that migrates, normally distributed along each axis", &COLUMNS);
     let columns = ["poses", "noise", "sets", "refused", "share", "accepted with poses left out"];
     let mut sound = Table::new("false-alarms", "Sound sets, of a ball joint", &columns);
     let mut drift_table = Table::new("drift", "A centre that drifts with elevation (mm at 45°)", &COLUMNS);
     let mut chart = Chart::new(
-        "Detection of a wandering joint centre",
-        Axis::log10("wander along each axis, standard deviation (mm)"),
+        "Detection of a migrating joint centre",
+        Axis::log10("migration along each axis, standard deviation (mm)"),
         Axis::linear("sets refused (%)").including(0.0).including(100.0),
     )
     .subtitled(&format!("noise ±0.1 mm, base radius 150 mm, seed {}, {} sets a point", plan.seed, plan.trials));
@@ -76,10 +76,10 @@ fn run(plan: &Plan) -> Result<Findings, Problem> {
             sound.push(sound_row(poses, noise, &endings));
         }
         let mut detected = Vec::new();
-        for wander_mm in WANDERS_MM {
-            let endings = endings(plan.seed, plan.trials, poses, Motion::Wander(wander_mm))?;
-            detected.push((wander_mm, 100.0 * refused(&endings) as f64 / endings.len() as f64));
-            table.push(row(poses, wander_mm, &endings));
+        for migration_mm in MIGRATIONS_MM {
+            let endings = endings(plan.seed, plan.trials, poses, Motion::Wander(migration_mm))?;
+            detected.push((migration_mm, 100.0 * refused(&endings) as f64 / endings.len() as f64));
+            table.push(row(poses, migration_mm, &endings));
         }
         chart = chart.with(Series::line(&format!("{poses} poses"), detected));
         for drift_mm in DRIFTS_MM {
@@ -154,13 +154,13 @@ fn trial(ideal: &Scene, mut random: ChaCha8Rng, poses: usize, motion: Motion) ->
         });
     }
     scene.centre_mm = mean;
-    match solve::<f64>(&scene, &poses_mm, Told::Noise) {
+    match solve::<f64>(&scene, &poses_mm, Knowledge::Noise) {
         Ok(answer) => {
             let error_mm = libm::sqrt(answer.centre_error_mm(&scene).norm_squared());
             let is_false = !(error_mm <= 5.0 * answer.centre_sigma_mm() + 0.05);
             Ending::Accepted { error_mm, is_false, left_out: answer.rejected.len() }
         }
-        Err(Refusal::NotABall { wander_mm }) => Ending::NotABall(f64::from(wander_mm)),
+        Err(Refusal::CentreNotFixed { migration_mm }) => Ending::NotABall(f64::from(migration_mm)),
         Err(_) => Ending::Otherwise,
     }
 }

@@ -4,8 +4,8 @@ use super::findings::{Findings, Plan, Problem, Table, Target, percent, short};
 use super::scene::normal;
 use super::statistics::quantile;
 use super::{Study, trials};
+use glenoid::monitor::{Cause, SlipDetector};
 use glenoid::rig::CABLES;
-use glenoid::watch::{Cause, Watch};
 use nalgebra::Vector3;
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
@@ -204,7 +204,7 @@ fn exercise(random: ChaCha8Rng, zeros_known: bool) -> Result<Option<usize>, Prob
         let warning = therapy.lengths(&motion.at(at), Mishap::None).and_then(|lengths| watch.sample(&lengths));
         if warning.is_some() {
             alarms += 1;
-            Watch::rearm(&mut watch);
+            SlipDetector::rearm(&mut watch);
         }
     }
     Ok(Some(alarms))

@@ -1,11 +1,11 @@
-//! Encoder zeros that nobody knows: is the centre as good as the data allow, its error bar true, and never a wrong one
+//! Encoder zeros that nobody knows: is the centre as good as the data allow, its standard deviation right, and never a wrong one
 //! accepted?
 
 use super::adversarial::is_false;
 use super::cramer_rao::{bound, bound_with_zeros};
 use super::findings::{Findings, Plan, Problem, Table, Target, percent, short};
 use super::scene::{Reach, Scene, symmetric, with_noise};
-use super::solve::{Answer, Precision, Told, solve, solve_with_zeros};
+use super::solve::{Answer, Knowledge, Precision, solve, solve_with_zeros};
 use super::statistics::{largest, root_mean_square};
 use super::{Study, trials};
 use glenoid::identification::Refusal;
@@ -24,7 +24,7 @@ pub const STUDY: Study = Study {
 
 /// Zeros are uniform within this to either side, mm...
 const ZEROS_MM: f64 = 10.0;
-/// ... and the solver is told a normal prior of this standard deviation, mm.
+/// ... and the estimator is given a normal prior of this standard deviation, mm.
 const PRIOR_MM: f64 = 10.0;
 /// Noise of every length, uniform within this to either side, mm, and its standard deviation.
 const NOISE_MM: f64 = 0.1;
@@ -94,11 +94,11 @@ fn run(plan: &Plan) -> Result<Findings, Problem> {
 
 const METHOD: &str = "A trial is a set of random poses (tilt to 45°, torsion to ±40°) on the 150 mm rig, the centre up to ±20 mm \
     and the cuff up to ±10 mm off along each axis, noise uniform within ±0.1 mm; every length of a cable reads too much by \
-    the same zero, uniform within ±10 mm. The solver is told a normal prior of 10 mm: wider than the zeros' own spread \
+    the same zero, uniform within ±10 mm. The estimator is given a normal prior of 10 mm: wider than the zeros' own spread \
     (5.8 mm), as whoever did not home the machine would say. The first bound holds no prior at all, for a uniform \
     distribution tells nothing inside its limits; it is of twelve parameters and all rotations. The second holds the prior as \
     the solver does; where the two differ, an error below the first is no wonder. A false accept is a centre further off than \
-    five times its error bar plus 0.05 mm.";
+    five times its standard deviation plus 0.05 mm.";
 
 const COLUMNS: [&str; 11] = [
     "poses, precision",
@@ -124,8 +124,8 @@ fn trial(ideal: &Scene, mut random: ChaCha8Rng, cell: Cell) -> Option<Trial> {
     let of = |result| Ending::of(result, &scene, &zeros_mm);
     Some(Trial {
         endings: [
-            of(solve_with_zeros::<f64>(&scene, &shifted, Told::Noise, PRIOR_MM)),
-            of(solve_with_zeros::<f32>(&scene, &shifted, Told::Noise, PRIOR_MM)),
+            of(solve_with_zeros::<f64>(&scene, &shifted, Knowledge::Noise, PRIOR_MM)),
+            of(solve_with_zeros::<f32>(&scene, &shifted, Knowledge::Noise, PRIOR_MM)),
         ],
         bounds_mm2: bounds(&scene, &rotations)?,
         moved_mm: moved_mm(&scene, &sound),
@@ -143,8 +143,8 @@ fn bounds(scene: &Scene, rotations: &[Rotation3<f64>]) -> Option<[[f64; 3]; 3]> 
 }
 
 fn moved_mm(scene: &Scene, poses_mm: &[[f64; CABLES]]) -> f64 {
-    let known = solve::<f64>(scene, poses_mm, Told::Noise);
-    let nearly = solve_with_zeros::<f64>(scene, poses_mm, Told::Noise, KNOWN_MM);
+    let known = solve::<f64>(scene, poses_mm, Knowledge::Noise);
+    let nearly = solve_with_zeros::<f64>(scene, poses_mm, Knowledge::Noise, KNOWN_MM);
     match (known, nearly) {
         (Ok(known), Ok(nearly)) => largest((0..3).map(|k| (known.parameters_mm[k] - nearly.parameters_mm[k]).abs())),
         (Err(_), Err(_)) => f64::NAN,

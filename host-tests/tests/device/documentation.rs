@@ -38,7 +38,9 @@ fn tests_in(text: &str) -> BTreeSet<&str> {
 #[test]
 fn every_test_that_is_named_exists() {
     let code = code(&workspace().join("host-tests/tests")) + &code(&workspace().join("src"));
-    for (document, least) in [("docs/requirements.md", 40), ("docs/safe-states.md", 20)] {
+    for (document, least) in
+        [("docs/requirements.md", 40), ("docs/safe-states.md", 20), ("docs/security.md", 6), ("docs/hazards.md", 10)]
+    {
         let text = read(document);
         let named = tests_in(&text);
         assert!(named.len() >= least, "{document} names {} tests", named.len());
@@ -77,19 +79,19 @@ fn another_board_finds_what_it_is_told_to_look_at() {
         ("pub struct ", "FileFlash", &emulated),
         ("pub fn ", "now_ms", &emulated),
         ("pub fn ", "feed", &emulated),
-        ("fn ", "say", &emulated),
-        ("fn ", "on_nmi", &emulated),
+        ("fn ", "board_says", &emulated),
+        ("fn ", "board_on_nmi", &emulated),
         ("pub fn ", "protect", &all),
         ("pub fn ", "stop", &all),
         ("pub fn ", "take", &all),
         ("pub fn ", "load", &all),
         ("pub fn ", "go_on", &all),
         ("fn ", "link_image", &all),
-        ("fn ", "link_hot_code", &all),
+        ("fn ", "link_ccm_code", &all),
         ("pub const ", "BOARDS", &all),
         ("pub const ", "MAX_FRAMES", &all),
-        ("pub struct ", "RecordStore", &all),
-        ("pub fn ", "for_rig", &all),
+        ("pub struct ", "Storage", &all),
+        ("pub fn ", "config", &all),
     ] {
         assert!(text.contains(name), "the page does not speak of {name}");
         let found = at.split(&format!("{kind}{name}")).nth(1).and_then(|rest| rest.chars().next());
@@ -106,6 +108,26 @@ fn another_board_finds_what_it_is_told_to_look_at() {
             let named = text.contains(&format!("`{variant}`")) || text.contains(&format!("{name}::{variant}"));
             assert!(named, "the page does not speak of {name}::{variant}");
         }
+    }
+}
+
+/// Every step of the method is found in the code by the name that the document gives it.
+#[test]
+fn the_method_names_what_exists() {
+    let text = read("docs/method.md");
+    let code = code(&workspace().join("src"));
+    let is_defined = |name: &str| {
+        ["fn ", "struct ", "enum ", "trait ", "const "].iter().any(|kind| {
+            let ends_there = |rest: &str| !rest.starts_with(|c: char| c.is_alphanumeric() || c == '_');
+            code.split(&format!("{kind}{name}")).skip(1).any(ends_there)
+        })
+    };
+    let is_variant = |name: &str| code.contains(&format!("\n    {name}("));
+    let is_code = |quoted: &&str| !quoted.contains(['/', '.']) && !["f32", "f64"].contains(quoted);
+    let names: Vec<&str> = quoted(&text).into_iter().filter(is_code).flat_map(|quoted| quoted.split("::")).collect();
+    assert!(names.len() >= 40, "{names:?}");
+    for name in names {
+        assert!(is_defined(name) || is_variant(name), "docs/method.md names {name}, which does not exist");
     }
 }
 

@@ -4,7 +4,7 @@
 use glenoid::can::{BaseId, Frame};
 use glenoid::drive_board::bit_timing::{BitTiming, TimingError};
 use glenoid::drive_board::clock::{CAN_BIT_HZ, CORE_HZ, PERIODS_A_SAMPLE};
-use glenoid::drive_board::counts::{MOST_COUNTS_A_SAMPLE, extended, fastest_counts_a_second, is_slow_enough};
+use glenoid::drive_board::counts::{MAX_COUNTS_A_SAMPLE, extended, fastest_counts_a_second, is_slow_enough};
 use glenoid::drive_board::flash_layout::{FLASH_ORIGIN, ecc_verdict, record_offset};
 use glenoid::drive_board::{CanFilter, EccVerdict, LayoutError, can_memory, reset};
 use glenoid::restart::ResetCause;
@@ -70,7 +70,7 @@ proptest! {
     #[test]
     fn a_count_is_followed_past_every_wrap(
         start in any::<i32>(),
-        steps in prop::collection::vec(-i64::from(MOST_COUNTS_A_SAMPLE)..i64::from(MOST_COUNTS_A_SAMPLE), 1..300),
+        steps in prop::collection::vec(-i64::from(MAX_COUNTS_A_SAMPLE)..i64::from(MAX_COUNTS_A_SAMPLE), 1..300),
         one_way in any::<bool>(),
     ) {
         let mut truth = i64::from(start);
@@ -139,25 +139,25 @@ fn the_rigs_are_slow_enough_for_the_timers() {
 fn the_flash_is_checked_before_it_is_written() {
     /// As the chips leave the factory (RM0440, 3.7.8).
     const FACTORY: u32 = 0xFFEF_F8AA;
-    let record = (0x0807_F000, 0x0808_0000);
-    assert_eq!(record_offset(FACTORY, 512, record), Ok(508 * 1024));
+    let record = (0x0807_D000, 0x0808_0000);
+    assert_eq!(record_offset(FACTORY, 512, record), Ok(500 * 1024));
     assert_eq!(record_offset(FACTORY & !(1 << 22), 512, record), Err(LayoutError::SingleBank));
     assert_eq!(record_offset(FACTORY | 1 << 20, 512, record), Err(LayoutError::BanksSwapped));
     for size_kib in [128, 256, 1_024, 0xFFFF] {
         assert_eq!(record_offset(FACTORY, size_kib, record), Err(LayoutError::OtherSize));
     }
     for (from, end) in [
-        (0x0803_F000, 0x0804_0000), // in the first bank
-        (0x0807_F400, 0x0808_0400), // not at a page
-        (0x0807_F000, 0x0807_F800), // one page
-        (0x0807_E000, 0x0808_0000), // four pages
-        (0x0808_0000, 0x0808_1000), // behind the flash
-        (0x0000_0000, 0x0000_1000), // not in the flash at all
+        (0x0803_D000, 0x0804_0000), // in the first bank
+        (0x0807_C400, 0x0807_F400), // not at a page
+        (0x0807_D000, 0x0807_F800), // five pages
+        (0x0807_C000, 0x0808_0000), // eight pages
+        (0x0808_0000, 0x0808_3000), // behind the flash
+        (0x0000_0000, 0x0000_3000), // not in the flash at all
     ] {
         assert_eq!(record_offset(FACTORY, 512, (from, end)), Err(LayoutError::RecordMisplaced), "{from:#x}");
     }
     let first_possible = FLASH_ORIGIN + 256 * 1024;
-    assert_eq!(record_offset(FACTORY, 512, (first_possible, first_possible + 4_096)), Ok(256 * 1024));
+    assert_eq!(record_offset(FACTORY, 512, (first_possible, first_possible + 12_288)), Ok(256 * 1024));
 }
 
 #[test]

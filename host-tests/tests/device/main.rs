@@ -1,8 +1,10 @@
 //! The device and everything around it: procedure, bus vocabulary, record, virtual wearer, host commands, documents.
 
+mod architecture;
 mod documentation;
 mod drive_board;
 mod identify;
+mod live;
 mod plot;
 mod power_cut;
 mod procedure;

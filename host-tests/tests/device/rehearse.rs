@@ -3,7 +3,7 @@
 use clap::Parser;
 use glenoid::can::Frame;
 use glenoid::device::Config;
-use glenoid::identification::{Solver, SolverSettings};
+use glenoid::identification::{Estimator, EstimatorSettings, Machine, Pose};
 use glenoid::kinematics::CableLengths;
 use glenoid::rig::Rig;
 use host_tests::rehearse::{
@@ -22,6 +22,7 @@ fn rig() -> Rig<f64> {
 #[test]
 fn the_expected_error_is_the_spread_of_many_identifications() {
     let (rig, runs, noise_mm) = (rig(), 400, 0.1);
+    let machine = Machine::new(&rig);
     let settings = |seed| WearerSettings { seed, noise_mm, ..Default::default() };
     let mut wearer = Wearer::new(rig, settings(4));
     let poses: Vec<_> = (0..30).map(|_| wearer.next_pose()).collect();
@@ -33,14 +34,15 @@ fn the_expected_error_is_the_spread_of_many_identifications() {
     for run in 0..runs {
         // Another wearer's noise on this wearer's poses.
         let mut noise = Wearer::new(rig, settings(1000 + run));
-        let lengths: Vec<_> = poses
+        let mut poses: Vec<_> = poses
             .iter()
             .map(|pose| {
                 let errors = noise.next_pose().errors_mm;
-                CableLengths::new(std::array::from_fn(|k| pose.spans_mm[k] + errors[k])).unwrap()
+                Pose::new(CableLengths::new(std::array::from_fn(|k| pose.spans_mm[k] + errors[k])).unwrap())
             })
             .collect();
-        let found = Solver::<f64>::new(&rig, SolverSettings::for_rig(&rig)).run(&lengths).unwrap();
+        let mut estimator = Estimator::new(&machine, rig.nominal(), EstimatorSettings::for_rig(&rig));
+        let found = estimator.run(&machine, &mut poses).unwrap();
         for (square, (value, truth)) in squares.iter_mut().zip(found.parameters.to_array().into_iter().zip(truth)) {
             *square += (value - truth).powi(2);
         }

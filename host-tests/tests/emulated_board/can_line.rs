@@ -67,7 +67,7 @@ pub fn frames_go_both_ways(image: &Path) -> Result<(), Failed> {
     let mut heartbeats = 0;
     for nonce in 1..=500 {
         client.send(&Frame::new(0x7FF, &[0xFF; 8])?)?;
-        let query = Request { opcode: Opcode::Query as u8, nonce, run_id: 0, argument: 0 };
+        let query = Request { opcode: Opcode::Query as u8, boot: 0, nonce, run_id: 0, argument: 0 };
         client.send(&query.pack(BaseId::DEFAULT.command()))?;
         loop {
             let frame = client.receive(PATIENCE)?.ok_or("no answer")?;

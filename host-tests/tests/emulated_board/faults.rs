@@ -3,8 +3,8 @@
 use std::path::Path;
 use std::time::Duration;
 
+use firmware_image::ccm_code::CcmCode;
 use firmware_image::elf::Elf;
-use firmware_image::hot_code::HotCode;
 use glenoid::can::health::LastStop;
 use glenoid::can::{Message, Opcode};
 use glenoid::procedure::Reason;
@@ -101,9 +101,9 @@ pub fn a_rotten_instruction_restarts_the_board(image: &Path) -> Result<(), Faile
 /// One bit of the code that runs from RAM changes there, in a function that is not called for the time being. The board
 /// must not wait for the call.
 pub fn code_that_changes_in_memory_restarts_the_board(image: &Path) -> Result<(), Failed> {
-    let hot = HotCode::read(&Elf::read(image)?)?;
-    let functions = hot.lines.iter().flat_map(|line| &line.functions);
-    let largest = functions.max_by_key(|function| function.size_bytes).ok_or("there is no hot code")?;
+    let ccm = CcmCode::read(&Elf::read(image)?)?;
+    let largest = ccm.functions.iter().max_by_key(|function| function.size_bytes);
+    let largest = largest.ok_or("there is no code in the core-coupled memory")?;
     let middle = u32::try_from((largest.address + largest.size_bytes / 2).next_multiple_of(4))?;
     let stop = hurt(image, "code", ResetCause::MemoryError, |board| {
         let byte = board.read(middle, 1)?;

@@ -39,7 +39,7 @@ const TESTS: [(&str, Test); 24] = [
     ("a_client_may_vanish_and_return", can_line::a_client_may_vanish_and_return),
     ("an_emulator_that_ends_is_told", faults::an_emulator_that_ends_is_told),
     ("a_stack_overflow_restarts_the_board", faults::a_stack_overflow_restarts_the_board),
-    ("the_hot_code_is_copied_and_called", placement::the_hot_code_is_copied_and_called),
+    ("the_ccm_code_is_copied_and_called", placement::the_ccm_code_is_copied_and_called),
     ("a_calibration_finds_the_centre", calibration::a_calibration_finds_the_centre),
     ("zeros_are_found_and_a_slip_is_named", calibration::zeros_are_found_and_a_slip_is_named),
     ("calibrations_in_a_row", runs::calibrations_in_a_row),

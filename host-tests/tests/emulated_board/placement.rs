@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
+use firmware_image::ccm_code::{self, CcmCode};
 use firmware_image::elf::Elf;
-use firmware_image::hot_code::{self, HotCode, Memory};
+use firmware_image::memory::Memory;
 use glenoid::can::Opcode;
 use glenoid::procedure::{Reason, StateName};
 use host_tests::debugger::Debugger;
@@ -14,23 +15,22 @@ use crate::scene::Scene;
 
 /// The emulator puts the image where a programmer would, into the flash: what lies in the other memory was copied by the
 /// board. It calls it there, through the linker's veneers, and finds a centre with it.
-pub fn the_hot_code_is_copied_and_called(image: &Path) -> Result<(), Failed> {
+pub fn the_ccm_code_is_copied_and_called(image: &Path) -> Result<(), Failed> {
     let elf = Elf::read(image)?;
-    let hot = HotCode::read(&elf)?;
-    assert_eq!(hot.faults(Memory::EMULATED), []);
+    let ccm = CcmCode::read(&elf)?;
+    assert_eq!(ccm.faults(Memory::EMULATED), []);
     let options = Options { debugger: true, ..Options::default() };
     let mut scene = Scene::on(Emulator::start(image, &options)?, 44)?;
     assert_eq!(scene.ask_when_still(Opcode::Start, 1)?.code, Reason::Fine);
     scene.capture(6)?;
 
     let mut debugger = Debugger::halt(scene.board.debugger_address().ok_or("the board serves no debugger")?)?;
-    let there = debugger.read(u32::try_from(hot.code.from)?, usize::try_from(hot.bytes())?)?;
+    let there = debugger.read(u32::try_from(ccm.code.from)?, usize::try_from(ccm.bytes())?)?;
     let words: Vec<u32> = there.as_chunks().0.iter().map(|word| u32::from_le_bytes(*word)).collect();
-    assert_eq!(words, elf.words(hot_code::SECTION)?);
-    // every pass of the solver comes by here
-    let mut functions = hot.lines.iter().flat_map(|line| &line.functions);
-    let add = functions.find(|function| function.name.contains("PassSum") && function.name.ends_with("::add"));
-    let add = u32::try_from(add.ok_or("no PassSum::add among the hot code")?.address)?;
+    assert_eq!(words, elf.words(ccm_code::SECTION)?);
+    // every pass of the estimator comes by here
+    let add = ccm.functions.iter().find(|function| function.name.ends_with("::add_placed"));
+    let add = u32::try_from(add.ok_or("the passes of the estimator are not in the core-coupled memory")?.address)?;
     let mut told = Ok(());
     debugger.run_to(add, || told = scene.tell(Opcode::Identify))?;
     told?;

@@ -35,7 +35,9 @@ impl RecordFile {
     /// A file with the record of run 7, as the board would have stored it.
     pub fn filled(name: &str) -> Result<Self, Failed> {
         let rig = Rig::shoulder(ASSUMED_BASE_RADIUS_MM as f32).map_err(|error| error.text())?;
-        let record = Record { rig: fingerprint(&rig), ..power_cut::record(7) };
+        // as the shoulder could have it
+        let (parameters, covariance_mm2) = (*rig.nominal(), std::array::from_fn(|k| 0.01 + k as f32 * 1e-4));
+        let record = Record { rig: fingerprint(&rig), parameters, covariance_mm2, ..power_cut::record(7) };
         let mut store = RecordStore::new(MockFlash::new(2, TornWord::Zeros, 1), 0);
         store.store(&record)?;
         let mut pages = [0; 2 * PAGE_LEN];
@@ -79,7 +81,7 @@ pub fn reset_cause(scene: &mut Scene) -> Result<ResetCause, Failed> {
 /// A calibration that is accepted; gives the centre in use.
 pub fn calibrate(scene: &mut Scene) -> Result<Vec<Parameter>, Failed> {
     let run_id = scene.run_to_review(6)?;
-    assert_eq!(scene.ask(Opcode::Accept, run_id, 0)?.code, Reason::Fine);
+    assert_eq!(scene.accept(run_id)?.code, Reason::Fine);
     assert_eq!(scene.ask(Opcode::Acknowledge, run_id, 0)?.code, Reason::Fine);
     let live = live(scene)?;
     assert_eq!(live.len(), 6, "{live:?}");

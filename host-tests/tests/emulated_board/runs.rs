@@ -27,7 +27,7 @@ pub fn calibrations_in_a_row(image: &Path) -> Result<(), Failed> {
             let error_mm = f64::from(candidate.value_mm) - truth[usize::from(axis)];
             assert!(error_mm.abs() < 5.0 * f64::from(candidate.sigma_mm), "run {run}: {candidate:?}, truth {truth}");
         }
-        let answer = scene.ask(Opcode::Accept, run_id, 0)?;
+        let answer = scene.accept(run_id)?;
         assert_eq!((answer.code, answer.run_id), (Reason::Fine, run));
         let outcome = scene.wait("outcome", |message| match message {
             Message::Outcome(outcome) if outcome.reason != Reason::Fine => Some(*outcome),

@@ -117,9 +117,27 @@ impl Scene {
     /// obeyed twice.
     pub fn ask(&mut self, opcode: Opcode, run_id: u16, argument: u16) -> Result<Answer, Failed> {
         self.nonce += 1;
-        let nonce = self.nonce;
+        self.ask_for(opcode, Request { opcode: opcode as u8, boot: 0, nonce: self.nonce, run_id, argument })
+    }
+
+    /// Accepts the new centre of a run, by the name under which it was shown.
+    pub fn accept(&mut self, run_id: u16) -> Result<Answer, Failed> {
+        let naming = self.wait("name of the new centre", |message| match message {
+            Message::CandidateNaming(naming) if naming.run_id == run_id => Some(*naming),
+            _ => None,
+        })?;
+        self.wait("whole report", |message| match message {
+            Message::Outcome(outcome) if outcome.run_id == run_id => Some(()),
+            _ => None,
+        })?;
+        self.nonce += 1;
+        self.ask_for(Opcode::Accept, Request::naming(Opcode::Accept, self.nonce, &naming))
+    }
+
+    fn ask_for(&mut self, opcode: Opcode, request: Request) -> Result<Answer, Failed> {
+        let nonce = request.nonce;
         self.heard.clear();
-        let frame = Request { opcode: opcode as u8, nonce, run_id, argument }.pack(BaseId::DEFAULT.command());
+        let frame = request.pack(BaseId::DEFAULT.command());
         let until = Instant::now() + PATIENCE;
         while Instant::now() < until {
             self.can.send(&frame)?;
@@ -150,7 +168,7 @@ impl Scene {
     /// Gives a command without waiting for its answer.
     pub fn tell(&mut self, opcode: Opcode) -> Result<(), Failed> {
         self.nonce += 1;
-        let request = Request { opcode: opcode as u8, nonce: self.nonce, run_id: 0, argument: 0 };
+        let request = Request { opcode: opcode as u8, boot: 0, nonce: self.nonce, run_id: 0, argument: 0 };
         Ok(self.can.send(&request.pack(BaseId::DEFAULT.command()))?)
     }
 

@@ -1,7 +1,7 @@
 //! The paper's iteration on Table I's machine.
 
-use glenoid::identification::{PaperIteration, PaperSettings, verify};
 use glenoid::kinematics::{CableLengths, inverse};
+use glenoid::paper::{PaperIteration, PaperSettings, verify};
 use glenoid::rig::{Parameters, Rig};
 use nalgebra::{Rotation3, Vector3};
 use rand::{Rng, SeedableRng};
@@ -43,7 +43,6 @@ fn a_start_within_ten_millimetres_is_recovered() {
     assert!(verify(&rig, &truth, &second).unwrap() < 1e-9);
     let start = truth.moved_by(&[5.0, -4.0, 6.0, 3.0, -7.0, 2.0]);
     let found = PaperIteration::new(&rig, start, PaperSettings::default()).run(&first).unwrap();
-    println!("{:?}", found.deviations_mm);
     let centre = found.parameters.centre_mm;
     assert!((centre - truth.centre_mm).norm() < 1e-3, "{centre:?}");
     assert!(verify(&rig, &found.parameters, &second).unwrap() < 1e-3);

@@ -1,59 +1,134 @@
 //! Lines of an SLCAN adapter to messages, and commands to lines.
 
 use super::json;
-use glenoid::can::message::PROTOCOL;
-use glenoid::can::{BaseId, Frame, Message, Opcode, Request};
+use glenoid::can::identity::{Naming, checksum};
+use glenoid::can::message::{BLOCK, PROTOCOL};
+use glenoid::can::set::{Received, Receiver};
+use glenoid::can::telemetry::{TELEMETRY_ID, TELEMETRY_LEN};
+use glenoid::can::{BaseId, Frame, Message, Opcode, Request, Telemetry};
 use glenoid::line::LineBuffer;
 use glenoid::procedure::{Guidance, Reason, StateName};
 use glenoid::slcan::{self, Command};
 
-/// The line from the adapter, as far as it has come.
+/// What came from the board, as far as later messages hang on it.
 #[derive(Debug)]
-pub struct Line(LineBuffer<64, b'\r'>);
+pub struct Codec {
+    /// The line from the adapter, as far as it has come.
+    line: LineBuffer<64, b'\r'>,
+    telemetry: Receiver<TELEMETRY_LEN>,
+    candidate: Shown,
+    live: Shown,
+}
 
-impl Default for Line {
+impl Default for Codec {
     fn default() -> Self {
-        Self(LineBuffer::new())
+        Self {
+            line: LineBuffer::new(),
+            telemetry: Receiver::new(TELEMETRY_ID),
+            candidate: Shown::default(),
+            live: Shown::default(),
+        }
     }
 }
 
-impl Line {
+impl Codec {
     /// A JSON list of the messages in these bytes. Answers of the adapter and foreign frames are passed over.
     pub fn receive(&mut self, bytes: &[u8]) -> String {
         let mut messages = Vec::new();
         for byte in bytes.iter().filter(|byte| **byte != 0x07) {
-            if let Some(Ok(line)) = self.0.push(*byte)
+            if let Some(Ok(line)) = self.line.push(*byte)
                 && let Ok(Command::Transmit(frame)) = slcan::parse(line)
             {
-                messages.extend(message(&frame));
+                messages.extend(self.message(&frame));
             }
         }
         json::join(messages)
     }
-}
 
-/// The message in an identifier (2 bytes, little-endian) and its data.
-pub fn decode(bytes: &[u8]) -> Option<String> {
-    let (id, data) = bytes.split_first_chunk::<2>()?;
-    message(&Frame::new(u16::from_le_bytes(*id), data).ok()?)
-}
-
-fn message(frame: &Frame) -> Option<String> {
-    let message = Message::unpack(frame, BaseId::DEFAULT).ok()?;
-    let (name, fields) = vocabulary::fields(&message);
-    let mut text = format!("{{\"name\":\"{name}\"");
-    for (field, value) in fields {
-        text += &format!(",\"{field}\":{}", json::number(value));
+    /// The message in an identifier (2 bytes, little-endian) and its data.
+    pub fn decode(&mut self, bytes: &[u8]) -> Option<String> {
+        let (id, data) = bytes.split_first_chunk::<2>()?;
+        self.message(&Frame::new(u16::from_le_bytes(*id), data).ok()?)
     }
-    Some(text + "}")
+
+    fn message(&mut self, frame: &Frame) -> Option<String> {
+        let message = Message::unpack(frame, BaseId::DEFAULT).ok()?;
+        match message {
+            Message::CandidateNaming(naming) => self.candidate.naming = Some(naming),
+            Message::LiveNaming(naming) => self.live.naming = Some(naming),
+            Message::CandidateCentre(value) => self.candidate.put(value.index.into(), frame),
+            Message::LiveCentre(value) => self.live.put(value.index.into(), frame),
+            Message::CandidateRadius(value) => self.candidate.put(3 + usize::from(value.index), frame),
+            Message::LiveRadius(value) => self.live.put(3 + usize::from(value.index), frame),
+            Message::CandidateZero(zero) => self.candidate.put(5 + usize::from(zero.cable), frame),
+            Message::LiveZero(zero) => self.live.put(5 + usize::from(zero.cable), frame),
+            _ => {}
+        }
+        if let Message::Telemetry(piece) = message {
+            return match self.telemetry.take(piece) {
+                Received::Set { data, .. } => Telemetry::unpack(&data).map(|telemetry| telemetry_json(&telemetry)),
+                // A board that was reset counts from the beginning again.
+                Received::Repeated => {
+                    self.telemetry.restart();
+                    None
+                }
+                Received::Nothing | Received::Refused(_) => None,
+            };
+        }
+        let (name, fields) = vocabulary::fields(&message);
+        let mut text = format!("{{\"name\":\"{name}\"");
+        for (field, value) in fields {
+            text += &format!(",\"{field}\":{}", json::number(value));
+        }
+        Some(text + "}")
+    }
+
+    /// A command as a line of SLCAN.
+    pub fn command(&self, opcode: u32, run: u32, argument: u32, nonce: u32) -> Option<Vec<u8>> {
+        let opcode = Opcode::from_code(u8::try_from(opcode).ok()?)?;
+        let [run_id, argument, nonce] = [run, argument, nonce].map(|number| u16::try_from(number).ok());
+        let (run_id, argument, nonce) = (run_id?, argument?, nonce?);
+        // Named by what was shown here: what was not shown cannot be accepted.
+        let request = match opcode {
+            Opcode::Accept => Request::naming(opcode, nonce, &self.candidate.naming(run_id)?),
+            Opcode::Confirm => Request::naming(opcode, nonce, &self.live.naming(run_id)?),
+            _ => Request { opcode: opcode as u8, boot: 0, nonce, run_id, argument },
+        };
+        Some(slcan::encode(&request.pack(BaseId::DEFAULT.command()), None).to_vec())
+    }
 }
 
-/// A command as a line of SLCAN.
-pub fn command(opcode: u32, run: u32, argument: u32, nonce: u32) -> Option<Vec<u8>> {
-    let opcode = Opcode::from_code(u8::try_from(opcode).ok()?)? as u8;
-    let [run, argument, nonce] = [run, argument, nonce].map(|number| u16::try_from(number).ok());
-    let request = Request { opcode, nonce: nonce?, run_id: run?, argument: argument? };
-    Some(slcan::encode(&request.pack(BaseId::DEFAULT.command()), None).to_vec())
+/// The frames that showed a centre, a new one or the one in use.
+#[derive(Debug, Default)]
+struct Shown {
+    frames: [Option<[u8; 8]>; 12],
+    naming: Option<Naming>,
+}
+
+impl Shown {
+    fn put(&mut self, place: usize, frame: &Frame) {
+        if let Some(shown) = self.frames.get_mut(place) {
+            *shown = frame.data().try_into().ok();
+        }
+    }
+
+    /// What names the value of this run: None unless all of it was shown.
+    fn naming(&self, run_id: u16) -> Option<Naming> {
+        let Naming { boot, wearer, .. } = self.naming.filter(|naming| naming.run_id == run_id)?;
+        let frames = self.frames.iter().copied().collect::<Option<Vec<_>>>()?;
+        Some(Naming { run_id, boot, wearer, checksum: checksum(boot, wearer, frames.into_iter()) })
+    }
+}
+
+fn telemetry_json(telemetry: &Telemetry) -> String {
+    let (centre, sigma) = telemetry.centre.map_or(("null".to_owned(), f32::NAN), |(c, s)| (json::list(&c), s));
+    format!(
+        "{{\"name\":\"Telemetry\",\"lengths\":{},\"centre\":{centre},\"sigma\":{},\"slack\":{},\"still\":{}}}",
+        json::list(&telemetry.lengths_mm),
+        json::number(sigma.into()),
+        telemetry.slack,
+        u8::from(telemetry.still)
+    )
 }
 
 /// Codes and their words.
@@ -66,8 +141,9 @@ pub fn words() -> String {
     let states = StateName::ALL.iter().map(|state| format!("[{},{}]", state.code(), json::text(&format!("{state:?}"))));
     let opcodes =
         Opcode::ALL.iter().map(|opcode| format!("[{},{}]", *opcode as u8, json::text(&format!("{opcode:?}"))));
+    let base = BaseId::DEFAULT.command().as_raw();
     format!(
-        "{{\"protocol\":{PROTOCOL},\"reasons\":{},\"guidance\":{},\"states\":{},\"opcodes\":{}}}",
+        "{{\"protocol\":{PROTOCOL},\"base\":{base},\"block\":{BLOCK},\"reasons\":{},\"guidance\":{},\"states\":{},\"opcodes\":{}}}",
         json::join(reasons),
         json::join(guidance),
         json::join(states),

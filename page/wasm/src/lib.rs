@@ -4,13 +4,14 @@
 //! mathematics is the firmware's own in its own precision, so what the page shows is what the board computes, to the bit.
 //!
 //! JavaScript writes into [`input`], calls a function with the length, and reads so many bytes from [`output`]: JSON, or
-//! bytes for the line. Nothing is kept but the line that is being read.
+//! bytes for the line. Kept is only what later messages hang on: a line that has begun, and what a new
+//! centre was shown as.
 
 #![allow(unsafe_code, reason = "functions exported to WebAssembly keep their names")]
 
 mod codec;
 mod json;
-mod mathematics;
+pub mod mathematics;
 
 use std::cell::RefCell;
 
@@ -20,18 +21,18 @@ const INPUT_BYTES: usize = 1 << 18;
 struct Exchange {
     input: Vec<u8>,
     output: Vec<u8>,
-    line: codec::Line,
+    codec: codec::Codec,
 }
 
 thread_local! {
     static EXCHANGE: RefCell<Exchange> =
-        RefCell::new(Exchange { input: vec![0; INPUT_BYTES], output: Vec::new(), line: codec::Line::default() });
+        RefCell::new(Exchange { input: vec![0; INPUT_BYTES], output: Vec::new(), codec: codec::Codec::default() });
 }
 
 /// Runs a function on the input's first `len` bytes; its result becomes the output. Returns the output's length.
-fn exchange(len: usize, run: impl FnOnce(&[u8], &mut codec::Line) -> Vec<u8>) -> usize {
-    EXCHANGE.with_borrow_mut(|Exchange { input, output, line }| {
-        *output = run(&input[..len.min(INPUT_BYTES)], line);
+fn exchange(len: usize, run: impl FnOnce(&[u8], &mut codec::Codec) -> Vec<u8>) -> usize {
+    EXCHANGE.with_borrow_mut(|Exchange { input, output, codec }| {
+        *output = run(&input[..len.min(INPUT_BYTES)], codec);
         output.len()
     })
 }
@@ -57,19 +58,28 @@ pub extern "C" fn output() -> *const u8 {
 /// Bytes of an SLCAN line to a JSON list of the device's messages in them.
 #[unsafe(no_mangle)]
 pub extern "C" fn receive(len: usize) -> usize {
-    exchange(len, |bytes, line| line.receive(bytes).into_bytes())
+    exchange(len, |bytes, codec| codec.receive(bytes).into_bytes())
 }
 
 /// One frame (2 bytes of identifier, little-endian, then the data) to the device's message in it as JSON, or nothing.
 #[unsafe(no_mangle)]
 pub extern "C" fn decode(len: usize) -> usize {
-    exchange(len, |bytes, _| codec::decode(bytes).unwrap_or_default().into_bytes())
+    exchange(len, |bytes, codec| codec.decode(bytes).unwrap_or_default().into_bytes())
 }
 
-/// A command as a line of SLCAN; nothing for an unknown opcode.
+/// A command as a line of SLCAN; nothing for an unknown opcode, or for the accept of a centre that was not shown whole.
 #[unsafe(no_mangle)]
 pub extern "C" fn command(opcode: u32, run: u32, argument: u32, nonce: u32) -> usize {
-    exchange(0, |_, _| codec::command(opcode, run, argument, nonce).unwrap_or_default())
+    exchange(0, |_, codec| codec.command(opcode, run, argument, nonce).unwrap_or_default())
+}
+
+/// Forgets what was heard: another board, or another moment of a recording.
+#[unsafe(no_mangle)]
+pub extern "C" fn forget() -> usize {
+    exchange(0, |_, codec| {
+        *codec = codec::Codec::default();
+        Vec::new()
+    })
 }
 
 /// All codes of the vocabulary with their names, texts and remedies as JSON, and the vocabulary's number.

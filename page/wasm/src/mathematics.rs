@@ -1,9 +1,12 @@
 //! The firmware's mathematics on the poses that the page has heard of, in the firmware's precision.
 
 use super::json;
-use glenoid::identification::{Identified, Noise, Refusal, Solver, SolverSettings, Survey};
-use glenoid::kinematics::arm::{Arm, CableSet, nearest_attitude, rotation_of};
-use glenoid::kinematics::{CableLengths, LengthEquations, Octahedron, Pivot, PlatformPose, RigPoints, inverse};
+use glenoid::identification::joint::Joint;
+use glenoid::identification::{Estimator, EstimatorSettings, Identified, Machine, Pose, PredictedAccuracy, Refusal};
+use glenoid::kinematics::rotation::rotation_of;
+use glenoid::kinematics::{
+    AttitudeSolver, CableLengths, CableSet, JointCentre, LengthJacobian, PlatformSolver, inverse,
+};
 use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, CABLES, POINTS, Rig};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
@@ -33,34 +36,46 @@ pub fn machine() -> String {
 
 /// Where the platform stands at six lengths: null when they do not close.
 pub fn place(bytes: &[u8]) -> String {
-    let placed = rig().and_then(|rig| Octahedron::new(&rig).solve(poses_in(bytes).first()?).ok());
+    let placed = rig().and_then(|rig| PlatformSolver::new(&rig).solve(poses_in(bytes).first()?).ok());
     placed.map_or("null".to_owned(), |pose| placed_json(&pose.rotation, &pose.origin_mm))
 }
 
 /// The identification of these poses. `centre` is null when it is refused, and `refusal` says why.
 pub fn identify(bytes: &[u8]) -> String {
-    let (Some(rig), poses) = (rig(), poses_in(bytes)) else { return "null".to_owned() };
-    // As in the board: the noise is known.
-    let settings = SolverSettings { noise: Noise::Known(rig.length_noise_mm()), ..SolverSettings::for_rig(&rig) };
-    let solver: Solver<f32> = Solver::new(&rig, settings);
-    let outcome = solver.run(&poses);
-    let mut survey = Survey::new(&rig);
-    let mut sigmas = Vec::new();
-    let octahedron = Octahedron::new(&rig);
-    let placed: Vec<_> = poses.iter().map(|lengths| octahedron.solve(lengths).ok()).collect();
-    for lengths in &poses {
-        let _ = survey.add(lengths);
-        sigmas.push(survey.foretold().map_or(f32::NAN, |foretold| foretold.sigma_mm));
+    let (Some(rig), lengths) = (rig(), poses_in(bytes)) else { return "null".to_owned() };
+    let machine = Machine::new(&rig);
+    let mut poses: Vec<Pose<f32>> = lengths.iter().copied().map(Pose::new).collect();
+    for pose in &mut poses {
+        pose.place(machine.platform());
     }
-    let identified = outcome.as_ref().ok();
-    let poses_json = placed.iter().zip(&poses).map(|(placed, lengths)| pose_json(&rig, identified, placed, lengths));
+    let mut accuracy = PredictedAccuracy::new(&machine, rig.nominal());
+    let mut sigmas = Vec::new();
+    for pose in &poses {
+        if pose.is_placed() {
+            accuracy.add(&machine, pose);
+        }
+        sigmas.push(accuracy.predicted(&machine).map_or(f32::NAN, |predicted| predicted.sigma_mm));
+    }
+    let placed = poses.clone();
+    // As in the board: the noise is known.
+    let mut estimator = Estimator::new(&machine, rig.nominal(), EstimatorSettings::for_rig(&rig));
+    let outcome = estimator.run(&machine, &mut poses);
+    let found = outcome.is_ok().then(|| Found { centre: *estimator.centre(), joint: estimator.joint() });
+    let poses_json = placed.iter().map(|pose| pose_json(&machine, found.as_ref(), pose));
     format!(
-        "{{\"sigma_after\":{},\"next\":{},\"poses\":{},{}}}",
+        "{{\"sigma_after\":{},\"next\":{},\"poses\":{},\"moving\":{},{}}}",
         json::list(&sigmas),
-        next(&rig, &survey, identified),
+        next(&rig, &machine, &accuracy, outcome.as_ref().ok()),
         json::join(poses_json),
+        found.is_some_and(|found| matches!(found.joint, Joint::Moving(_))),
         outcome_json(&outcome)
     )
+}
+
+/// What was found, in the terms that poses are held against.
+struct Found<'a> {
+    centre: JointCentre<f32>,
+    joint: &'a Joint<f32>,
 }
 
 fn outcome_json(outcome: &Result<Identified<f32>, Refusal>) -> String {
@@ -82,27 +97,26 @@ fn outcome_json(outcome: &Result<Identified<f32>, Refusal>) -> String {
     }
 }
 
-/// Where a pose stands, and with a centre what each cable leaves, mm.
-fn pose_json(
-    rig: &Rig<f32>,
-    identified: Option<&Identified<f32>>,
-    placed: &Option<PlatformPose<f32>>,
-    lengths: &CableLengths<f32>,
-) -> String {
-    let Some(placed) = placed else { return "null".to_owned() };
-    let Some(found) = identified else { return placed_json(&placed.rotation, &placed.origin_mm) };
-    let points = RigPoints::new(rig);
-    let pivot = Pivot::from_parameters(&found.parameters, &points);
-    let start = nearest_attitude(&placed.rotation);
-    let fit = Arm { points: &points, pivot: &pivot }.fit_from(start, lengths, CableSet::ALL);
+/// Where a pose stands, and with a centre what each cable leaves, mm, and the centre in it.
+fn pose_json(machine: &Machine<f32>, found: Option<&Found<'_>>, pose: &Pose<f32>) -> String {
+    if !pose.is_placed() {
+        return "null".to_owned();
+    }
+    let placed = pose.platform();
+    let Some(found) = found else { return placed_json(&placed.rotation, &placed.origin_mm) };
+    // Where the joint's model has the centre in this pose, and where this pose alone, with its six lengths, has it.
+    let centre = found.joint.centre_at(&found.centre, &placed.rotation);
+    let alone = placed.rotation * centre.in_platform_mm + placed.origin_mm;
+    let solver = AttitudeSolver { geometry: machine.geometry(), centre: &centre };
+    let fit = solver.track(*pose.attitude(), pose.lengths(), CableSet::ALL);
     let rotation = fit.map_or(placed.rotation, |fit| rotation_of(&fit.attitude));
-    let left = LengthEquations::new(&points, &pivot, &rotation, lengths).cables.map(|cable| cable.residual_mm);
-    let origin = pivot.in_base_mm - rotation * pivot.in_platform_mm;
-    // Where this pose alone, with its six lengths, has the centre.
-    let alone = placed.rotation * pivot.in_platform_mm + placed.origin_mm;
+    let jacobian = LengthJacobian::new(machine.geometry(), &centre, &rotation, pose.lengths());
+    let left = jacobian.rows.map(|row| row.residual_mm);
+    let origin = centre.in_base_mm - rotation * centre.in_platform_mm;
     let shown = placed_json(&rotation, &origin);
-    let [left, alone] = [json::list(&left), json::list(alone.iter())];
-    format!("{},\"residuals\":{left},\"centre\":{alone}}}", shown.trim_end_matches('}'))
+    let [left, alone, path] = [json::list(&left), json::list(alone.iter()), json::list(centre.in_base_mm.iter())];
+    let shown = shown.trim_end_matches('}');
+    format!("{shown},\"residuals\":{left},\"centre\":{alone},\"path\":{path}}}")
 }
 
 /// Rotation row by row, and the platform's origin.
@@ -112,23 +126,31 @@ fn placed_json(rotation: &Matrix3<f32>, origin_mm: &Vector3<f32>) -> String {
 }
 
 /// The direction of the arm (its long axis, in {B}) whose pose would make the centre's worst σ smallest, and that σ.
-fn next(rig: &Rig<f32>, survey: &Survey<f32>, identified: Option<&Identified<f32>>) -> String {
+fn next(
+    rig: &Rig<f32>,
+    machine: &Machine<f32>,
+    accuracy: &PredictedAccuracy<f32>,
+    identified: Option<&Identified<f32>>,
+) -> String {
     let parameters = identified.map_or(*rig.nominal(), |found| found.parameters);
-    let pivot = Pivot::from_parameters(&parameters, &RigPoints::new(rig));
-    let ends = rig.platform_mm().map(|point| point - pivot.in_platform_mm);
+    let centre = JointCentre::from_parameters(&parameters, machine.geometry());
+    let ends = rig.platform_mm().map(|point| point - centre.in_platform_mm);
     let mut best: Option<(f32, Vector3<f32>, f32)> = None;
     for direction in 0..NEXT_DIRECTIONS {
         let azimuth = f32::from(direction) / f32::from(NEXT_DIRECTIONS) * core::f32::consts::TAU;
         let tilt = Rotation3::new(Vector3::new(azimuth.cos(), azimuth.sin(), 0.0) * NEXT_TILT_RAD);
         for torsion in NEXT_TORSIONS_RAD {
-            let rotation = tilt * Rotation3::new(Vector3::z() * torsion) * home(rig);
+            let rotation = tilt * Rotation3::new(Vector3::z() * torsion) * home(rig, machine);
             let lengths = inverse::cable_lengths(rig, &parameters.centre_mm, &ends, &rotation);
-            let mut with_it = survey.clone();
             let sigma = CableLengths::new(lengths)
                 .ok()
-                .and_then(|lengths| with_it.add(&lengths).ok())
-                .and_then(|_| with_it.foretold())
-                .map(|foretold| foretold.sigma_mm);
+                .and_then(|lengths| Pose::placed(machine.platform(), lengths).ok())
+                .and_then(|pose| {
+                    let mut with_it = accuracy.clone();
+                    with_it.add(machine, &pose);
+                    with_it.predicted(machine)
+                })
+                .map(|predicted| predicted.sigma_mm);
             if let Some(sigma) = sigma
                 && best.is_none_or(|(smallest, ..)| sigma < smallest)
             {
@@ -143,9 +165,9 @@ fn next(rig: &Rig<f32>, survey: &Survey<f32>, identified: Option<&Identified<f32
 }
 
 /// Rotation from {P} to {B} with the arm at home.
-fn home(rig: &Rig<f32>) -> Rotation3<f32> {
-    let home =
-        CableLengths::new(rig.drum().home_length_mm).ok().and_then(|lengths| Octahedron::new(rig).solve(&lengths).ok());
+fn home(rig: &Rig<f32>, machine: &Machine<f32>) -> Rotation3<f32> {
+    let lengths = CableLengths::new(rig.drum().home_length_mm).ok();
+    let home = lengths.and_then(|lengths| machine.platform().solve(&lengths).ok());
     home.map_or(Rotation3::identity(), |pose| Rotation3::from_matrix_unchecked(pose.rotation))
 }
 

@@ -8,7 +8,15 @@ use cortex_m::peripheral::SCB;
 use cortex_m_rt::{ExceptionFrame, exception};
 use glenoid::restart::{CrashRecord, ResetCause};
 
-use super::{kept, stack};
+use super::{retained_ram, stack};
+
+// The board's own part. It names nothing of this module, and this module nothing of it.
+unsafe extern "Rust" {
+    /// Tells whoever listens at this moment. Called just before the reset, with interrupts off.
+    safe fn board_says(words: &CrashRecord);
+    /// Whatever this hardware wires to the non-maskable interrupt has struck at this address.
+    safe fn board_on_nmi(address: u32);
+}
 
 /// CFSR: an access to data was forbidden (ARMv7-M ARM, B3.2.15).
 const DATA_VIOLATION: u32 = 1 << 1;
@@ -20,8 +28,8 @@ const STACKING_VIOLATION: u32 = 1 << 4;
 pub fn stop(cause: ResetCause, address: u32, line: u16, text: Arguments) -> ! {
     cortex_m::interrupt::disable();
     let words = CrashRecord::new(cause, address, line, text);
-    kept::leave(&words);
-    crate::say(&words);
+    retained_ram::leave(&words);
+    board_says(&words);
     SCB::sys_reset()
 }
 
@@ -65,5 +73,5 @@ extern "C" fn NonMaskableInt() {
 }
 
 extern "C" fn on_nmi(address: u32) {
-    crate::on_nmi(address);
+    board_on_nmi(address);
 }

@@ -14,7 +14,7 @@ pub enum Entry {
     /// Power-up is over: both lines are served.
     Ready { stack: stack::Usage },
     /// What the parts of the device take of the static RAM, in bytes.
-    Memory { device: usize, poses: usize, solver: usize },
+    Memory { device: usize, poses: usize, estimator: usize },
     /// The device has something to say.
     Device(LogEntry),
     /// The status LED shows another pattern.
@@ -37,8 +37,8 @@ impl fmt::Display for Entry {
             Self::Ready { stack } => {
                 write!(f, "board: ready, {} of {} bytes of stack used to get here", stack.used_bytes, stack.size_bytes)
             }
-            Self::Memory { device, poses, solver } => {
-                write!(f, "memory: {device} bytes of device, {poses} of them for poses, {solver} for the solver")
+            Self::Memory { device, poses, estimator } => {
+                write!(f, "memory: {device} bytes of device, {poses} of them for poses, {estimator} for the estimator")
             }
             Self::Device(entry) => {
                 f.write_str("device: ")?;

@@ -7,14 +7,14 @@ use cortex_m_semihosting::{nr, syscall};
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
 };
-use glenoid::record::PageFlash;
+use glenoid::record::STORAGE_PAGES;
 
 /// Bytes of a page, as on the drive board.
 const PAGE_LEN: usize = 2048;
 /// Bytes of a word, as on the drive board.
 const WORD_LEN: usize = 8;
-/// Two pages.
-const LEN: usize = 2 * PAGE_LEN;
+/// The pages of the storage.
+const LEN: usize = STORAGE_PAGES * PAGE_LEN;
 
 /// Longest command line of the emulator.
 const COMMAND_LINE_LEN: usize = 1024;
@@ -58,20 +58,22 @@ impl FileFlash {
     pub fn open() -> Self {
         let mut line = [0; COMMAND_LINE_LEN];
         let mut flash = Self { file: path(&mut line).and_then(open) };
-        if flash.is_new() {
-            let _ = flash.erase_all();
+        match flash.len() {
+            Some(0) => drop(flash.erase_all()),
+            Some(LEN) | None => {}
+            // somebody's file: it stays as it is
+            Some(_) => flash.file = Err(FileError::Host),
         }
         flash
     }
 
-    fn is_new(&self) -> bool {
+    fn len(&self) -> Option<usize> {
         // SAFETY: takes a file handle, touches no memory of ours.
-        self.file.is_ok_and(|file| unsafe { syscall!(FLEN, file) } != LEN)
+        self.file.ok().map(|file| unsafe { syscall!(FLEN, file) })
     }
 
     fn erase_all(&mut self) -> Result<(), FileError> {
-        self.put(0, &[ERASED; PAGE_LEN])?;
-        self.put(PAGE_LEN, &[ERASED; PAGE_LEN])
+        (0..STORAGE_PAGES).try_for_each(|page| self.put(page * PAGE_LEN, &[ERASED; PAGE_LEN]))
     }
 
     fn put(&mut self, from: usize, bytes: &[u8]) -> Result<(), FileError> {
@@ -159,6 +161,3 @@ impl NorFlash for FileFlash {
         Ok(())
     }
 }
-
-/// Its work is done when the call returns.
-impl PageFlash for FileFlash {}

@@ -26,15 +26,14 @@ mod watchdog;
 use cortex_m::interrupt::free;
 use cortex_m::{Peripherals, asm, singleton};
 use glenoid::device::{Action, BlinkPattern, Config, Device, Event, LogEntry, fingerprint};
-use glenoid::identification::{PoseBuffer, Solver};
-use glenoid::record::{RecordStore, StoreError};
+use glenoid::identification::{Estimator, PoseBuffer};
+use glenoid::record::Storage;
 use glenoid::restart::{CrashRecord, ResetCause, Restart};
-use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, Rig};
 use glenoid::rig_link::{RigLink, Signal};
 use glenoid::slcan::Adapter;
 
 use clock::Clock;
-use cortex::{faults, hot, kept, stack};
+use cortex::{ccm_code, faults, retained_ram, stack};
 use entry::Entry;
 use flash::FileFlash;
 use log::Log;
@@ -51,9 +50,9 @@ struct Outside {
     adapter: Adapter,
     led: Option<BlinkPattern>,
     log: Log<Entry>,
-    record: RecordStore<FileFlash>,
-    /// How the store of the record went, which the device is still to be told.
-    stored: Option<Result<(), StoreError>>,
+    storage: Storage<FileFlash>,
+    /// How the last storing went, which the device is still to hear.
+    stored: Option<Event>,
     /// The deepest calls of this firmware lie just behind us.
     measure_stack: bool,
 }
@@ -71,8 +70,17 @@ impl Outside {
                 self.led = Some(pattern);
                 self.log.push(now_ms, Entry::StatusLed(pattern));
             }
-            Action::Store(record) => self.stored = Some(self.record.store(&record)),
-            Action::Stop(cause) => faults::stop(cause, 0, 0, format_args!("the centre in use changed in memory")),
+            Action::Store(record) => self.stored = Some(Event::Stored(self.storage.store(&record))),
+            Action::StoreParameters(set) => {
+                self.stored = Some(Event::ParametersStored(self.storage.store_parameters(&set)));
+            }
+            Action::EraseRecord => self.stored = Some(Event::ParametersStored(self.storage.erase_record())),
+            Action::Journal(entry) => {
+                if let Err(error) = self.storage.append(&entry) {
+                    self.stored = Some(Event::JournalFailed(error));
+                }
+            }
+            Action::Stop(cause) => faults::stop(cause, 0, 0, format_args!("{}", cause.text())),
             Action::Log(entry) => {
                 self.measure_stack |= matches!(entry, LogEntry::Identified { .. });
                 self.log.push(now_ms, Entry::Device(entry));
@@ -99,14 +107,16 @@ impl Board {
     /// Never inlined: the device passes through this function's frame on its way to its place, and `main` would keep
     /// that room for ever.
     #[inline(never)]
-    fn start(config: Config) -> Option<Self> {
+    fn start(restart: Restart) -> Option<Self> {
         let core = Peripherals::take()?;
         stack::protect(core.MPU);
         let can_queues = singleton!(: Queues = Queues::new())?;
         let rig_queues = singleton!(: Queues = Queues::new())?;
         let mut clock = Clock::start(core.SYST);
+        let mut storage = Storage::new(FileFlash::open(), 0);
+        let (config, parameters) = storage.config(restart, 0)?;
         let mut board = Self {
-            device: singleton!(: Device = Device::new(config))?,
+            device: device(config)?,
             rig: Uart::start(&RIG_LINE, rig_queues),
             rig_link: RigLink::new(),
             outside: Outside {
@@ -114,7 +124,7 @@ impl Board {
                 adapter: Adapter::new(),
                 led: None,
                 log: Log::new(),
-                record: RecordStore::new(FileFlash::open(), 0),
+                storage,
                 stored: None,
                 measure_stack: false,
             },
@@ -125,12 +135,12 @@ impl Board {
             watchdog: Watchdog::start(),
         };
         tell_start(&config.restart);
-        let loaded = board.outside.record.load(fingerprint(&config.rig));
+        let loaded = board.outside.storage.load(fingerprint(&config.rig), parameters);
         board.handle(board.last_tick_ms, Event::PowerUp(loaded));
         let memory = Entry::Memory {
             device: size_of::<Device>(),
             poses: size_of::<PoseBuffer<f32>>(),
-            solver: size_of::<Solver<f32>>(),
+            estimator: size_of::<Estimator<f32>>(),
         };
         for entry in [Entry::Ready { stack: stack::usage() }, memory] {
             board.outside.log.push(board.last_tick_ms, entry);
@@ -143,7 +153,7 @@ impl Board {
         let mut next = Some(event);
         while let Some(event) = next {
             device.handle(now_ms, event, &mut |action| outside.carry_out(now_ms, action));
-            next = outside.stored.take().map(Event::Stored);
+            next = outside.stored.take();
         }
     }
 
@@ -237,34 +247,41 @@ fn tell_start(restart: &Restart) {
 }
 
 /// Called by [`cortex`] just before a reset: the host listens at any moment.
-fn say(words: &CrashRecord) {
+// SAFETY: no other function has this name.
+#[unsafe(no_mangle)]
+fn board_says(words: &CrashRecord) {
     let (cause, address, line) = (words.cause.text(), words.address, words.line);
     log::write_now(format_args!("stop: {cause}, at {address:#x}, line {line}: {}", words.text()));
 }
 
 /// Called by [`cortex`]: the watchdog is all that this board's non-maskable interrupt comes from.
-fn on_nmi(address: u32) {
+// SAFETY: as above.
+#[unsafe(no_mangle)]
+fn board_on_nmi(address: u32) {
     faults::stop(ResetCause::Watchdog, address, 0, format_args!("the main loop stood still"))
 }
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    hot::load();
-    let restart = kept::take(None);
+    ccm_code::load();
+    let restart = retained_ram::take(None);
     stack::paint();
-    let config = match Rig::shoulder(ASSUMED_BASE_RADIUS_MM as f32) {
-        Ok(rig) => Config { restart, ..Config::for_rig(rig) },
-        // another start would find the same
-        Err(error) => log::give_up(format_args!("board: {}", error.text())),
-    };
-    let Some(mut board) = Board::start(config) else { log::give_up(format_args!("board: started twice")) };
+    // another start would find the same
+    let Some(mut board) = Board::start(restart) else { log::give_up(format_args!("board: started twice")) };
     // what is measured from here on is the work, not the start
     stack::paint();
-    let mut comparison = hot::Comparison::new();
+    let mut comparison = ccm_code::Comparison::new();
     loop {
         if !board.turn() {
             comparison.go_on();
             board.sleep();
         }
     }
+}
+
+/// The device in its place, once. A frame of its own: what building it takes of the stack (25 KB) is free again before
+/// anything else runs.
+#[inline(never)]
+fn device(config: Config) -> Option<&'static mut Device> {
+    singleton!(: Device = Device::new(config))
 }

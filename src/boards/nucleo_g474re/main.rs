@@ -22,17 +22,18 @@ use defmt_rtt as _;
 use embassy_stm32::gpio::{Input, Level, Output, Pull, Speed};
 use embassy_stm32::pac;
 use embassy_stm32::peripherals::IWDG;
+use embassy_stm32::uid;
 use embassy_stm32::wdg::IndependentWatchdog;
 use glenoid::can::health::BusHealth;
 use glenoid::device::{Action, BlinkPattern, Config, Device, Event, LogEntry, fingerprint};
 use glenoid::drive_board::flash_layout::{EccVerdict, ecc_verdict};
 use glenoid::drive_board::reset;
-use glenoid::record::{LoadError, RecordStore, StoreError};
-use glenoid::restart::{CrashRecord, ResetCause};
-use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, Rig};
+use glenoid::parameters::ParameterSet;
+use glenoid::record::{LoadError, Storage, StoreError};
+use glenoid::restart::{CrashRecord, ResetCause, Restart};
 
 use can::Bus;
-use cortex::{faults, hot, kept, stack};
+use cortex::{ccm_code, faults, retained_ram, stack};
 use encoders::{Encoders, Wiring};
 use flash::ChipFlash;
 
@@ -50,9 +51,9 @@ struct Outside {
     bus: Bus,
     led_pattern: BlinkPattern,
     /// None: the flash is divided otherwise than expected.
-    record: Option<RecordStore<ChipFlash>>,
-    /// How the store of the record went, which the device is still to be told.
-    stored: Option<Result<(), StoreError>>,
+    storage: Option<Storage<ChipFlash>>,
+    /// How the last storing went, which the device is still to hear.
+    stored: Option<Event>,
     /// The deepest calls of this firmware, or its longest standstill, lie just behind us.
     measure: bool,
 }
@@ -63,11 +64,30 @@ impl Outside {
             Action::Send(frame) => self.bus.send(frame),
             Action::StatusLed(pattern) => self.led_pattern = pattern,
             Action::Store(record) => {
-                let started = self.record.as_mut().map_or(Err(StoreError::FlashLayout), |store| store.start(&record));
-                // what has begun goes on with the samples
-                self.stored = started.err().map(Err);
+                let stored =
+                    self.storage.as_mut().map_or(Err(StoreError::FlashLayout), |storage| storage.store(&record));
+                self.stored = Some(Event::Stored(stored));
             }
-            Action::Stop(cause) => faults::stop(cause, 0, 0, format_args!("the centre in use changed in memory")),
+            Action::StoreParameters(set) => {
+                let stored = self
+                    .storage
+                    .as_mut()
+                    .map_or(Err(StoreError::FlashLayout), |storage| storage.store_parameters(&set));
+                self.stored = Some(Event::ParametersStored(stored));
+            }
+            Action::EraseRecord => {
+                let erased =
+                    self.storage.as_mut().map_or(Err(StoreError::FlashLayout), |storage| storage.erase_record());
+                self.stored = Some(Event::ParametersStored(erased));
+            }
+            Action::Journal(entry) => {
+                let stored =
+                    self.storage.as_mut().map_or(Err(StoreError::FlashLayout), |storage| storage.append(&entry));
+                if let Err(error) = stored {
+                    self.stored = Some(Event::JournalFailed(error));
+                }
+            }
+            Action::Stop(cause) => faults::stop(cause, 0, 0, format_args!("{}", cause.text())),
             Action::Log(entry) => {
                 self.measure |= matches!(entry, LogEntry::Identified { .. } | LogEntry::Stored { .. });
                 defmt::info!("device: {}", entry);
@@ -93,10 +113,9 @@ impl Board {
     /// Never inlined: the device passes through this function's frame on its way to its place, and `main` would keep
     /// that room for ever.
     #[inline(never)]
-    fn start(config: Config) -> Option<Self> {
+    fn start(restart: Restart) -> Option<Self> {
         let core = cortex_m::Peripherals::take()?;
         stack::protect(core.MPU);
-        let device = singleton!(: Device = Device::new(config))?;
         let chip = clock::start();
         // The driver has let in the DMA channels' interrupts, which nobody here serves.
         for lines in &core.NVIC.icer {
@@ -113,17 +132,23 @@ impl Board {
             cable_5: (chip.TIM5, chip.PB2, chip.PC12),
             cable_6: (chip.TIM8, chip.PC6, chip.PC7),
         });
-        let record = match ChipFlash::open(chip.FLASH) {
-            Ok((flash, from)) => Some(RecordStore::new(flash, from)),
+        let mut storage = match ChipFlash::open(chip.FLASH) {
+            Ok((flash, from)) => Some(Storage::new(flash, from)),
             Err(error) => {
                 defmt::error!("flash: {}, so nothing is kept", error);
                 None
             }
         };
+        let serial = serial_number();
+        let (config, parameters) = match storage.as_mut() {
+            Some(storage) => storage.config(restart, serial)?,
+            None => (ParameterSet::new().config(restart, serial).ok()?, None),
+        };
+        let device = device(config)?;
         let bus = Bus::join(chip.FDCAN1, chip.PA11, chip.PA12, config.base)?;
         let mut board = Self {
             device,
-            outside: Outside { bus, led_pattern: BlinkPattern::Ready, record, stored: None, measure: false },
+            outside: Outside { bus, led_pattern: BlinkPattern::Ready, storage, stored: None, measure: false },
             led: Output::new(chip.PA5, Level::Low, Speed::Low),
             watchdog: IndependentWatchdog::new(chip.IWDG, PATIENCE_US),
             bus_health: BusHealth::default(),
@@ -132,20 +157,22 @@ impl Board {
             // closed, it connects the pin to the supply (UM2505, "Push-buttons")
             _button: Input::new(chip.PC13, Pull::Down),
         };
-        board.power_up(&config);
+        board.power_up(&config, parameters);
         let (mut scb, mut dcb) = (core.SCB, core.DCB);
         sampling::start(core.SYST, &mut scb, &mut dcb, core.DWT);
         board.watchdog.unleash();
         Some(board)
     }
 
-    fn power_up(&mut self, config: &Config) {
+    fn power_up(&mut self, config: &Config, parameters: Option<LoadError>) {
         defmt::info!("board: started by {}", config.restart.cause);
         if let Some(words) = config.restart.crash_record {
             defmt::warn!("board: its crash record says: {=str}, at {=u32:#x}", words.text(), words.address);
         }
-        let record = self.outside.record.as_mut();
-        let loaded = record.map_or(Err(LoadError::FlashLayout), |store| store.load(fingerprint(&config.rig)));
+        let loaded = match self.outside.storage.as_mut() {
+            Some(storage) => storage.load(fingerprint(&config.rig), parameters),
+            None => Err(LoadError::FlashLayout).into(),
+        };
         self.handle(0, Event::PowerUp(loaded));
         let usage = stack::usage();
         defmt::info!("board: ready, {=usize} of {=usize} bytes of stack used", usage.used_bytes, usage.size_bytes);
@@ -157,7 +184,7 @@ impl Board {
         while let Some(event) = next {
             let Self { device, outside, .. } = self;
             device.handle(now_ms, event, &mut |action| outside.carry_out(action));
-            next = self.outside.stored.take().map(Event::Stored);
+            next = self.outside.stored.take();
         }
     }
 
@@ -175,9 +202,6 @@ impl Board {
             sampling::note_taken(now_ms);
             self.handle(now_ms, Event::Counts(sample.counts));
             self.handle(now_ms, Event::Button { down: sample.button_down });
-            if let Some(result) = self.outside.record.as_mut().and_then(RecordStore::go_on) {
-                self.handle(now_ms, Event::Stored(result));
-            }
             self.watch_bus(now_ms);
             if now_ms.is_multiple_of(SHOWN_EVERY_MS) {
                 defmt::debug!("counts: {}", sample.counts);
@@ -195,11 +219,7 @@ impl Board {
         heard || sampled || busy
     }
 
-    /// While a record is stored, commands wait: whoever gets an answer after an accept can rely on the record.
     fn hear_bus(&mut self) -> bool {
-        if self.outside.record.as_ref().is_some_and(RecordStore::is_storing) {
-            return false;
-        }
         let now_ms = self.last_sample_ms;
         for turn in 0..FRAMES_A_TURN {
             let Some(frame) = self.outside.bus.receive() else { return turn != 0 };
@@ -222,13 +242,17 @@ impl Board {
 }
 
 /// Called by [`cortex`] just before a reset.
-fn say(words: &CrashRecord) {
+// SAFETY: no other function has this name.
+#[unsafe(no_mangle)]
+fn board_says(words: &CrashRecord) {
     defmt::error!("stop: {}, at {=u32:#x}: {=str}", words.cause, words.address, words.text());
 }
 
 /// Called by [`cortex`]: the flash has met a word that it cannot correct, or something this firmware never switched on
 /// has struck.
-fn on_nmi(address: u32) {
+// SAFETY: as above.
+#[unsafe(no_mangle)]
+fn board_on_nmi(address: u32) {
     let eccr = pac::FLASH.eccr().read();
     match ecc_verdict(eccr.0) {
         EccVerdict::RecordWord => {
@@ -250,20 +274,21 @@ fn reset_cause() -> ResetCause {
     reset::cause(flags.0)
 }
 
+/// The chip's own number (RM0440, 47.1), folded into four bytes.
+fn serial_number() -> u32 {
+    uid::uid().as_chunks().0.iter().fold(0, |serial, word| serial ^ u32::from_le_bytes(*word))
+}
+
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    hot::load();
-    let restart = kept::take(Some(reset_cause()));
+    ccm_code::load();
+    let restart = retained_ram::take(Some(reset_cause()));
     stack::paint();
-    let config = match Rig::shoulder(ASSUMED_BASE_RADIUS_MM as f32) {
-        Ok(rig) => Config { restart, ..Config::for_rig(rig) },
-        Err(error) => give_up(error.text()),
-    };
-    let Some(mut board) = Board::start(config) else { give_up("started twice") };
+    let Some(mut board) = Board::start(restart) else { give_up("started twice") };
     // what is measured from here on is the work, not the start; painting holds the sampling up
     stack::paint();
     sampling::measure_anew();
-    let mut comparison = hot::Comparison::new();
+    let mut comparison = ccm_code::Comparison::new();
     loop {
         if !board.turn() {
             comparison.go_on();
@@ -278,4 +303,11 @@ fn give_up(reason: &str) -> ! {
     loop {
         asm::wfi();
     }
+}
+
+/// The device in its place, once. A frame of its own: what building it takes of the stack (25 KB) is free again before
+/// anything else runs.
+#[inline(never)]
+fn device(config: Config) -> Option<&'static mut Device> {
+    singleton!(: Device = Device::new(config))
 }

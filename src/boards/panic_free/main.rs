@@ -1,6 +1,6 @@
 //! An image that links only if nothing in the library can panic (`cargo panic-free`).
 //!
-//! It holds all that the boards call: the device with procedure, identification and watch, the CAN vocabulary, SLCAN, the
+//! It holds all that the boards call: the device with procedure, identification and slip detection, the CAN vocabulary, SLCAN, the
 //! rig link, the record, the crash record, and the paper's iteration besides. Everything that comes from outside is
 //! hidden from the optimiser, so no check is left out because of a value that happens to be known here. The panic handler
 //! calls a function that does not exist: a single way to a panic, and there is no image. Never run.
@@ -18,8 +18,9 @@ use core::panic::PanicInfo;
 use cortex_m::singleton;
 use glenoid::can::{BaseId, Message};
 use glenoid::device::{Action, Config, Device, Event, fingerprint};
-use glenoid::identification::{PaperIteration, PaperSettings, PoseBuffer};
-use glenoid::record::RecordStore;
+use glenoid::kinematics::CableLengths;
+use glenoid::paper::{PaperIteration, PaperSettings};
+use glenoid::record::Storage;
 use glenoid::restart::{Area, CrashRecord, ResetCause, Restart};
 use glenoid::rig::{Parameters, Rig};
 use glenoid::rig_link::RigLink;
@@ -56,21 +57,24 @@ fn main() -> ! {
 
 fn run(rig: Rig<f32>) {
     let restart = Restart::new(black_box(ResetCause::Pin), &black_box(Area::default()));
-    let config = Config { restart, ..Config::for_rig(rig) };
-    let Some(device) = singleton!(: Device = Device::new(config)) else { return };
-    let mut store = RecordStore::new(RamFlash::erased(), 0);
-    let loaded = store.load(fingerprint(&rig));
+    let mut store = Storage::new(RamFlash::erased(), 0);
+    let Some((config, parameters)) = store.config(restart, black_box(0)) else { return };
+    let Some(device) = device(config) else { return };
+    let loaded = store.load(fingerprint(&rig), parameters);
     let mut stored = None;
     let mut event = Event::PowerUp(loaded);
     let mut links = Links { slcan: Adapter::new(), rig: RigLink::new() };
     loop {
         device.handle(black_box(0), event, &mut |action| match black_box(action) {
-            Action::Store(record) => stored = Some(store.store(&record)),
+            Action::Store(record) => stored = Some(Event::Stored(store.store(&record))),
+            Action::StoreParameters(set) => stored = Some(Event::ParametersStored(store.store_parameters(&set))),
+            Action::EraseRecord => stored = Some(Event::ParametersStored(store.erase_record())),
+            Action::Journal(entry) => stored = store.append(&entry).err().map(Event::JournalFailed),
             Action::Send(frame) => drop(black_box(links.slcan.forward(&frame, black_box(0)))),
             other => drop(black_box(other)),
         });
         event = match (stored.take(), black_box(0)) {
-            (Some(result), _) => Event::Stored(result),
+            (Some(event), _) => event,
             (_, 0) => Event::Tick,
             (_, 1) => Event::Counts(black_box([0; 6])),
             (_, 2) => Event::Button { down: black_box(true) },
@@ -103,7 +107,14 @@ impl Links {
 /// The paper's iteration, which no board runs.
 fn paper(rig: &Rig<f32>) -> Event {
     let start = Parameters::from_array(black_box([0.0; 6]));
-    let poses = black_box(PoseBuffer::<f32>::new());
-    let _ = black_box(PaperIteration::new(rig, start, PaperSettings::default()).run(poses.as_slice()));
+    let poses: &[CableLengths<f32>] = black_box(&[]);
+    let _ = black_box(PaperIteration::new(rig, start, PaperSettings::default()).run(poses));
     Event::Tick
+}
+
+/// The device in its place, once. A frame of its own: what building it takes of the stack (25 KB) is free again before
+/// anything else runs.
+#[inline(never)]
+fn device(config: Config) -> Option<&'static mut Device> {
+    singleton!(: Device = Device::new(config))
 }

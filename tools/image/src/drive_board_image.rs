@@ -3,43 +3,27 @@
 use std::fmt;
 
 use crate::elf::{Elf, ElfError, Section, Segment};
-use crate::hot_code::Memory;
+use crate::memory::{Memory, Range};
 
 /// The first bank of the flash: the program's (RM0440, section 3).
 const PROGRAM: Range = Memory::DRIVE_BOARD.flash;
-/// The last two pages of the second bank: the record's.
-const RECORD: Range = Range { from: 0x0807_F000, end: 0x0808_0000 };
-/// The core-coupled memory (RM0440, section 2), which runs code (see [`crate::hot_code`]).
+/// The last six pages of the second bank: the storage's.
+const RECORD: Range = Range { from: 0x0807_D000, end: 0x0808_0000 };
+/// The core-coupled memory (RM0440, section 2), which runs code (see [`crate::ccm_code`]).
 const CCM: Range = Memory::DRIVE_BOARD.ccm;
 /// SRAM1 and SRAM2 (RM0440, section 2).
 const RAM: Range = Range { from: 0x2000_0000, end: 0x2001_8000 };
 
 /// Most flash that the image may take.
-pub const MOST_FLASH_BYTES: u64 = 96 * 1024;
+pub const MOST_FLASH_BYTES: u64 = 200 * 1024;
 /// Most RAM that the static variables may take.
-pub const MOST_STATIC_BYTES: u64 = 24 * 1024;
+pub const MOST_STATIC_BYTES: u64 = 40 * 1024;
 
 /// The vectors that must be the firmware's own, by their place in the table (PM0214, 2.3.4; RM0440, table 97).
 const OWN_VECTORS: [(usize, &str); 5] =
     [(1, "Reset"), (2, "NonMaskableInt"), (3, "HardFault"), (15, "SysTick"), (16 + 21, "FDCAN1_IT0")];
 /// Vectors of the chip: the core's 16 and 102 interrupts.
 const VECTORS: usize = 16 + 102;
-
-/// From an address to one behind the end.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Range {
-    /// First address.
-    pub from: u64,
-    /// First address behind.
-    pub end: u64,
-}
-
-impl Range {
-    /// It lies in it from its first byte to its last.
-    pub fn holds(self, from: u64, size_bytes: u64) -> bool {
-        from >= self.from && from + size_bytes <= self.end
-    }
-}
 
 /// What the image says of itself.
 #[derive(Debug, Clone)]
@@ -83,7 +67,7 @@ pub enum Fault {
     Misplaced(u64),
     /// Two sections of the RAM overlap.
     Overlap(String),
-    /// The record lies elsewhere than the chip's last two pages.
+    /// The storage lies elsewhere than in the chip's last six pages.
     Record,
     /// The crash record would be cleared by start-up.
     CrashRecord(u64),
@@ -103,7 +87,7 @@ impl fmt::Display for Fault {
             Self::StrayVector(index) => write!(f, "vector {index} leads to no code"),
             Self::Misplaced(address) => write!(f, "the segment at {address:#x} is not where the program's memory is"),
             Self::Overlap(name) => write!(f, "the section {name} overlaps the one before it"),
-            Self::Record => write!(f, "the record is not in the last two pages of the flash"),
+            Self::Record => write!(f, "the storage is not in the last six pages of the flash"),
             Self::CrashRecord(address) => write!(f, "start-up would clear the crash record at {address:#x}"),
             Self::Flash(bytes) => write!(f, "{bytes} bytes of flash, {MOST_FLASH_BYTES} at most"),
             Self::StaticRam(bytes) => write!(f, "{bytes} bytes of static RAM, {MOST_STATIC_BYTES} at most"),
@@ -134,7 +118,7 @@ impl Facts {
             stack: range("_stack_end", "_stack_start")?,
             record: range("_record_start", "_record_end")?,
             left_alone: range("__suninit", "__euninit")?,
-            crash_record: image.symbol_ending_with("kept::PLACE")?,
+            crash_record: image.symbol_ending_with("retained_ram::PLACE")?,
         })
     }
 

@@ -1,6 +1,7 @@
 //! What the ELF file of a firmware image says.
 
+pub mod ccm_code;
 pub mod drive_board_image;
 pub mod elf;
-pub mod hot_code;
+pub mod memory;
 pub mod stack_bound;

@@ -3,8 +3,8 @@
 
 use super::measure::Number;
 
-/// For each precision `f32` (all its paths, those of the device with it), `paper-f32`, `free-f32`, `zeros-f32`,
-/// `full-f32`; `literal`, `none`. Both precisions at once would not fit the board's flash.
+/// For each precision `f32` (all paths of the library), `paper-f32`, `free-f32`, `machine-f32`, `full-f32`; `device`,
+/// `literal`, `none`. All at once would not fit the board's flash.
 const ONLY: &str = match option_env!("GLENOID_SPEED_ONLY") {
     Some(only) => only,
     None => "f32",
@@ -17,10 +17,10 @@ pub enum Part {
     Literal,
     /// The paper's iteration.
     Paper,
-    /// Identification without a start, the zeros known.
+    /// Identification without a start, the machine exactly known.
     Free,
-    /// Identification without a start, with the zeros.
-    Zeros,
+    /// Identification without a start, with what is unknown of the machine.
+    Machine,
     /// What is done with one sample, before an identification or after it.
     Samples,
     /// What looks at a centre in use.
@@ -30,22 +30,22 @@ pub enum Part {
 }
 
 /// Is the image there to be weighed? Its paths are called once then: what counting and preparing take is no part of them.
-pub const WEIGHED: bool = !same(ONLY, "literal") && !same(ONLY, "f32") && !same(ONLY, "f64");
+pub const WEIGHED: bool = !same(ONLY, "literal") && !same(ONLY, "device") && !same(ONLY, "f32") && !same(ONLY, "f64");
 
 /// Is this part in the image, in this precision?
 pub const fn holds<T: Number>(part: Part) -> bool {
     if same(ONLY, T::NAME) {
-        return !matches!(part, Part::Device) || same(ONLY, "f32");
+        return !matches!(part, Part::Device);
     }
     let full = same(ONLY, T::FULL);
     match part {
         Part::Literal => same(ONLY, "literal"),
         Part::Paper => same(ONLY, T::PAPER) || full,
         Part::Free => same(ONLY, T::FREE) || full,
-        Part::Zeros => same(ONLY, T::ZEROS) || full,
-        Part::Samples => same(ONLY, T::FREE) || same(ONLY, T::ZEROS) || full,
+        Part::Machine => same(ONLY, T::MACHINE) || full,
+        Part::Samples => same(ONLY, T::FREE) || same(ONLY, T::MACHINE) || full,
         Part::InUse => full,
-        Part::Device => false,
+        Part::Device => same(ONLY, "device"),
     }
 }
 

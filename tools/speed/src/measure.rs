@@ -14,10 +14,10 @@ pub trait Number: Real {
     const NAME: &str;
     /// Name of the image that holds the paper's path alone.
     const PAPER: &str;
-    /// Name of the image that holds what needs no start, the zeros known, and nothing else.
+    /// Name of the image that holds what needs no start, the machine exactly known, and nothing else.
     const FREE: &str;
-    /// The same with unknown zeros.
-    const ZEROS: &str;
+    /// The same with what is unknown of the machine.
+    const MACHINE: &str;
     /// Name of the image that holds all paths of the library.
     const FULL: &str;
 }
@@ -26,7 +26,7 @@ impl Number for f32 {
     const NAME: &str = "f32";
     const PAPER: &str = "paper-f32";
     const FREE: &str = "free-f32";
-    const ZEROS: &str = "zeros-f32";
+    const MACHINE: &str = "machine-f32";
     const FULL: &str = "full-f32";
 }
 
@@ -34,7 +34,7 @@ impl Number for f64 {
     const NAME: &str = "f64";
     const PAPER: &str = "paper-f64";
     const FREE: &str = "free-f64";
-    const ZEROS: &str = "zeros-f64";
+    const MACHINE: &str = "machine-f64";
     const FULL: &str = "full-f64";
 }
 
@@ -71,17 +71,21 @@ pub fn empty() -> u32 {
     counter::ticks_of(|| ()).0
 }
 
-/// A run from beginning to end, in one count. `None` when it gives no answer.
+/// A run from beginning to end, in one count. `begin` sets the state to its beginning; it is not counted. `None` when there
+/// is no answer.
 pub fn whole<S, T: Real>(
     state: &mut S,
     state_bytes: usize,
     truth: &Parameters<T>,
+    begin: fn(&mut S) -> Option<()>,
     path: fn(&mut S) -> Option<Answer<T>>,
 ) -> Option<Figures> {
     let path = black_box(path);
+    begin(state)?;
     let stack_bytes = stack::used_by(&mut || {
         black_box(path(state));
     });
+    begin(state)?;
     let (ticks, answer) = counter::ticks_of(|| path(state));
     let answer = answer?;
     let miss = (answer.parameters.centre_mm - truth.centre_mm).norm_squared().root();

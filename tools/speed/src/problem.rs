@@ -1,10 +1,10 @@
 //! The problem that everything is measured on: 100 noise-free poses of a rig with a base radius of 160 mm, rotations
 //! within ±30 degrees about each axis, and a start from which the paper's iteration takes four steps.
 
-use glenoid::identification::PoseBuffer;
 use glenoid::kinematics::CableLengths;
 use glenoid::rig::{CABLES, Drum, Parameters, Rig, RigError};
 use glenoid::scalar::Real;
+use heapless::Vec;
 use nalgebra::Vector3;
 
 mod constants {
@@ -14,17 +14,31 @@ mod constants {
 
 pub use constants::POSES;
 
-/// Noise that the start-free solver is told of, mm. The lengths have none; the figure only sets the gates.
+/// Noise of a length that the estimator is given, mm. The lengths have none; the figure only sets the gates.
 const NOISE_MM: f64 = 0.057_735;
+
+/// What is wrong with the lengths of the harder problems.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Spoilt {
+    /// Nothing.
+    No,
+    /// Noise, uniform within ±0.1 mm.
+    Noise,
+    /// The same, and one cable of this many poses off by [`OUTLIER_MM`].
+    Outliers(usize),
+}
+
+/// Half the width of the noise, mm.
+const NOISE_LIMIT_MM: f64 = 0.1;
+/// By how much the cable of an outlier is off, mm.
+const OUTLIER_MM: f64 = 8.0;
 
 /// The problem in one precision.
 pub struct Problem<T> {
     pub rig: Rig<T>,
     pub start: Parameters<T>,
     pub truth: Parameters<T>,
-    pub poses: PoseBuffer<T, POSES>,
-    /// The same lengths as the literal form takes them.
-    pub lengths_mm: [[T; CABLES]; POSES],
+    pub poses: Vec<CableLengths<T>, POSES>,
 }
 
 impl<T: Real> Problem<T> {
@@ -38,16 +52,46 @@ impl<T: Real> Problem<T> {
         };
         let base = constants::BASE_MM.map(|point| Vector3::from(point.map(T::of)));
         let rig = Rig::new(base, constants::EDGES_MM.map(T::of), drum, T::of(NOISE_MM), truth)?;
-        let mut poses = PoseBuffer::new();
-        let lengths_mm = constants::LENGTHS_MM.map(|row| row.map(T::of));
-        for row in lengths_mm {
-            if let Ok(lengths) = CableLengths::new(row) {
+        let mut poses = Vec::new();
+        for row in &constants::LENGTHS_MM {
+            if let Ok(lengths) = CableLengths::new(row.map(T::of)) {
                 // there is room for as many as there are
                 let _ = poses.push(lengths);
             }
         }
-        Ok(Self { rig, start: parameters(&constants::START_MM), truth, poses, lengths_mm })
+        Ok(Self { rig, start: parameters(&constants::START_MM), truth, poses })
     }
+
+    /// The lengths with something wrong with them, always the same. `None` when one of them would be none.
+    pub fn spoilt(&self, spoilt: Spoilt) -> Option<Vec<CableLengths<T>, POSES>> {
+        let mut poses = self.poses.clone();
+        let mut random = 0x2545_F491_u32;
+        let outliers = if let Spoilt::Outliers(count) = spoilt { count } else { 0 };
+        for (index, pose) in poses.iter_mut().enumerate() {
+            if spoilt == Spoilt::No {
+                continue;
+            }
+            let mut lengths = *pose.as_mm();
+            for length in &mut lengths {
+                *length += uniform::<T>(&mut random) * T::of(NOISE_LIMIT_MM);
+            }
+            // Spread over the whole set: the first pose of every so many.
+            if outliers > 0 && index.is_multiple_of(POSES / outliers) {
+                let cable = lengths.get_mut(index / (POSES / outliers) % CABLES)?;
+                *cable += T::of(OUTLIER_MM);
+            }
+            *pose = CableLengths::new(lengths).ok()?;
+        }
+        Some(poses)
+    }
+}
+
+/// Uniform within ±1 (Marsaglia's xorshift).
+fn uniform<T: Real>(random: &mut u32) -> T {
+    *random ^= *random << 13;
+    *random ^= *random >> 17;
+    *random ^= *random << 5;
+    T::of_integer((*random >> 8) as i32) * T::of(2.0 / 16_777_216.0) - T::one()
 }
 
 fn parameters<T: Real>(values_mm: &[f64; 6]) -> Parameters<T> {

@@ -1,5 +1,6 @@
 //! The messages of `glenoid.dbc` by name and field, for tests against other codecs and for display.
 
+pub mod parameters;
 #[cfg(feature = "random")]
 mod random;
 
@@ -7,6 +8,7 @@ mod random;
 pub use random::{KINDS, random_message};
 
 use glenoid::can::health::{BusHealth, LastStop, StopText};
+use glenoid::can::identity::{Identity, Naming};
 use glenoid::can::message::Message;
 use glenoid::can::report::{LeftOut, OutcomeReport, PoseReport, RawLength};
 use glenoid::can::result::{Axis, Parameter, Quality, VerificationReport, WeakDirection, ZeroError};
@@ -44,6 +46,13 @@ pub fn fields(message: &Message) -> (&'static str, Vec<Field>) {
         Message::CandidateZero(m) => ("CandidateZero", zero(m)),
         Message::LiveZero(m) => ("LiveZero", zero(m)),
         Message::Watch(m) => ("Watch", watch(m)),
+        Message::Identity(m) => ("Identity", identity(m)),
+        Message::CandidateNaming(m) => ("CandidateNaming", naming(m)),
+        Message::LiveNaming(m) => ("LiveNaming", naming(m)),
+        // Multiplexed: what is in them depends on one of their fields, and their own tests look at it.
+        Message::Parameter(_) => ("Parameter", Vec::new()),
+        Message::LiveSet(_) => ("LiveSet", Vec::new()),
+        Message::Telemetry(_) => ("Telemetry", Vec::new()),
     }
 }
 
@@ -75,6 +84,7 @@ fn heartbeat(m: &Heartbeat) -> Vec<Field> {
         ("button", m.flags.button.into()),
         ("unacknowledged", m.flags.unacknowledged.into()),
         ("by_command_only", m.flags.by_command_only.into()),
+        ("standing", m.standing.code().into()),
         ("sequence", m.sequence.into()),
     ]
 }
@@ -96,9 +106,9 @@ fn pose(m: &PoseReport) -> Vec<Field> {
         ("reason", m.reason.code().into()),
         ("guidance", m.guidance.code().into()),
         ("held_out", (m.set == PoseSet::HeldOut).into()),
-        ("sigma_known", m.sigma_mm.is_some().into()),
+        ("predicted_sigma_known", m.sigma_mm.is_some().into()),
         ("distance_known", m.distance_deg.is_some().into()),
-        ("sigma", m.sigma_mm.unwrap_or(0.0).into()),
+        ("predicted_sigma", m.sigma_mm.unwrap_or(0.0).into()),
         ("distance", m.distance_deg.unwrap_or(0.0).into()),
     ]
 }
@@ -141,7 +151,7 @@ fn verification(m: &VerificationReport) -> Vec<Field> {
 }
 
 fn weak_direction(m: &WeakDirection) -> Vec<Field> {
-    let names = ["x", "y", "z", "p1", "p2", "p3"];
+    let names = ["weak_x", "weak_y", "weak_z", "weak_p1", "weak_p2", "weak_p3"];
     std::iter::once(run_id(m.run_id)).chain(names.into_iter().zip(m.direction.map(f64::from))).collect()
 }
 
@@ -156,7 +166,9 @@ fn left_out(m: &LeftOut) -> Vec<Field> {
 }
 
 fn axis(m: &Axis) -> Vec<Field> {
-    std::iter::once(run_id(m.run_id)).chain(["x", "y", "z"].into_iter().zip(m.axis.map(f64::from))).collect()
+    std::iter::once(run_id(m.run_id))
+        .chain(["axis_x", "axis_y", "axis_z"].into_iter().zip(m.axis.map(f64::from)))
+        .collect()
 }
 
 fn raw_length(m: &RawLength) -> Vec<Field> {
@@ -203,7 +215,7 @@ fn bus_health(m: &BusHealth) -> Vec<Field> {
 
 fn last_stop(m: &LastStop) -> Vec<Field> {
     vec![
-        ("cause", m.cause.code().into()),
+        ("reset_cause", m.cause.code().into()),
         ("text_len", m.text_len.into()),
         ("line", m.line.into()),
         ("address", m.address.into()),
@@ -217,10 +229,23 @@ fn stop_text(m: &StopText) -> Vec<Field> {
 }
 
 fn zero(m: &ZeroError) -> Vec<Field> {
-    vec![run_id(m.run_id), ("cable", m.cable.into()), ("value", m.value_mm.into()), ("sigma", m.sigma_mm.into())]
+    vec![
+        run_id(m.run_id),
+        ("cable", m.cable.into()),
+        ("offset", m.value_mm.into()),
+        ("offset_sigma", m.sigma_mm.into()),
+    ]
+}
+
+fn identity(m: &Identity) -> Vec<Field> {
+    vec![("serial", m.serial.into()), ("boot", m.boot.into()), ("wearer", m.wearer.into())]
+}
+
+fn naming(m: &Naming) -> Vec<Field> {
+    vec![run_id(m.run_id), ("boot", m.boot.into()), ("wearer", m.wearer.into()), ("checksum", m.checksum.into())]
 }
 
 fn watch(m: &WatchReport) -> Vec<Field> {
-    let moved = ["x", "y", "z"].into_iter().zip(m.moved_mm.map(f64::from));
+    let moved = ["moved_x", "moved_y", "moved_z"].into_iter().zip(m.moved_mm.map(f64::from));
     [run_id(m.run_id), ("cause", m.cause.code().into()), ("cable", m.cable.into())].into_iter().chain(moved).collect()
 }

@@ -1,6 +1,8 @@
 //! Random messages of every kind, within what their fields can hold.
 
+use glenoid::can::Standing;
 use glenoid::can::health::{BusHealth, LastStop, StopText};
+use glenoid::can::identity::{Identity, Naming};
 use glenoid::can::message::Message;
 use glenoid::can::report::{LeftOut, OutcomeReport, PoseReport, RawLength};
 use glenoid::can::result::{Axis, Parameter, Quality, VerificationReport, WeakDirection, ZeroError};
@@ -10,8 +12,8 @@ use glenoid::procedure::{Guidance, PoseSet, Reason, StateName};
 use glenoid::restart::ResetCause;
 use rand::Rng;
 
-/// How many kinds of messages the device sends.
-pub const KINDS: u8 = 23;
+/// How many kinds of messages the device sends, without the multiplexed ones.
+pub const KINDS: u8 = 26;
 
 /// A random message of a kind, 0 to [`KINDS`] - 1 in the order of the identifiers. Values are random within what
 /// their fields can hold, and not rounded to the fields' steps.
@@ -116,6 +118,9 @@ pub fn random_message(kind: u8, random: &mut impl Rng) -> Message {
         19 => Message::StopText(StopText { index: any.0.random(), text: any.0.random() }),
         20 => Message::CandidateZero(any.zero()),
         21 => Message::LiveZero(any.zero()),
+        23 => Message::Identity(Identity { serial: any.0.random(), boot: any.0.random(), wearer: any.0.random() }),
+        24 => Message::CandidateNaming(any.naming()),
+        25 => Message::LiveNaming(any.naming()),
         _ => Message::Watch(WatchReport {
             run_id: any.0.random(),
             cause: any.reason(),
@@ -165,6 +170,10 @@ impl<R: Rng> Random<'_, R> {
         }
     }
 
+    fn naming(&mut self) -> Naming {
+        Naming { run_id: self.0.random(), boot: self.0.random(), wearer: self.0.random(), checksum: self.0.random() }
+    }
+
     fn zero(&mut self) -> ZeroError {
         ZeroError {
             run_id: self.0.random(),
@@ -190,6 +199,7 @@ impl<R: Rng> Random<'_, R> {
                 unacknowledged: self.0.random(),
                 by_command_only: self.0.random(),
             },
+            standing: Standing::ALL[self.0.random_range(0..Standing::ALL.len())],
             sequence: self.0.random(),
         }
     }

@@ -6,6 +6,7 @@
 use super::text::{Text, lines};
 use super::{Columns, LengthsFile, Row};
 use crate::identify::input_error::InputError;
+use glenoid::can::message::BLOCK;
 use glenoid::can::report::RawLength;
 use glenoid::can::{BaseId, Frame, Message};
 use glenoid::procedure::PoseSet;
@@ -58,8 +59,12 @@ pub(super) fn parse(file: &str, text: &Text) -> Result<LengthsFile, InputError> 
     }
     runs.retain(|run| run.poses.values().any(Pose::is_whole));
     let Some(run) = runs.last() else {
+        let base = BaseId::DEFAULT.command().as_raw();
         let message = match ours {
-            0 => format!("{frames} frames, but none with an identifier of the board (300 to 31F)"),
+            0 => format!(
+                "{frames} frames, but none with an identifier of the board ({base:03X} to {:03X})",
+                base + BLOCK - 1
+            ),
             _ => format!(
                 "{ours} frames of the board, but no pose with all six lengths: record during the calibration, or read \
                  the poses out afterwards"

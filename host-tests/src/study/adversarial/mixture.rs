@@ -124,15 +124,15 @@ impl Builder {
         self.add("degenerate", &format!("{name} but for {odd} poses"));
     }
 
-    /// Lengths with noise, about a centre that may wander.
+    /// Lengths with noise, about a centre that may migrate.
     fn measure(&mut self, random: &mut impl Rng) {
-        let wander_mm = if random.random_bool(0.15) { random.random_range(0.02..3.0) } else { 0.0 };
+        let migration_mm = if random.random_bool(0.15) { random.random_range(0.02..3.0) } else { 0.0 };
         for rotation in &self.rotations {
-            let centre = self.scene.centre_mm + Vector3::from_fn(|_, _| normal(random)) * wander_mm;
+            let centre = self.scene.centre_mm + Vector3::from_fn(|_, _| normal(random)) * migration_mm;
             self.poses_mm.push(with_noise(self.scene.lengths_about(&centre, rotation), random, NOISE_MM));
         }
-        if wander_mm > 0.0 {
-            self.add("wander", &format!("{wander_mm:.3} mm"));
+        if migration_mm > 0.0 {
+            self.add("wander", &format!("{migration_mm:.3} mm"));
         }
     }
 

@@ -21,7 +21,7 @@ const START_MM: f64 = 50.0;
 const STEPS: usize = 8;
 /// Runs go on to here, so that each has a δE at every step, mm.
 const FAR_BELOW_MM: f64 = 1e-12;
-/// What cannot be told from zero, mm: lengths of some 300 mm have digits down to 6e-14 mm.
+/// Errors below this cannot be distinguished from zero, mm: lengths of some 300 mm have digits down to 6e-14 mm.
 const ROUNDING_MM: f64 = 1e-13;
 
 fn study(plan: &Plan) -> Result<Findings, Problem> {

@@ -7,7 +7,7 @@ use crate::study::findings::{Findings, Plan, Problem, Table, short};
 use crate::study::scene::Scene;
 use crate::study::statistics::quantile;
 use crate::study::{Study, trials};
-use glenoid::identification::verify;
+use glenoid::paper::verify;
 use glenoid::rig::Parameters;
 
 /// Fig. 6.
@@ -27,11 +27,11 @@ pub const FIG_7: Study = Study {
 };
 
 const NOISE_MM: f64 = 0.1;
-const MOST_POSES: usize = 100;
+const MAX_POSES: usize = 100;
 /// What the paper's figures settle at, mm.
 const PAPER_MM: f64 = 0.07;
 /// Starts drawn before a set is given up.
-const MOST_STARTS: usize = 1000;
+const MAX_STARTS: usize = 1000;
 
 /// One set that was identified and verified.
 struct Verified {
@@ -72,7 +72,7 @@ fn study(plan: &Plan, name: &'static str, d: f64) -> Result<Findings, Problem> {
     for base_radius_mm in [150.0, 350.0] {
         let scene = Scene::table_1(base_radius_mm)?;
         let (mut identification, mut verification) = (Vec::new(), Vec::new());
-        for poses in 3..=MOST_POSES {
+        for poses in 3..=MAX_POSES {
             let experiment = format!("{name} R {base_radius_mm} m {poses}");
             let sets =
                 trials::run(plan.seed, &experiment, plan.trials, |_, mut random| set(&scene, &mut random, poses, d));
@@ -93,7 +93,7 @@ fn study(plan: &Plan, name: &'static str, d: f64) -> Result<Findings, Problem> {
                 done.iter().map(|set| set.failed_starts).sum::<usize>().to_string(),
                 (sets.len() - done.len()).to_string(),
             ];
-            if poses == MOST_POSES {
+            if poses == MAX_POSES {
                 remarks.push(format!(
                     "verification δE at {poses} poses, base radius {base_radius_mm} mm: {} mm; the paper's: {PAPER_MM} mm",
                     short(medians[1])
@@ -126,7 +126,7 @@ fn set(scene: &Scene, random: &mut rand_chacha::ChaCha8Rng, poses: usize, d: f64
     let (first, second) = (random_rotations(random, poses), random_rotations(random, poses));
     let first = measured::<f64>(scene, &first, random, NOISE_MM).ok()?;
     let second = measured::<f64>(scene, &second, random, NOISE_MM).ok()?;
-    for failed_starts in 0..MOST_STARTS {
+    for failed_starts in 0..MAX_STARTS {
         let start = random_start(scene, random, d);
         let Ok(run) = run(scene, &start, &first, TOLERANCE_MM) else { continue };
         let parameters = Parameters::from_array(run.parameters_mm);

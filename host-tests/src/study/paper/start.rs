@@ -2,8 +2,9 @@
 
 use crate::study::scene::{Reach, Scene, symmetric, with_noise};
 use crate::study::solve::{Precision, lengths_in};
-use glenoid::identification::{PaperIteration, PaperSettings, Refusal};
+use glenoid::identification::Refusal;
 use glenoid::kinematics::CableLengths;
+use glenoid::paper::{PaperIteration, PaperSettings};
 use glenoid::rig::Parameters;
 use glenoid::scalar::Real;
 use nalgebra::Rotation3;
@@ -102,6 +103,6 @@ fn steps<T: Precision>(
     let identified = PaperIteration::new(T::rig(scene), start, settings).run(poses)?;
     Ok(Run {
         parameters_mm: identified.parameters.to_array().map(Real::to_f64),
-        deviations_mm: identified.deviations_mm.iter().map(|deviation| deviation.to_f64()).collect(),
+        deviations_mm: identified.rms_residuals_mm.iter().map(|deviation| deviation.to_f64()).collect(),
     })
 }

@@ -4,7 +4,7 @@ use super::start::{ELSEWHERE_MM, TOLERANCE_MM, random_start, run};
 use crate::plot::HeatMap;
 use crate::study::findings::{Findings, Plan, Problem, Table, percent};
 use crate::study::scene::{Reach, Scene};
-use crate::study::solve::{Told, lengths_in, solve};
+use crate::study::solve::{Knowledge, lengths_in, solve};
 use crate::study::{Study, trials};
 
 /// The maps of success.
@@ -85,7 +85,7 @@ const METHOD: &str = "A trial is a set of random poses (tilt to 45°, torsion ±
 
 fn trial(scene: &Scene, random: &mut rand_chacha::ChaCha8Rng, poses: usize) -> Trial {
     let poses_mm: Vec<_> = (0..poses).map(|_| scene.lengths(&Reach::USUAL.rotation(random))).collect();
-    let start_free = solve::<f64>(scene, &poses_mm, Told::NoiseAndSoundPoses);
+    let start_free = solve::<f64>(scene, &poses_mm, Knowledge::NoiseAndSoundPoses);
     let lengths = lengths_in::<f64>(&poses_mm);
     let plain = START_ERRORS_MM.map(|d| {
         let start = random_start(scene, random, d);

@@ -2,11 +2,11 @@
 
 use crate::study::findings::Problem;
 use crate::study::scene::{Reach, Scene, normal, symmetric, with_noise};
-use crate::study::solve::{Answer, Told, solve_with_zeros};
+use crate::study::solve::{Answer, Knowledge, solve_with_zeros};
 use crate::wearer::{Encoder, rotation};
 use glenoid::kinematics::CableLengths;
+use glenoid::monitor::SlipDetector;
 use glenoid::rig::{CABLES, Parameters, RigError};
-use glenoid::watch::Watch;
 use nalgebra::{Rotation3, Vector3};
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
@@ -16,7 +16,7 @@ use std::f64::consts::TAU;
 const NOISE_MM: f64 = 0.1;
 /// Poses of the calibration, as many as the device collects by itself: with known zeros, and with unknown ones.
 const POSES: [usize; 2] = [12, 30];
-/// Unknown zeros, when they are, and the prior that the solver is told, mm.
+/// Unknown zeros, when they are, and the prior that the estimator is given, mm.
 const ZEROS_MM: f64 = 10.0;
 
 /// What slips, and by how much.
@@ -94,7 +94,7 @@ pub struct Therapy {
 impl Therapy {
     /// A wearer with a random centre; the encoders' zeros are off unless they are known. The watch is over the centre
     /// that the device's own solver (f32) finds. `Ok(None)` when it refuses them.
-    pub fn begin(mut random: ChaCha8Rng, zeros_known: bool) -> Result<Option<(Self, Watch<f32>)>, Problem> {
+    pub fn begin(mut random: ChaCha8Rng, zeros_known: bool) -> Result<Option<(Self, SlipDetector<f32>)>, Problem> {
         let scene = Scene::table_1(150.0)?.worn(&mut random, 20.0, 10.0);
         let prior_mm = if zeros_known { 0.0 } else { ZEROS_MM };
         let zeros_mm: [f64; CABLES] = std::array::from_fn(|_| symmetric(&mut random, prior_mm));
@@ -108,17 +108,17 @@ impl Therapy {
                 therapy.measured(therapy.scene.lengths(&turned))
             })
             .collect();
-        let Ok(answer) = solve_with_zeros::<f32>(&therapy.scene, &poses, Told::Noise, prior_mm) else {
+        let Ok(answer) = solve_with_zeros::<f32>(&therapy.scene, &poses, Knowledge::Noise, prior_mm) else {
             return Ok(None);
         };
         let watch = therapy.watch(&answer)?;
         Ok(Some((therapy, watch)))
     }
 
-    fn watch(&self, answer: &Answer) -> Result<Watch<f32>, RigError> {
+    fn watch(&self, answer: &Answer) -> Result<SlipDetector<f32>, RigError> {
         let rig = self.scene.rig_single();
         let parameters = Parameters::from_array(answer.parameters_mm.map(|x| x as f32));
-        Ok(Watch::new(rig, &parameters, &answer.zeros_mm.map(|x| x as f32), rig.length_noise_mm()))
+        Ok(SlipDetector::new(rig, &parameters, &answer.zeros_mm.map(|x| x as f32), rig.length_noise_mm()))
     }
 
     /// What the device makes of six true lengths: noise, then whole counts, mm.

@@ -196,7 +196,7 @@ fn what_is_not_used_is_told() {
     );
     assert_eq!(
         told("--rig rig.toml --method paper --noise 0.1"),
-        "cargo identify: warning: --noise is not used: the paper's method takes its error bar from its own residuals\n"
+        "cargo identify: warning: --noise is not used: the paper's method takes its standard deviation from its own residuals\n"
     );
     assert_eq!(
         told("--rig rig.toml --method paper --zeros"),
@@ -227,7 +227,7 @@ fn unknown_encoder_zeros_are_identified_when_asked_for() {
         assert!(verified_mm < 0.5, "{verified_mm}");
     }
     let told = desk.identify("log.csv --zeros").stdout;
-    assert!(told.contains("mm too much at encoder") && told.contains("the centre hangs on the zeros"), "{told}");
+    assert!(told.contains("mm too much at encoder") && told.contains("the centre depends on the zeros"), "{told}");
     // Not asked for, they are not looked for; and they are too large for noise.
     let without = desk.identify("log.csv --json");
     assert_eq!((without.code, &without.json()["zeros_mm"]), (Some(2), &Value::Null));

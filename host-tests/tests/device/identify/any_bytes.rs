@@ -104,7 +104,7 @@ proptest! {
             b"l1,l2,l3,l4,l5,l6\n1,2,3,4,5,6\n",
             b"\xff\xfel\x001\x00",
             b"l1;l2;l3;l4;l5;l6\n1,5;2;3;4;5;6\n",
-            b"(1.0) can0 30F#0100000100000010\n(1.1) can0 ",
+            b"(1.0) can0 68F#0100000100000010\n(1.1) can0 ",
         ];
         let _ = LengthsFile::parse("log.csv", &[log[before], &bytes].concat());
         let _ = RigFile::parse("rig.toml", &bytes);

@@ -9,7 +9,7 @@ fn log(seed: u64, poses: usize) -> Log {
     shoulder(seed, poses, 0.1).iter().map(|row| row.map(|mm| f64::from(mm as f32))).collect()
 }
 
-/// A frame RawLength of glenoid.dbc (783): run, index, cable and set, length in 2^-20 mm, little-endian.
+/// A frame RawLength of glenoid.dbc (0x68F): run, index, cable and set, length in 2^-20 mm, little-endian.
 fn raw_length(run: u16, index: usize, cable: usize, held_out: bool, length_mm: f64) -> [u8; 8] {
     let mut data = [0; 8];
     data[..2].copy_from_slice(&run.to_le_bytes());
@@ -33,13 +33,13 @@ fn recording(run: u16, poses: &Log, held_out: bool) -> String {
         for (cable, length) in row.iter().enumerate() {
             let time = index * 6 + cable;
             let data = hex(&raw_length(run, index, cable + 1, held_out, *length));
-            let _ = writeln!(text, "(1700000000.{time:06}) can0 30F#{data}");
+            let _ = writeln!(text, "(1700000000.{time:06}) can0 68F#{data}");
             // A drive's own frames, an extended one, a remote one, CAN FD, and a heartbeat of the board.
             let _ = writeln!(text, "(1700000000.{time:06}) can0 181#0102030405060708");
             let _ = writeln!(text, "(1700000000.{time:06}) can0 18FEF100#FFFF");
             let _ = writeln!(text, "(1700000000.{time:06}) can0 181#R");
             let _ = writeln!(text, "(1700000000.{time:06}) can0 181##1AABB");
-            let _ = writeln!(text, "(1700000000.{time:06}) can0 302#0100000000000000");
+            let _ = writeln!(text, "(1700000000.{time:06}) can0 682#0100000000000000");
         }
     }
     text
@@ -71,7 +71,7 @@ fn a_recording_gives_the_centre_and_its_second_set_verifies_it() {
         .flat_map(|index| (0..6).map(move |cable| (index, cable)))
         .map(|(index, cable)| {
             let data = raw_length(7, index, cable + 1, false, first[index][cable]).map(|byte| format!("{byte:02X}"));
-            format!("  can0  30F   [8]  {}\n", data.join(" "))
+            format!("  can0  68F   [8]  {}\n", data.join(" "))
         })
         .collect();
     same_centre(&desk, &desk.put("run.txt", printed).identify("run.txt --json"), &first);
@@ -100,9 +100,9 @@ fn a_recording_that_was_cut_says_what_is_missing() {
     let poses = log(1, 12);
     let whole = recording(7, &poses, false);
     let without_one: String =
-        whole.lines().filter(|line| !line.contains("30F#0700040")).map(|l| l.to_owned() + "\n").collect();
+        whole.lines().filter(|line| !line.contains("68F#0700040")).map(|l| l.to_owned() + "\n").collect();
     let first_of_pose_4 =
-        recording(7, &poses, false).lines().find(|line| line.contains("30F#07000401")).unwrap().to_owned();
+        recording(7, &poses, false).lines().find(|line| line.contains("68F#07000401")).unwrap().to_owned();
     let ran = desk.put("run.log", without_one + &first_of_pose_4 + "\n(1700000000.1) ca").identify("run.log --json");
     assert_eq!(ran.code, Some(0), "{ran:?}");
     assert!(ran.stderr.contains("pose 4 of set 1 is left out: not all six lengths were recorded"), "{ran:?}");
@@ -120,7 +120,7 @@ fn a_recording_without_poses_or_with_something_else_in_it_says_so() {
             "line 2, column 1: 2 frames, but none with an identifier of the board",
         ),
         (
-            "(1.0) can0 302#0100000000000000\n",
+            "(1.0) can0 682#0100000000000000\n",
             "line 1, column 1: 1 frames of the board, but no pose with all six lengths",
         ),
         (

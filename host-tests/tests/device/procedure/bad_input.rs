@@ -73,7 +73,7 @@ fn foreign_traffic_changes_nothing_but_a_counter() {
     let mut flooded = calm.fork();
     // two frames a millisecond for two seconds, also such as look like the device's own
     for step in 0..2_000u16 {
-        for id in [step % 0x300, 0x301 + step % 31] {
+        for id in [step % 0x680, 0x681 + step % 23] {
             let bytes = step.to_le_bytes();
             flooded.event(Event::Can(Frame::new(id, &[bytes[0], bytes[1], 5, 5, 5, 5, 5, 5]).unwrap()));
         }

@@ -1,12 +1,14 @@
 //! A wearer, a client and a device in one process: time is counted, nothing is random but the wearer.
 
+use glenoid::can::identity::Naming;
 use glenoid::can::status::{Answer, Heartbeat};
-use glenoid::can::{BaseId, Frame, Message, Opcode, Request};
+use glenoid::can::{BaseId, Frame, Message, Opcode, Operation, ParameterAnswer, ParameterRequest, Request};
 use glenoid::device::{Action, BlinkPattern, Config, Device, Event, LogEntry, MAX_FRAMES};
+use glenoid::parameters::ParameterSet;
 use glenoid::procedure::{Limits, Procedure, Reason, Settings, StateName};
-use glenoid::record::{LoadError, Record};
-use glenoid::restart::Restart;
-use glenoid::rig::Rig;
+use glenoid::record::{JournalEntry, LoadError, Loaded, Record, StoreError};
+use glenoid::restart::{ResetCause, Restart};
+use glenoid::rig::{Drum, Parameters, Rig};
 use host_tests::wearer::{Pose, Wearer, WearerSettings};
 
 /// Time between two samples of the encoders, ms.
@@ -30,6 +32,15 @@ pub struct Bench {
     nonce: u16,
     /// The last one among the messages that were taken.
     heartbeat: Option<Message>,
+    naming: Option<Naming>,
+    /// What the device has had noted.
+    pub journal: Vec<JournalEntry>,
+    /// Parameters that the device wanted stored.
+    pub sets: Vec<ParameterSet>,
+    /// How often the device wanted the record erased.
+    pub erased: u32,
+    /// The device has asked to be started anew.
+    pub stopped: Option<ResetCause>,
 }
 
 impl Bench {
@@ -51,7 +62,27 @@ impl Bench {
     fn at(now_ms: u32, settings: Settings, wearer: WearerSettings) -> Self {
         let rig = Rig::shoulder(150.0).unwrap();
         let config = Config { limits: Limits::new(&rig, settings).unwrap(), ..Config::for_rig(rig) };
-        let wearer = Wearer::new(Rig::shoulder(150.0).unwrap(), wearer);
+        Self::on(now_ms, config, Rig::shoulder(150.0).unwrap(), wearer)
+    }
+
+    /// A device of another kind, with a wearer in its machine.
+    pub fn of(config: Config, wearer: WearerSettings) -> Self {
+        let (rig, wide) = (&config.rig, |mm: &f32| f64::from(*mm));
+        let drum = Drum {
+            radius_mm: rig.drum().radius_mm.into(),
+            counts_per_turn: rig.drum().counts_per_turn.into(),
+            home_length_mm: rig.drum().home_length_mm.each_ref().map(wide),
+            fastest_mm_per_s: rig.drum().fastest_mm_per_s.into(),
+        };
+        let nominal = Parameters::from_array(rig.nominal().to_array().each_ref().map(wide));
+        let base_mm = rig.base_mm().map(|point| point.cast());
+        let edges_mm = rig.edges_mm().each_ref().map(wide);
+        let rig = Rig::new(base_mm, edges_mm, drum, rig.length_noise_mm().into(), nominal).unwrap();
+        Self::on(0, config, rig, wearer)
+    }
+
+    fn on(now_ms: u32, config: Config, rig: Rig<f64>, wearer: WearerSettings) -> Self {
+        let wearer = Wearer::new(rig, wearer);
         let at = wearer.home();
         let mut bench = Self {
             device: Device::new(config),
@@ -67,6 +98,11 @@ impl Bench {
             records: Vec::new(),
             nonce: 0,
             heartbeat: None,
+            naming: None,
+            journal: Vec::new(),
+            sets: Vec::new(),
+            erased: 0,
+            stopped: None,
         };
         // long enough for the arm to count as still
         bench.pass(600);
@@ -74,15 +110,25 @@ impl Bench {
     }
 
     pub fn event(&mut self, event: Event) {
-        let Self { device, now_ms, messages, led_patterns, logs, records, .. } = self;
+        let Self {
+            device, now_ms, messages, led_patterns, logs, records, naming, journal, sets, erased, stopped, ..
+        } = self;
         let mut frames = 0;
         device.handle(*now_ms, event, &mut |action| match action {
             Action::Send(frame) => {
                 frames += 1;
-                messages.push(Message::unpack(&frame, BaseId::DEFAULT).unwrap());
+                let message = Message::unpack(&frame, BaseId::DEFAULT).unwrap();
+                if let Message::CandidateNaming(shown) = message {
+                    *naming = Some(shown);
+                }
+                messages.push(message);
             }
+            Action::StoreParameters(set) => sets.push(set),
+            Action::EraseRecord => *erased += 1,
+            Action::Journal(entry) => journal.push(entry),
             Action::StatusLed(pattern) => led_patterns.push(pattern),
             Action::Store(record) => records.push(record),
+            Action::Stop(ResetCause::Requested) => *stopped = Some(ResetCause::Requested),
             Action::Stop(cause) => panic!("the device asks for a restart: {cause:?}"),
             Action::Log(entry) => logs.push(entry),
         });
@@ -117,6 +163,16 @@ impl Bench {
         self.at = pose;
     }
 
+    /// Moves the encoders to other counts in 600 ms, in a straight line.
+    pub fn glide_to(&mut self, counts: [i32; 6]) {
+        let from = self.counts;
+        for step in 1..=60 {
+            let between = |k: usize| from[k] + (counts[k] - from[k]) * step / 60;
+            self.set_counts(std::array::from_fn(between));
+            self.pass(SAMPLE_MS);
+        }
+    }
+
     /// Presses the button while the arm moves to a pose and back all the time.
     pub fn press_while_moving(&mut self, pose: Pose, ms: u32) {
         let there = self.wearer.motion(&self.at, &pose, 600, SAMPLE_MS);
@@ -146,7 +202,8 @@ impl Bench {
         self.heartbeat = None;
         self.messages.clear();
         self.logs.clear();
-        self.event(Event::PowerUp(loaded));
+        let journal = self.journal.last().copied();
+        self.event(Event::PowerUp(Loaded { journal, ..loaded.into() }));
         self.pass(600);
     }
 
@@ -160,6 +217,8 @@ impl Bench {
             led_patterns: self.led_patterns.clone(),
             logs: self.logs.clone(),
             records: self.records.clone(),
+            journal: self.journal.clone(),
+            sets: self.sets.clone(),
             ..*self
         }
     }
@@ -173,7 +232,7 @@ impl Bench {
 
     pub fn request(&mut self, opcode: u8, run_id: u16, argument: u16) -> Answer {
         self.nonce = self.nonce.wrapping_add(1).max(1);
-        let request = Request { opcode, nonce: self.nonce, run_id, argument };
+        let request = Request { opcode, boot: 0, nonce: self.nonce, run_id, argument };
         self.raw(request.pack(BaseId::DEFAULT.command()))
     }
 
@@ -189,13 +248,49 @@ impl Bench {
         answers[0]
     }
 
+    /// Sends a request about parameters and returns its answer.
+    pub fn parameter(&mut self, request: ParameterRequest) -> ParameterAnswer {
+        let before = self.messages.len();
+        self.event(Event::Can(request.pack(BaseId::DEFAULT.parameters())));
+        self.parameter_answer(before).expect("an answer")
+    }
+
+    /// Saves the prepared parameters; the board's store ends so. None when the device does not answer.
+    pub fn save_parameters(&mut self, result: Result<(), StoreError>) -> Option<ParameterAnswer> {
+        let before = self.messages.len();
+        let request = ParameterRequest { operation: Operation::Save as u8, index: 0, nonce: 1, value: 0 };
+        self.event(Event::Can(request.pack(BaseId::DEFAULT.parameters())));
+        assert_eq!(self.parameter_answer(before), None, "it is answered when the board has stored");
+        self.event(Event::ParametersStored(result));
+        self.parameter_answer(before)
+    }
+
+    fn parameter_answer(&self, from: usize) -> Option<ParameterAnswer> {
+        self.messages[from..].iter().find_map(|m| if let Message::Parameter(a) = m { Some(*a) } else { None })
+    }
+
     pub fn command(&mut self, opcode: Opcode) -> Answer {
         self.request(opcode as u8, 0, 0)
     }
 
     /// A command that names the run.
     pub fn decide(&mut self, opcode: Opcode) -> Answer {
+        if opcode == Opcode::Accept && self.state() == StateName::Review {
+            return self.accept();
+        }
         self.request(opcode as u8, self.device.procedure().run_id(), 0)
+    }
+
+    /// Accepts the new centre by the name under which it was shown.
+    pub fn accept(&mut self) -> Answer {
+        let naming = self.naming().expect("the new centre was not named");
+        self.nonce = self.nonce.wrapping_add(1).max(1);
+        self.raw(Request::naming(Opcode::Accept, self.nonce, &naming).pack(BaseId::DEFAULT.command()))
+    }
+
+    /// What the last report named the new centre.
+    pub fn naming(&self) -> Option<Naming> {
+        self.naming
     }
 
     pub fn procedure(&self) -> &Procedure {
@@ -244,7 +339,8 @@ impl Bench {
         }
         self.capture(3);
         assert_eq!(self.command(Opcode::Verify).code, Reason::Fine);
-        self.pass(10);
+        // the report of the new centre must be whole before it can be accepted
+        self.pass(100);
     }
 
     /// The messages since the last call.

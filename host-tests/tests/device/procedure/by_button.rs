@@ -1,8 +1,8 @@
 //! A whole calibration with nothing but a button and a status LED.
 
 use super::bench::Bench;
-use glenoid::can::Message;
-use glenoid::device::BlinkPattern;
+use glenoid::can::{Message, Opcode};
+use glenoid::device::{BlinkPattern, Event};
 use glenoid::procedure::{Reason, StateName};
 
 const SHORT_MS: u32 = 200;
@@ -22,7 +22,10 @@ fn a_run_by_button_and_led() {
         assert!(holds < 80);
     }
     bench.pass(1_500);
-    assert_eq!(bench.led_patterns.last(), Some(&BlinkPattern::Review));
+    let winks = winks(*bench.led_patterns.last().unwrap());
+    for _ in 0..winks {
+        bench.press(SHORT_MS);
+    }
     bench.press(LONG_MS);
     bench.pass(1_500);
     assert_eq!((bench.state(), bench.led_patterns.last()), (StateName::Idle, Some(&BlinkPattern::InUse)));
@@ -31,6 +34,66 @@ fn a_run_by_button_and_led() {
     use BlinkPattern::*;
     for pattern in [Collecting, Captured, Working, Verifying, LongPress] {
         assert!(seen(pattern), "{pattern:?} in {:?}", bench.led_patterns);
+    }
+}
+
+/// How often the LED winks in review.
+fn winks(pattern: BlinkPattern) -> usize {
+    // each wink is one dark beat
+    assert!([BlinkPattern::Review2, BlinkPattern::Review3, BlinkPattern::Review4].contains(&pattern), "{pattern:?}");
+    pattern.beats().count_zeros() as usize
+}
+
+/// Whoever has not looked at the LED does not accept: not by a long press, not by another number of short ones, not by
+/// the right number too slowly.
+#[test]
+fn the_button_accepts_only_what_the_led_has_shown() {
+    let mut bench = Bench::new(37);
+    bench.lead_to(StateName::Review);
+    bench.pass(1_500);
+    let right = winks(*bench.led_patterns.last().unwrap());
+    for presses in 0..6 {
+        let mut bench = bench.fork();
+        (0..presses).for_each(|_| bench.press(SHORT_MS));
+        bench.press(LONG_MS);
+        let accepted = bench.procedure().live().is_some();
+        assert_eq!(accepted, presses == right, "{presses} of {right}");
+    }
+    (0..right).for_each(|_| bench.press(SHORT_MS));
+    bench.pass(3_000);
+    bench.press(LONG_MS);
+    assert!(bench.procedure().live().is_none());
+}
+
+/// A press belongs to the state in which it began.
+#[test]
+fn a_press_that_began_before_the_review_decides_nothing() {
+    let mut bench = Bench::new(38);
+    bench.lead_to(StateName::Verifying);
+    bench.capture(3);
+    bench.event(Event::Button { down: true });
+    bench.pass(100);
+    assert_eq!(bench.command(Opcode::Verify).code, Reason::Fine);
+    bench.pass(1_900);
+    assert_eq!(bench.state(), StateName::Review);
+    bench.event(Event::Button { down: false });
+    bench.pass(100);
+    assert_eq!(bench.state(), StateName::Review);
+    assert!(bench.procedure().live().is_none());
+}
+
+/// A contact that sticks does nothing in any state, however long it takes to be known as stuck.
+#[test]
+fn a_contact_that_sticks_does_nothing_in_any_state() {
+    for state in StateName::ALL {
+        let mut bench = Bench::new(39);
+        bench.lead_to(state);
+        // the solver may find a centre meanwhile
+        bench.pass(400);
+        let before = bench.state();
+        bench.press(13_000);
+        assert_eq!(bench.state(), before, "{state:?}");
+        assert!(bench.procedure().live().is_none());
     }
 }
 

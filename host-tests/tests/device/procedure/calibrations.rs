@@ -59,7 +59,7 @@ fn a_run_by_itself_captures_ends_and_verifies() {
     }
     let candidate = bench.procedure().candidate().unwrap();
     let settings = Settings::default();
-    assert!(candidate.identified.poses >= u16::from(settings.enough_poses));
+    assert!(candidate.identified.poses >= u32::from(settings.enough_poses));
     assert_eq!(candidate.verification.poses, settings.verification_poses);
     let (sigma_mm, _) = candidate.identified.worst_centre_sigma_mm();
     // the forecast at the nominal centre holds within a fifth for a centre up to 20 mm off
@@ -187,7 +187,7 @@ fn raw_poses_come_through_to_the_bit() {
                     lengths[usize::from(raw.cable) - 1] = raw.length_mm;
                 }
             }
-            assert_eq!(&lengths, pose.as_mm());
+            assert_eq!(&lengths, pose.lengths().as_mm());
         }
     }
     assert_eq!(bench.request(Opcode::ReadPose as u8, run_id, 12).code, Reason::NoSuchPose);
@@ -209,7 +209,7 @@ fn a_client_that_comes_back_is_told_where_the_run_stands() {
     );
     let candidates = messages.iter().filter(|m| matches!(m, Message::CandidateCentre(_) | Message::CandidateRadius(_)));
     assert_eq!(candidates.count(), 6);
-    assert!(messages.iter().any(|m| matches!(m, Message::Versions(v) if v.protocol == 1 && v.capacity == 128)));
+    assert!(messages.iter().any(|m| matches!(m, Message::Versions(v) if v.protocol == 2 && v.capacity == 128)));
     assert!(messages.iter().any(|m| matches!(m, Message::Counters(_))));
 }
 

@@ -1,7 +1,7 @@
 //! Does the advice help? For each family of poses that lacks something: following the advice must sharpen the centre
 //! more than going on as before.
 
-use glenoid::identification::Survey;
+use glenoid::identification::{Machine, Pose, PredictedAccuracy};
 use glenoid::kinematics::{CableLengths, inverse};
 use glenoid::procedure::Guidance;
 use glenoid::procedure::guidance::Spread;
@@ -26,7 +26,8 @@ fn rotation(range: Range, random: &mut ChaCha8Rng) -> Rotation3<f64> {
 }
 
 struct Arm {
-    survey: Survey<f32>,
+    machine: Machine<f32>,
+    accuracy: PredictedAccuracy<f32>,
     spread: Spread,
     random: ChaCha8Rng,
 }
@@ -34,7 +35,9 @@ struct Arm {
 impl Arm {
     fn new(seed: u64) -> Self {
         let rig = Rig::shoulder(150.0).unwrap();
-        Self { survey: Survey::new(&rig), spread: Spread::default(), random: ChaCha8Rng::seed_from_u64(seed) }
+        let machine = Machine::new(&rig);
+        let accuracy = PredictedAccuracy::new(&machine, rig.nominal());
+        Self { machine, accuracy, spread: Spread::default(), random: ChaCha8Rng::seed_from_u64(seed) }
     }
 
     fn capture(&mut self, poses: usize, range: Range) {
@@ -48,13 +51,14 @@ impl Arm {
         for _ in 0..poses {
             let rotation = rotation(range, &mut self.random);
             let lengths = inverse::cable_lengths(&rig, &centre, &ends, &rotation).map(|length| length as f32);
-            let platform = self.survey.add(&CableLengths::new(lengths).unwrap()).unwrap();
-            self.spread.add(&platform.rotation);
+            let pose = Pose::placed(self.machine.platform(), CableLengths::new(lengths).unwrap()).unwrap();
+            self.accuracy.add(&self.machine, &pose);
+            self.spread.add(&pose.rotation());
         }
     }
 
     fn sigma_mm(&self) -> f32 {
-        self.survey.foretold().map_or(f32::INFINITY, |foretold| foretold.sigma_mm)
+        self.accuracy.predicted(&self.machine).map_or(f32::INFINITY, |predicted| predicted.sigma_mm)
     }
 }
 

@@ -1,12 +1,15 @@
 //! The calibration procedure as a whole: the device with a virtual wearer at its encoders and a client on its bus.
 
+mod accepting;
 mod bad_input;
 mod bench;
 mod by_button;
 mod calibrations;
 mod guidance;
+mod parameters;
 mod persistence;
 mod random_events;
+mod sets;
 mod slip_monitor;
 mod table;
 mod zeros;

@@ -2,18 +2,21 @@
 //!
 //! * it never panics and never sends more frames an event than it says;
 //! * it changes its state only along the table's transitions;
-//! * the centre in use changes only by an accept: a command that names the run, or a long press in the review;
+//! * the centre in use is never another one than that whose checksum was accepted: by a command that names boot, run and
+//!   checksum of a value that was shown, or by the presses that the LED asked for; over restarts too;
 //! * an abort always leads back to idle.
 //!
 //! Each sequence follows from its number alone. A sequence mixes sense and nonsense: held poses, so that runs get
 //! somewhere, and garbage at every layer, jumps of the clock among it. The limits are short so that a sequence that
 //! makes sense reaches every state within some hundred events.
 
-use glenoid::can::{BaseId, Frame, Opcode, Request};
+use glenoid::can::identity::Naming;
+use glenoid::can::{BaseId, Frame, Message, Opcode, Request};
 use glenoid::device::{Action, Config, Device, Event, MAX_FRAMES};
 use glenoid::procedure::transition::next;
 use glenoid::procedure::{Limits, Settings, StateName, Trigger};
-use glenoid::rig::Rig;
+use glenoid::record::{JournalEntry, LoadError, Loaded, Record};
+use glenoid::rig::{Parameters, Rig};
 use host_tests::wearer::{Wearer, WearerSettings};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -49,7 +52,27 @@ struct World {
     /// Changes of state that were seen.
     changes: BTreeSet<(StateName, StateName)>,
     accepted: u32,
-    can_accept: bool,
+    /// A device at power-up, for restarts.
+    new: Device,
+    /// The accept that is being given: the value that it names, or a press that may complete one.
+    accepting: Accepting,
+    /// Values as they were shown on the bus, by what names them.
+    shown: Vec<(Naming, [f32; 6])>,
+    /// The value that was accepted last.
+    chosen: Option<[f32; 6]>,
+    record: Option<Record>,
+    journal: Option<JournalEntry>,
+    /// Coordinates and radii of the value that is being shown.
+    showing: [f32; 6],
+    restarts: u32,
+}
+
+/// By what the centre in use may change in the event at hand.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Accepting {
+    Nothing,
+    Command(Naming),
+    Press,
 }
 
 impl World {
@@ -57,14 +80,43 @@ impl World {
         let mut random = ChaCha8Rng::seed_from_u64(number);
         // every fourth sequence sees the clock wrap
         let now_ms = if random.random_ratio(1, 4) { u32::MAX - random.random_range(0..5_000) } else { 0 };
-        Self { device: device.clone(), random, now_ms, changes: BTreeSet::new(), accepted: 0, can_accept: false }
+        Self {
+            device: device.clone(),
+            random,
+            now_ms,
+            changes: BTreeSet::new(),
+            accepted: 0,
+            new: device.clone(),
+            accepting: Accepting::Nothing,
+            shown: Vec::new(),
+            chosen: None,
+            record: None,
+            journal: None,
+            showing: [0.0; 6],
+            restarts: 0,
+        }
     }
 
     fn event(&mut self, event: Event) {
         let before = self.device.procedure().state();
-        let live = self.device.procedure().live().map(|live| (live.run_id, live.identified.parameters));
+        let value = |device: &Device| device.procedure().live().map(|live| live.identified.parameters.to_array());
+        let live = value(&self.device);
         let mut frames = 0;
-        self.device.handle(self.now_ms, event, &mut |action| frames += usize::from(matches!(action, Action::Send(_))));
+        let Self { device, record, journal, shown, showing, .. } = self;
+        device.handle(self.now_ms, event, &mut |action| match action {
+            Action::Send(frame) => {
+                frames += 1;
+                match Message::unpack(&frame, BaseId::DEFAULT).unwrap() {
+                    Message::CandidateCentre(p) => showing[usize::from(p.index)] = p.value_mm,
+                    Message::CandidateRadius(p) => showing[usize::from(p.index) + 3] = p.value_mm,
+                    Message::CandidateNaming(naming) => shown.push((naming, *showing)),
+                    _ => {}
+                }
+            }
+            Action::Store(stored) => *record = Some(stored),
+            Action::Journal(entry) => *journal = Some(entry),
+            _ => {}
+        });
         assert!(frames <= MAX_FRAMES, "{frames} frames after {event:?}");
 
         let after = self.device.procedure().state();
@@ -78,12 +130,72 @@ impl World {
             self.changes.insert((before, after));
         }
 
-        let live_now = self.device.procedure().live().map(|live| (live.run_id, live.identified.parameters));
+        let live_now = value(&self.device);
         if live_now != live {
             assert_eq!((before, after), (StateName::Review, StateName::Idle), "{event:?}");
-            assert!(self.can_accept, "{event:?}");
+            let live_now = live_now.expect("a centre in use never vanishes");
+            // as it was shown: each field of the bus has its step
+            let is_shown = |shown: &[f32; 6]| shown.iter().zip(&live_now).all(|(s, l)| (s - l).abs() <= 1e-5);
+            match self.accepting {
+                Accepting::Nothing => panic!("{event:?} put a centre in use"),
+                Accepting::Command(naming) => {
+                    let named = self.shown.iter().rev().find(|(shown, _)| *shown == naming);
+                    assert!(named.is_some_and(|(_, value)| is_shown(value)), "{naming:?} was not that value");
+                }
+                Accepting::Press => {
+                    assert!(self.shown.last().is_some_and(|(_, value)| is_shown(value)), "pressed for another value");
+                }
+            }
             self.accepted += 1;
+            self.chosen = Some(live_now);
         }
+        assert_eq!(live_now, self.chosen, "{event:?}");
+    }
+
+    /// The board is switched off and on. What is in use afterwards was accepted before.
+    fn restart(&mut self) {
+        self.restarts += 1;
+        self.device = self.new.clone();
+        let record = self.record.ok_or(LoadError::Nothing);
+        // the value does not change by it
+        self.chosen = self.record.map(|record: Record| Parameters::to_array(record.parameters));
+        let loaded = Loaded { record, journal: self.journal, parameters: None };
+        let (accepting, before) = (self.accepting, self.chosen);
+        self.device.handle(self.now_ms, Event::PowerUp(loaded), &mut |action| {
+            if let Action::Journal(entry) = action {
+                self.journal = Some(entry);
+            }
+        });
+        assert_eq!(self.device.procedure().live().map(|live| live.identified.parameters.to_array()), before);
+        self.accepting = accepting;
+    }
+
+    /// A client accepts: what was shown last, what was shown some time ago, or something that never was.
+    fn accept(&mut self) {
+        let naming = match self.random.random_range(0..4) {
+            0 | 1 => self.shown.last().map(|(naming, _)| *naming),
+            2 if !self.shown.is_empty() => Some(self.shown[self.random.random_range(0..self.shown.len())].0),
+            _ => None,
+        };
+        let run_id = self.device.procedure().run_id();
+        let naming = naming.unwrap_or(Naming {
+            run_id,
+            boot: self.device.procedure().boot(),
+            wearer: 0,
+            checksum: self.random.random(),
+        });
+        self.accepting = Accepting::Command(naming);
+        let nonce = self.random.random_range(0..4);
+        self.event(Event::Can(Request::naming(Opcode::Accept, nonce, &naming).pack(BaseId::DEFAULT.command())));
+        self.accepting = Accepting::Nothing;
+    }
+
+    /// Presses the button some times, then long.
+    fn press_often(&mut self) {
+        for _ in 0..self.random.random_range(0..6) {
+            self.press(200);
+        }
+        self.press(1_500);
     }
 
     fn pass(&mut self, ms: u32) {
@@ -105,20 +217,18 @@ impl World {
     }
 
     fn command(&mut self, opcode: u8, run_id: u16, argument: u16) {
-        let request = Request { opcode, nonce: self.random.random(), run_id, argument };
-        self.can_accept = opcode == Opcode::Accept as u8 && run_id == self.device.procedure().run_id();
+        let request = Request { opcode, boot: 0, nonce: self.random.random(), run_id, argument };
         self.event(Event::Can(request.pack(BaseId::DEFAULT.command())));
-        self.can_accept = false;
     }
 
     fn press(&mut self, ms: u32) {
         // a long press accepts, when it is let go
         self.event(Event::Button { down: true });
         self.pass(ms);
-        self.can_accept = (1_200..4_000).contains(&ms);
+        self.accepting = if (1_200..4_000).contains(&ms) { Accepting::Press } else { Accepting::Nothing };
         self.event(Event::Button { down: false });
         self.pass(40);
-        self.can_accept = false;
+        self.accepting = Accepting::Nothing;
     }
 
     fn step(&mut self, poses: &[[i32; 6]]) {
@@ -128,10 +238,20 @@ impl World {
                 let pose = poses[self.random.random_range(0..poses.len())];
                 self.hold(&pose);
             }
-            40..50 => self.command(Opcode::Start as u8, 0, 0),
+            40..44 => {
+                self.pass(500);
+                self.accept();
+            }
+            44 => self.press_often(),
+            45 if self.random.random_ratio(1, 4) => self.restart(),
+            46 => {
+                let kinds: [fn(&mut Self, &[[i32; 6]]); 2] = [leap, silence];
+                kinds[self.random.random_range(0..kinds.len())](self, poses);
+            }
+            45..50 => self.command(Opcode::Start as u8, 0, 0),
             50..75 => {
-                let opcode = self.random.random_range(1..=11);
-                let named = matches!(opcode, 5 | 6 | 8 | 9);
+                let opcode = self.random.random_range(1..=13);
+                let named = matches!(opcode, 5 | 6 | 8 | 9 | 13);
                 // abort and reject end most runs early: let them be rarer
                 if !matches!(opcode, 6 | 7) || self.random.random_ratio(1, 4) {
                     self.command(opcode, if named { run_id } else { 0 }, 0);
@@ -146,11 +266,9 @@ impl World {
                 let mut bytes = [0u8; 8];
                 self.random.fill(&mut bytes);
                 let length = self.random.random_range(0..=8);
-                let id = if self.random.random_ratio(1, 2) { 0x300 } else { self.random.random_range(0..0x800) };
+                let id = if self.random.random_ratio(1, 2) { 0x680 } else { self.random.random_range(0..0x800) };
                 let frame = Frame::new(id, &bytes[..length]).unwrap();
-                self.can_accept = true;
                 self.event(Event::Can(frame));
-                self.can_accept = false;
             }
             86..92 => {
                 let ms = [20, 200, 1_500, 2_000, 4_500, 13_000][self.random.random_range(0..6)];
@@ -179,6 +297,19 @@ impl World {
             }
         }
     }
+}
+
+/// One encoder leaps, and stays where it leapt to for a while.
+fn leap(world: &mut World, poses: &[[i32; 6]]) {
+    let mut counts = poses[0];
+    counts[world.random.random_range(0..6)] += world.random.random_range(-50_000..50_000);
+    world.hold(&counts);
+    world.hold(&counts);
+}
+
+/// The encoders say nothing for a while.
+fn silence(world: &mut World, _: &[[i32; 6]]) {
+    world.pass(700);
 }
 
 /// Runs sequences by their numbers; returns the changes of state that were seen and how many centres were accepted.
@@ -221,7 +352,7 @@ fn check(sequences: u64) {
             assert!(changes.contains(&(from, to)), "{from:?} never became {to:?}");
         }
     }
-    assert!(accepted > sequences / 100, "{accepted} centres accepted in {sequences} sequences");
+    assert!(accepted > sequences / 200, "{accepted} centres accepted in {sequences} sequences");
     println!("{sequences} sequences of {STEPS} steps: every change of state seen, {accepted} centres accepted");
 }
 

@@ -3,7 +3,7 @@
 use super::bench::{Bench, SAMPLE_MS};
 use glenoid::can::status::Fault;
 use glenoid::can::watch::WatchReport;
-use glenoid::can::{Message, Opcode};
+use glenoid::can::{Message, Opcode, Standing};
 use glenoid::device::{BlinkPattern, LogEntry};
 use glenoid::kinematics::inverse;
 use glenoid::procedure::{Reason, Settings, StateName};
@@ -57,7 +57,8 @@ fn arm(ms: u32) -> Rotation3<f64> {
 
 fn swing_home(bench: &mut Bench) {
     let home = bench.wearer.home();
-    bench.move_to(home);
+    bench.glide_to(home.counts);
+    bench.at = home;
 }
 
 /// The arm swings from home for a while in a machine with something wrong.
@@ -135,13 +136,19 @@ fn a_warning_is_repeated_until_it_is_acknowledged_and_comes_back_while_the_cause
     let messages = bench.take_messages();
     assert_eq!(reports(&messages), []);
     assert_eq!(faults(&messages).iter().map(|fault| fault.active).collect::<Vec<_>>(), [false]);
-    assert_eq!(bench.led_patterns.last(), Some(&BlinkPattern::InUse));
+    // the warning has been seen; the centre is not to be used all the same, until somebody decides
+    assert_eq!(bench.heartbeat().standing, Standing::NotToBeUsed);
+    assert_eq!(bench.led_patterns.last(), Some(&BlinkPattern::Slipped));
+    swing_home(&mut bench);
     swing(&mut bench, 3_000, slipped);
     assert!(!reports(&bench.take_messages()).is_empty(), "it has still slipped");
     // a short press is as good as the command
     bench.press(100);
     bench.pass(1_500);
-    assert_eq!(bench.led_patterns.last(), Some(&BlinkPattern::InUse));
+    bench.take_messages();
+    bench.pass(3_000);
+    assert_eq!(reports(&bench.take_messages()), []);
+    assert_eq!(bench.heartbeat().standing, Standing::NotToBeUsed);
 }
 
 #[test]
@@ -158,6 +165,7 @@ fn nothing_is_watched_without_a_centre_and_while_calibrating() {
     assert_eq!(reports(&bench.messages), []);
     // The old centre stays in use after the run, and the strap has slipped.
     bench.command(Opcode::Abort);
+    swing_home(&mut bench);
     swing(&mut bench, 3_000, slipped);
     assert!(!reports(&bench.messages).is_empty());
 }

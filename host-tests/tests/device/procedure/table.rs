@@ -142,7 +142,10 @@ fn every_command_in_every_state() {
             let mut bench = led.fork();
             let named = matches!(opcode, Opcode::Accept | Opcode::Reject | Opcode::Acknowledge);
             let run_id = if named { bench.procedure().run_id() } else { 0 };
-            let answer = bench.request(opcode as u8, run_id, 0);
+            let answer = match (opcode, state) {
+                (Opcode::Accept, StateName::Review) => bench.accept(),
+                _ => bench.request(opcode as u8, run_id, 0),
+            };
             let reason = match (state, named) {
                 // before the first run there is no run that could be named
                 (StateName::Idle, true) => Reason::BadArgument,

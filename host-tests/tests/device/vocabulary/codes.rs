@@ -10,9 +10,16 @@ fn reasons_in_the_dbc() {
     let expected: BTreeMap<u8, String> = Reason::ALL.iter().map(|r| (r.code(), r.name().to_owned())).collect();
     assert_eq!(expected.len(), Reason::ALL.len(), "a code is used twice");
     let database = Database::load();
-    for (id, signal) in
-        [(0x301, "code"), (0x302, "reason"), (0x303, "code"), (0x304, "reason"), (0x305, "reason"), (0x317, "cause")]
-    {
+    for (id, signal) in [
+        (0x681, "code"),
+        (0x682, "reason"),
+        (0x683, "code"),
+        (0x684, "reason"),
+        (0x685, "reason"),
+        (0x697, "cause"),
+        (0x699, "code"),
+        (0x69A, "reason"),
+    ] {
         assert_eq!(database.values[&(id, signal.to_owned())], expected, "{id:x}.{signal}");
     }
 }
@@ -62,6 +69,10 @@ fn reasons_are_never_renumbered() {
         (8, "StaleRun"),
         (9, "NoSuchPose"),
         (10, "Busy"),
+        (11, "WrongValue"),
+        (12, "ReportIncomplete"),
+        (13, "TooManyCommands"),
+        (14, "Locked"),
         (16, "ArmMoving"),
         (17, "PoseTooNear"),
         (18, "PosesFull"),
@@ -82,6 +93,10 @@ fn reasons_are_never_renumbered() {
         (56, "NotFinite"),
         (57, "TooAlike"),
         (58, "ZeroNotDetermined"),
+        (72, "CentreImplausible"),
+        (73, "RadiusImplausible"),
+        (74, "SigmaImplausible"),
+        (75, "OffsetImplausible"),
         (80, "VerificationFailed"),
         (81, "VerificationDoesNotClose"),
         (96, "Accepted"),
@@ -104,11 +119,21 @@ fn reasons_are_never_renumbered() {
         (123, "FlashLayout"),
         (124, "BusOff"),
         (125, "Restarted"),
+        (126, "ParametersDamaged"),
+        (127, "JournalUnwritable"),
         (128, "StrapSlipped"),
         (129, "CuffSlipped"),
         (130, "CableSlipped"),
         (131, "CentreDrifts"),
         (132, "CentreMoved"),
+        (133, "Unconfirmed"),
+        (144, "UnknownParameter"),
+        (145, "UnknownOperation"),
+        (146, "ParameterOutOfRange"),
+        (147, "ParametersContradict"),
+        (148, "WrongKey"),
+        (149, "WriteOnly"),
+        (150, "NoRecord"),
     ];
     let now: Vec<(u8, &str)> = Reason::ALL.iter().map(|reason| (reason.code(), reason.name())).collect();
     assert_eq!(now, released);
@@ -119,7 +144,7 @@ fn reasons_are_never_renumbered() {
 fn reset_causes_in_the_dbc() {
     let expected: BTreeMap<u8, String> = ResetCause::ALL.iter().map(|c| (c.code(), c.name().to_owned())).collect();
     let database = Database::load();
-    for (id, signal) in [(0x310, "reset_cause"), (0x313, "cause")] {
+    for (id, signal) in [(0x690, "reset_cause"), (0x693, "reset_cause")] {
         assert_eq!(database.values[&(id, signal.to_owned())], expected, "{id:x}.{signal}");
     }
 }
@@ -128,9 +153,19 @@ fn reset_causes_in_the_dbc() {
 fn states_and_guidance_in_the_dbc() {
     let database = Database::load();
     let states: BTreeMap<u8, String> = StateName::ALL.iter().map(|s| (s.code(), format!("{s:?}"))).collect();
-    assert_eq!(database.values[&(0x302, "state".to_owned())], states);
+    assert_eq!(database.values[&(0x682, "state".to_owned())], states);
     let guidance: BTreeMap<u8, String> = Guidance::ALL.iter().map(|g| (g.code(), format!("{g:?}"))).collect();
-    for id in [0x302, 0x304] {
+    for id in [0x682, 0x684] {
         assert_eq!(database.values[&(id, "guidance".to_owned())], guidance);
     }
+}
+
+/// What is made from the table of the parameters is current: `cargo run -p vocabulary` writes it.
+#[test]
+fn parameters_in_the_dbc_and_in_the_documentation() {
+    use host_tests::vocabulary::parameters;
+    let dbc = include_str!("../../../../glenoid.dbc");
+    assert!(parameters::dbc(dbc) == dbc, "glenoid.dbc is not what `cargo run -p vocabulary` writes");
+    let page = include_str!("../../../../docs/parameters.md");
+    assert!(parameters::document() == page, "docs/parameters.md is not what `cargo run -p vocabulary` writes");
 }

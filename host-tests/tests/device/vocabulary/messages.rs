@@ -13,12 +13,14 @@ fn every_message_is_in_the_dbc_and_no_other() {
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let mut names: Vec<String> =
         (0..KINDS).map(|kind| fields(&random_message(kind, &mut random)).0.to_owned()).collect();
-    names.insert(0, "Command".to_owned());
-    let defined: Vec<String> = database.messages.values().map(|definition| definition.name.clone()).collect();
+    names.extend(["Command", "ParameterRequest", "Parameter", "LiveSet", "Telemetry"].map(str::to_owned));
+    let mut defined: Vec<String> = database.messages.values().map(|definition| definition.name.clone()).collect();
+    names.sort();
+    defined.sort();
     assert_eq!(names, defined);
     for definition in database.messages.values() {
         assert_eq!(definition.length, 8);
-        assert_eq!(definition.sender == "Client", definition.name == "Command");
+        assert_eq!(definition.sender == "Client", ["Command", "ParameterRequest"].contains(&&*definition.name));
     }
 }
 
@@ -26,7 +28,8 @@ fn every_message_is_in_the_dbc_and_no_other() {
 fn no_two_signals_overlap_and_every_step_is_a_power_of_two() {
     for definition in Database::load().messages.values() {
         let mut taken = [false; 64];
-        for signal in &definition.signals {
+        // what is multiplexed may lie where other pieces have something else
+        for signal in definition.signals.iter().filter(|signal| signal.multiplexed.is_none()) {
             for position in signal.positions() {
                 assert!(!std::mem::replace(&mut taken[position as usize], true), "{} {}", definition.name, signal.name);
             }
@@ -61,7 +64,11 @@ fn random_bytes_unpack_by_the_dbc() {
     let mut random = ChaCha8Rng::seed_from_u64(3);
     let mut unpacked = 0;
     for _ in 0..400_000 {
-        let definition_id = 0x301 + random.random_range(0..u16::from(KINDS));
+        let definition_id = match random.random_range(0..u16::from(KINDS)) {
+            kind @ 0..23 => 0x681 + kind,
+            // past the multiplexed ones
+            kind => 0x69C + kind - 23,
+        };
         let definition = &database.messages[&definition_id];
         let mut data: [u8; 8] = random.random();
         clear_unused(definition, &mut data);
@@ -136,49 +143,52 @@ fn spoil(message: &mut Message, wrong: f32) -> bool {
 #[test]
 fn commands_by_the_dbc() {
     let database = Database::load();
-    let definition = &database.messages[&0x300];
+    let definition = &database.messages[&0x680];
     let mut random = ChaCha8Rng::seed_from_u64(5);
     for _ in 0..20_000 {
         let request = Request {
-            opcode: random.random(),
+            // accept and confirm: the only ones that name a boot
+            opcode: if random.random() { 5 } else { 13 },
+            boot: random.random(),
             nonce: random.random(),
             run_id: random.random(),
             argument: random.random(),
         };
         let frame = request.pack(BaseId::DEFAULT.command());
         let decoded: Vec<f64> = definition.signals.iter().map(|signal| signal.decode(frame.data())).collect();
-        let expected = [request.opcode.into(), 0, request.nonce, request.run_id, request.argument].map(f64::from);
+        let expected = [request.opcode.into(), request.boot.into(), request.nonce, request.run_id, request.argument]
+            .map(f64::from);
         assert_eq!(decoded, expected);
         assert_eq!(Request::unpack(frame.data()), Ok(request));
     }
-    let names = &database.values[&(0x300, "opcode".to_owned())];
+    let names = &database.values[&(0x680, "opcode".to_owned())];
     assert_eq!(names.len(), Opcode::ALL.len());
     for opcode in Opcode::ALL {
         assert_eq!(names[&(opcode as u8)], format!("{opcode:?}"));
     }
-    assert_eq!(names, &database.values[&(0x301, "opcode".to_owned())]);
+    assert_eq!(names, &database.values[&(0x681, "opcode".to_owned())]);
 }
 
 #[test]
 fn frames_of_others_are_told_apart() {
     let frame = |id, data: &[u8]| Message::unpack(&Frame::new(id, data).unwrap(), BaseId::DEFAULT);
-    assert_eq!(frame(0x2FF, &[0; 8]), Err(UnpackError::Foreign));
-    assert_eq!(frame(0x320, &[0; 8]), Err(UnpackError::Foreign));
+    assert_eq!(frame(0x67F, &[0; 8]), Err(UnpackError::Foreign));
+    assert_eq!(frame(0x6C0, &[0; 8]), Err(UnpackError::Foreign));
     // within the block: the command, and identifiers that nothing uses yet
-    assert_eq!(frame(0x300, &[0; 8]), Err(UnpackError::Foreign));
-    assert_eq!(frame(0x31F, &[0; 8]), Err(UnpackError::Foreign));
-    assert_eq!(frame(0x302, &[0; 7]), Err(UnpackError::WrongLength));
-    assert_eq!(frame(0x302, &[0, 0, 0x0F, 0, 0, 0, 0, 0]), Err(UnpackError::UnknownCode));
+    assert_eq!(frame(0x680, &[0; 8]), Err(UnpackError::Foreign));
+    assert_eq!(frame(0x6BF, &[0; 8]), Err(UnpackError::Foreign));
+    assert_eq!(frame(0x682, &[0; 7]), Err(UnpackError::WrongLength));
+    assert_eq!(frame(0x682, &[0, 0, 0x0F, 0, 0, 0, 0, 0]), Err(UnpackError::UnknownCode));
 }
 
 #[test]
 fn another_base_moves_every_identifier() {
-    assert_eq!(BaseId::new(0x310), None);
+    assert_eq!(BaseId::new(0x6A0), None);
     assert_eq!(BaseId::new(0x800), None);
-    let base = BaseId::new(0x7E0).unwrap();
+    let base = BaseId::new(0x7C0).unwrap();
     let message = random_message(1, &mut ChaCha8Rng::seed_from_u64(6));
     let frame = message.pack(base).unwrap();
-    assert_eq!((frame.raw_id(), base.command().as_raw()), (0x7E2, 0x7E0));
+    assert_eq!((frame.raw_id(), base.command().as_raw()), (0x7C2, 0x7C0));
     assert_eq!(Message::unpack(&frame, base), Ok(message));
     assert_eq!(Message::unpack(&frame, BaseId::DEFAULT), Err(UnpackError::Foreign));
 }

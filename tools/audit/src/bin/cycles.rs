@@ -45,7 +45,7 @@ const PROFILE_LINES: usize = 40;
 const MODULE_LINES: usize = 12;
 
 fn main() -> ExitCode {
-    match measure(&Arguments::parse_from(command_line::arguments())) {
+    match measure(&command_line::parse::<Arguments>()) {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::FAILURE,
         Err(error) => {
@@ -61,10 +61,14 @@ fn measure(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     let toolchain = firmware::choose_toolchain(consent)?;
     // Each image takes the place of the one before.
     let mut double = run::paths(&flash::build(toolchain, flash::DOUBLE)?)?;
+    let mut device = run::paths(&flash::build(toolchain, flash::DEVICE)?)?;
     let image = flash::build(toolchain, flash::SINGLE)?;
     let mut paths = run::paths(&image)?;
     paths.retain(|path| path.precision == flash::SINGLE);
     double.retain(|path| path.precision == flash::DOUBLE);
+    device.retain(|path| path.name.starts_with(flash::DEVICE));
+    // Neither is traced.
+    double.append(&mut device);
     let trace = trace::single_precision(&image)?;
     let traced = agreement::assign(&paths, &trace)?;
     if let Some(name) = &arguments.profile {

@@ -6,9 +6,10 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::Parser;
+use firmware_image::ccm_code::{self, CcmCode};
 use firmware_image::drive_board_image::{Facts, MOST_FLASH_BYTES, MOST_STATIC_BYTES};
 use firmware_image::elf::{Elf, Section};
-use firmware_image::hot_code::{self, HotCode, Memory};
+use firmware_image::memory::Memory;
 use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, Rig};
 use host_tests::command_line;
 use host_tests::emulator::{self, Emulator, Options};
@@ -29,8 +30,8 @@ const CCM_BYTES: u64 = 32 * 1024;
 const LOG_LIMIT: Duration = Duration::from_secs(5);
 
 /// Build both firmware images and print their flash and static RAM by section, which must keep within their limits;
-/// check the drive board's own (entry, vectors, memory, sizes) and both images' hot code (`hot.x`); then let the emulated board work through a calibration and print what the solver takes and
-/// how far the stack reached.
+/// check the drive board's own (entry, vectors, memory, sizes) and both images' code in the core-coupled memory (`ccm.x`); then
+/// let the emulated board work through a calibration and print what the solver takes and how far the stack reached.
 #[derive(Parser)]
 #[command(name = "cargo footprint", bin_name = "cargo footprint")]
 struct Arguments {
@@ -46,7 +47,7 @@ struct Arguments {
 }
 
 fn main() -> ExitCode {
-    match run(&Arguments::parse_from(command_line::arguments())) {
+    match run(&command_line::parse::<Arguments>()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("cargo footprint: {error}");
@@ -62,12 +63,12 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     let drive_board = Elf::read(&firmware::build_with(toolchain, Image::NUCLEO_G474RE)?)?;
     print_sections(&drive_board)?;
     check(&Facts::read(&drive_board)?)?;
-    check_hot_code(&HotCode::read(&drive_board)?, Memory::DRIVE_BOARD)?;
+    check_ccm_code(&CcmCode::read(&drive_board)?, Memory::DRIVE_BOARD)?;
     println!("\nthe emulated board");
     let image = firmware::build_with(toolchain, Image::EMULATED)?;
     let emulated = Elf::read(&image)?;
     print_sections(&emulated)?;
-    check_hot_code(&HotCode::read(&emulated)?, Memory::EMULATED)?;
+    check_ccm_code(&CcmCode::read(&emulated)?, Memory::EMULATED)?;
     if arguments.sections {
         return Ok(());
     }
@@ -77,17 +78,17 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
 
 fn print_sections(image: &Elf) -> Result<(), Box<dyn Error>> {
     let sections = image.sections()?;
-    let is_hot = |section: &Section| section.name == hot_code::SECTION;
+    let is_ccm = |section: &Section| section.name == ccm_code::SECTION;
     println!("{:<16} {:>10} {:>8} {:>8} {:>8}", "section", "address", "flash", "RAM", "CCM");
     for section in &sections {
         let share = |there: bool| if there { section.size_bytes.to_string() } else { String::new() };
-        let [flash, ram, ccm] = [share(section.in_flash), share(section.in_ram), share(is_hot(section))];
+        let [flash, ram, ccm] = [share(section.in_flash), share(section.in_ram), share(is_ccm(section))];
         let line = format!("{:<16} {:#010x} {flash:>8} {ram:>8} {ccm:>8}", section.name, section.address);
         println!("{}", line.trim_end());
     }
     let flash = total(&sections, |section| section.in_flash);
     let ram = total(&sections, |section| section.in_ram);
-    let ccm = total(&sections, is_hot);
+    let ccm = total(&sections, is_ccm);
     println!("{:<27} {flash:>8} {ram:>8} {ccm:>8}", "in all, bytes");
     println!("{:<27} {MOST_FLASH_BYTES:>8} {MOST_STATIC_BYTES:>8} {CCM_BYTES:>8}", "at most");
     println!("{:<27} {FLASH_BYTES:>8} {RAM_BYTES:>8} {CCM_BYTES:>8}", "of the drive board's");
@@ -108,14 +109,14 @@ fn check(facts: &Facts) -> Result<(), String> {
     Ok(())
 }
 
-/// Says that the hot code lies where it should, and what it is.
-fn check_hot_code(hot: &HotCode, memory: Memory) -> Result<(), String> {
-    let faults: Vec<String> = hot.faults(memory).iter().map(ToString::to_string).collect();
+/// Says that the code in the core-coupled memory lies where it should, and what it is.
+fn check_ccm_code(code: &CcmCode, memory: Memory) -> Result<(), String> {
+    let faults: Vec<String> = code.faults(memory).iter().map(ToString::to_string).collect();
     if !faults.is_empty() {
-        return Err(format!("the hot code is not where it should be: {}", faults.join("; ")));
+        return Err(format!("the core-coupled memory does not hold what it should: {}", faults.join("; ")));
     }
-    println!("hot code: all {} lines of hot.x are in the CCM", hot.lines.len());
-    for function in hot.lines.iter().flat_map(|line| &line.functions) {
+    println!("functions in the core-coupled memory: {}", code.functions.len());
+    for function in &code.functions {
         println!("{:>8}  {}", function.size_bytes, function.name);
     }
     Ok(())

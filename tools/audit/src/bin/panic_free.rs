@@ -28,7 +28,7 @@ const LINK_ANYWAY: &str = "GLENOID_LINK_ANYWAY";
 const PARTS: [&str; 8] = ["can", "device", "identification", "kinematics", "procedure", "record", "restart", "slcan"];
 
 fn main() -> ExitCode {
-    match run(&Arguments::parse_from(command_line::arguments())) {
+    match run(&command_line::parse::<Arguments>()) {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::FAILURE,
         Err(error) => {

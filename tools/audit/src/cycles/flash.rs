@@ -11,12 +11,14 @@ const ONLY: &str = "GLENOID_SPEED_ONLY";
 
 /// Images that hold a part of the library each, by the word that selects them.
 pub const PARTS: [&str; 8] =
-    ["paper-f32", "free-f32", "zeros-f32", "full-f32", "paper-f64", "free-f64", "zeros-f64", "full-f64"];
+    ["paper-f32", "free-f32", "machine-f32", "full-f32", "paper-f64", "free-f64", "machine-f64", "full-f64"];
 
-/// The images of all paths, one for each precision: both at once would not fit the board's flash.
+/// The images of all paths of the library, one for each precision: all at once would not fit the board's flash.
 pub const SINGLE: &str = "f32";
-/// The same in double precision, without the device.
+/// The same in double precision.
 pub const DOUBLE: &str = "f64";
+/// The image of the whole device.
+pub const DEVICE: &str = "device";
 
 /// The image of the paper as it is printed, alone.
 const LITERAL: &str = "literal";
@@ -71,7 +73,7 @@ fn flash_bytes(image: &Elf) -> Result<u64, ElfError> {
     Ok(image.sections()?.iter().filter(|section| section.in_flash).map(|section| section.size_bytes).sum())
 }
 
-/// `glenoid::identification::solver::Solver<T,_>::advance` is of `glenoid::identification::solver`.
+/// `glenoid::identification::estimator::Estimator<T>::advance` is of `glenoid::identification::estimator`.
 fn module(name: &str) -> String {
     let plain = name.trim_start_matches(['<', '&']);
     let parts: Vec<&str> = plain.split("::").take(3).collect();

@@ -87,7 +87,7 @@ mod tests {
 
     #[test]
     fn ticks_become_instructions_less_those_of_counting() {
-        let line = "path survey f32 counts=2 ticks=192 worst=112 state=8 stack=24 steps=0 error=7";
+        let line = "path tracking f32 counts=2 ticks=192 worst=112 state=8 stack=24 steps=0 error=7";
         let paths = understand(&format!("{BEGIN}{line}\nend\n")).unwrap();
         // 192 - 2·16 = 160 ticks of 40 ns are 100 instructions of 64 ns; 112 - 16 = 96 are 60
         assert_eq!(paths.len(), 1);

@@ -9,18 +9,24 @@ pub const BEGIN: &str = "<!-- cycles: begin -->";
 pub const END: &str = "<!-- cycles: end -->";
 
 /// What the paths are, in the order of the table.
-const PATHS: [(&str, &str); 14] = [
+const PATHS: [(&str, &str); 20] = [
     (LITERAL, "the paper written out, same flags"),
     (LITERAL_FOR_SPEED, "the paper written out, `opt-level = 3`"),
     ("paper", "the paper's iteration, from a start"),
     ("start-free", "no start: weights and covariance"),
-    ("start-free-zeros", "the same with six unknown zeros"),
+    ("start-free-noise", "the same with ±0.1 mm of noise"),
+    ("start-free-outlier", "the same with one outlier"),
+    ("start-free-outliers", "the same with twenty outliers"),
     ("start-free-slice", "longest slice without a start"),
-    ("survey", "σ foretold for one more pose"),
-    ("octahedron", "forward kinematics, no start"),
+    ("start-free-offsets", "no start, six unknown encoder offsets"),
+    ("start-free-machine", "no start, 18 unknown constants of the machine"),
+    ("start-free-machine-slice", "longest slice of the same"),
+    ("predicted-accuracy", "σ predicted for one more pose"),
+    ("predicted-accuracy-machine", "the same with 18 unknown constants"),
+    ("forward-kinematics", "forward kinematics, no start"),
     ("tracking", "forward kinematics, tracking"),
     ("verify", "verification of one pose"),
-    ("watch", "watch over the centre, one sample"),
+    ("slip-detection", "slip detection, one sample"),
     ("device-tick", "whole device, one tick"),
     ("device-sample", "whole device, one encoder sample"),
     ("device-frame", "whole device, one CAN command"),
@@ -29,9 +35,9 @@ const PATHS: [(&str, &str); 14] = [
 /// The images whose sizes are told.
 const PARTS: [(&str, &str); 4] = [
     ("paper", "the paper's iteration"),
-    ("free", "no start, weights, covariance, foretold σ, forward kinematics"),
-    ("zeros", "the same with unknown zeros"),
-    ("full", "both, verification and watch"),
+    ("free", "no start, weights, covariance, predicted σ, forward kinematics"),
+    ("machine", "the same with unknown constants of the machine"),
+    ("full", "both, verification and slip detection"),
 ];
 
 /// The whole table of one toolchain's figures.

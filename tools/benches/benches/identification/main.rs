@@ -12,8 +12,9 @@ mod levenberg_marquardt_form;
 use std::hint::black_box;
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
-use glenoid::identification::{PaperIteration, PaperSettings, Solver, SolverSettings};
+use glenoid::identification::{Estimator, EstimatorSettings, Machine, Pose};
 use glenoid::kinematics::CableLengths;
+use glenoid::paper::{PaperIteration, PaperSettings};
 use glenoid::rig::{Parameters, Rig};
 use glenoid::scalar::Real;
 use host_tests::identify::lengths_file::LengthsFile;
@@ -24,8 +25,6 @@ use levenberg_marquardt_form::Form;
 
 const LENGTHS: &[u8] = include_bytes!("../../../../host-tests/data/speed-problem.csv");
 const RIG: &[u8] = include_bytes!("../../../../host-tests/data/speed-problem.toml");
-/// Poses of the problem, and so many has the solver room for.
-const POSES: usize = 100;
 /// Centre and radii that all must find, mm, and how near.
 const TRUTH_MM: [f64; 6] = [0.0, 0.0, 148.0, 140.8, 140.8, 140.8];
 const NEAR_MM: f64 = 1e-2;
@@ -64,8 +63,10 @@ impl<T: Real> Problem<T> {
     }
 
     fn start_free(&self) -> Parameters<T> {
-        let solver = Solver::<T, POSES>::new(&self.rig, SolverSettings::for_rig(&self.rig));
-        checked(solver.run(&self.poses).expect("the start-free solver accepts the set").parameters)
+        let machine = Machine::new(&self.rig);
+        let mut poses: Vec<_> = self.poses.iter().copied().map(Pose::new).collect();
+        let mut estimator = Estimator::new(&machine, self.rig.nominal(), EstimatorSettings::for_rig(&self.rig));
+        checked(estimator.run(&machine, &mut poses).expect("the estimator accepts the set").parameters)
     }
 }
 

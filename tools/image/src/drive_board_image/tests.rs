@@ -23,7 +23,7 @@ fn sound() -> Facts {
         sections: vec![
             section(".vector_table", 0x0800_0000, 0x1D8, true, false),
             section(".text", 0x0800_0200, 0x10000, true, false),
-            section(".hot", 0x1000_0000, 0x2000, true, false),
+            section(".ccm_code", 0x1000_0000, 0x2000, true, false),
             section(".data", 0x2000_0000, 0x100, true, true),
             section(".bss", 0x2000_0100, 0x3000, false, true),
             section(".uninit", 0x2000_3100, 0x400, false, true),

@@ -24,7 +24,7 @@ const MOVE_SAMPLES: i32 = 60;
 const HOLD_MS: u32 = 600;
 /// Of the problem's poses so many are held out.
 const VERIFICATION_POSES: usize = 5;
-/// As many slices of the solver, and more, as a set takes.
+/// As many slices of the estimator, and more, as a set takes.
 const SOLVING_MS: u32 = 1_000;
 
 /// What the paths are called.
@@ -70,7 +70,7 @@ impl Bench<'_> {
         let counts = encoder_counts(problem, poses.first()?);
         let mut bench =
             Bench { device, counts, now_ms: 0, figures: [Figures::default(); 3], identified: false, nonce: 0 };
-        bench.event(Event::PowerUp(Err(LoadError::Nothing)));
+        bench.event(Event::PowerUp(Err(LoadError::Nothing).into()));
         bench.hold(HOLD_MS);
         bench.command(Opcode::Start);
         for pose in poses {
@@ -117,7 +117,7 @@ impl Bench<'_> {
     fn command(&mut self, opcode: Opcode) {
         self.nonce += 1;
         let run_id = if opcode == Opcode::Start { 0 } else { self.device.procedure().run_id() };
-        let request = Request { opcode: opcode as u8, nonce: self.nonce, run_id, argument: 0 };
+        let request = Request { opcode: opcode as u8, boot: 0, nonce: self.nonce, run_id, argument: 0 };
         self.event(Event::Can(request.pack(BaseId::DEFAULT.command())));
     }
 

@@ -1,14 +1,15 @@
-//! The watch over a centre in use, sample by sample.
+//! Slip detection about a centre in use, sample by sample.
 
 use core::hint::black_box;
 
-use glenoid::kinematics::CableLengths;
-use glenoid::kinematics::arm::{nearest_attitude, rotation_of, turned};
-use glenoid::rig::{ATTACHMENTS, CABLES};
-use glenoid::watch::Watch;
+use glenoid::kinematics::rotation::{nearest_attitude, rotation_of, turned};
+use glenoid::kinematics::{CableLengths, JointCentre};
+use glenoid::monitor::SlipDetector;
+use glenoid::rig::CABLES;
 use nalgebra::Vector3;
 
-use super::{Bench, Geometry, samples};
+use super::whole_runs::exact;
+use super::{Bench, Held};
 use crate::measure::Number;
 use crate::problem::POSES;
 
@@ -16,37 +17,40 @@ use crate::problem::POSES;
 const TURN_RAD: f64 = 0.012;
 /// Samples after which it turns back.
 const THERE: usize = 25;
-/// The sample at which the base strap slips, and how far, mm: all that the watch does is in the figures.
+/// The sample at which the base strap slips, and how far, mm: all that the detector does is in the figures.
 const SLIP: (usize, f64) = (30, 3.0);
 
-/// A watch that has seen nothing, and the motion that it will see.
-pub fn new_watch<T: Number>(bench: &mut Bench<T>) -> Option<()> {
-    samples::geometry(bench)?;
-    let Geometry { octahedron, points, pivot } = bench.geometry.as_ref()?;
-    let mut attitude = nearest_attitude(&octahedron.solve(bench.problem.poses.as_slice().first()?).ok()?.rotation);
+/// A detector that has seen nothing, and the motion that it will see.
+#[inline(never)]
+pub fn new_detector<T: Number>(bench: &mut Bench<T>) -> Option<()> {
+    exact(bench)?;
+    let geometry = bench.machine.geometry();
+    let truth = JointCentre::from_parameters(&bench.problem.truth, geometry);
+    let first = bench.machine.platform().solve(bench.problem.poses.first()?).ok()?;
+    let mut attitude = nearest_attitude(&first.rotation);
     bench.motion.clear();
     for index in 0..POSES {
         let turn = if (index / THERE).is_multiple_of(2) { TURN_RAD } else { -TURN_RAD };
         attitude = turned(&attitude, &Vector3::new(T::of(turn), T::zero(), T::zero()));
         let slip = if index < SLIP.0 { 0.0 } else { SLIP.1 };
-        let centre = pivot.in_base_mm + Vector3::new(T::zero(), T::zero(), T::of(slip));
+        let centre = truth.in_base_mm + Vector3::new(T::zero(), T::zero(), T::of(slip));
         let rotation = rotation_of(&attitude);
-        let end_points = points.platform_mm.map(|point| centre + rotation * (point - pivot.in_platform_mm));
         let mut lengths_mm = [T::zero(); CABLES];
-        for (cable, length) in lengths_mm.iter_mut().enumerate() {
-            let (point, side) = (cable / 2, cable % 2);
-            *length = (end_points[point] - points.base_mm[ATTACHMENTS[point][side]]).norm_squared().root();
+        for ((length, end), base) in lengths_mm.iter_mut().zip(&geometry.end_mm).zip(&geometry.base_mm) {
+            *length = (centre + rotation * (end - truth.in_platform_mm) - base).norm_squared().root();
         }
         bench.motion.push(CableLengths::new(lengths_mm).ok()?).ok()?;
     }
     let rig = &bench.problem.rig;
-    bench.watch = Some(Watch::new(rig, &bench.problem.truth, &[T::zero(); CABLES], rig.length_noise_mm()));
+    let offsets = [T::zero(); CABLES];
+    bench.held = Held::Detector(SlipDetector::new(rig, &bench.problem.truth, &offsets, rig.length_noise_mm()));
     Some(())
 }
 
 /// One sample.
 #[inline(never)]
-pub fn watch<T: Number>(bench: &mut Bench<T>, index: usize) -> Option<bool> {
-    black_box(bench.watch.as_mut()?.sample(bench.motion.as_slice().get(index)?));
-    Some(index + 1 < bench.motion.len())
+pub fn detect<T: Number>(bench: &mut Bench<T>, index: usize) -> Option<bool> {
+    let Bench { held: Held::Detector(detector), motion, .. } = bench else { return None };
+    black_box(detector.sample(motion.get(index)?));
+    Some(index + 1 < motion.len())
 }

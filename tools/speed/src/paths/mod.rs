@@ -8,10 +8,10 @@ mod whole_runs;
 
 use core::mem::size_of;
 
-use glenoid::identification::zeros::{KnownZeros, UnknownZeros};
-use glenoid::identification::{PoseBuffer, Solver, Survey};
-use glenoid::kinematics::{CableLengths, Octahedron, Pivot, RigPoints};
-use glenoid::watch::Watch;
+use glenoid::identification::{Estimator, Machine, PoseBuffer, PredictedAccuracy};
+use glenoid::kinematics::{CableLengths, JointCentre, PlatformSolver};
+use glenoid::monitor::SlipDetector;
+use heapless::Vec;
 use nalgebra::UnitQuaternion;
 
 use super::held::{Part, WEIGHED, holds};
@@ -20,48 +20,50 @@ use super::problem::{POSES, Problem};
 use super::report;
 use literal_form::Rows;
 
-/// What the paths keep between their calls. All of it lies in static memory, as on the board: a solver that works in
+/// What the paths keep between their calls. All of it lies in static memory, as on the board: an estimator that works in
 /// slices cannot live on the stack.
 pub struct Bench<T: Number> {
     problem: Problem<T>,
-    solver: Option<Solver<T, POSES, KnownZeros>>,
-    solver_with_zeros: Option<Solver<T, POSES, UnknownZeros<T>>>,
-    survey: Option<Survey<T>>,
-    geometry: Option<Geometry<T>>,
-    watch: Option<Watch<T>>,
-    /// What the watch looks at.
-    motion: PoseBuffer<T, POSES>,
+    machine: Machine<T>,
+    poses: PoseBuffer<T, POSES>,
+    held: Held<T>,
+    centre: JointCentre<T>,
+    /// What the slip detector looks at.
+    motion: Vec<CableLengths<T>, POSES>,
     /// Attitudes that tracking starts from, one a pose.
     before: [UnitQuaternion<T>; POSES],
-    rows: Rows<T>,
 }
 
-/// What forward kinematics needs of the rig and the identified centre.
-pub struct Geometry<T> {
-    octahedron: Octahedron<T>,
-    points: RigPoints<T>,
-    pivot: Pivot<T>,
+/// The state of the path that is measured: of one at a time, for not all of them fit the board's memory together in double
+/// precision.
+#[allow(clippy::large_enum_variant)]
+pub enum Held<T: Number> {
+    Nothing,
+    Literal(Rows<T>),
+    Estimator(Estimator<T>),
+    Accuracy(PredictedAccuracy<T>),
+    Detector(SlipDetector<T>),
 }
 
 impl<T: Number> Bench<T> {
     pub fn new(problem: Problem<T>) -> Self {
+        let machine = Machine::new(&problem.rig);
         Self {
-            // All made by the paths that want them: an image without those holds nothing of them.
-            solver: None,
-            solver_with_zeros: None,
-            survey: None,
-            geometry: None,
-            watch: None,
-            motion: PoseBuffer::new(),
+            centre: JointCentre::from_parameters(&problem.truth, machine.geometry()),
+            machine,
+            poses: PoseBuffer::new(),
+            // Made by the paths that want it: an image without those holds nothing of it.
+            held: Held::Nothing,
+            motion: Vec::new(),
             before: [UnitQuaternion::identity(); POSES],
-            rows: Rows::new(),
             problem,
         }
     }
+}
 
-    fn poses(&self) -> &[CableLengths<T>] {
-        self.problem.poses.as_slice()
-    }
+/// Nothing to prepare.
+fn nothing<T: Number>(_: &mut Bench<T>) -> Option<()> {
+    Some(())
 }
 
 /// Calls every path of a part once, so that the image holds it. False when one failed.
@@ -71,19 +73,18 @@ fn call<T: Number>(bench: &mut Bench<T>) -> bool {
         sound &= whole_runs::paper(bench).is_some();
     }
     if const { holds::<T>(Part::Free) } {
-        sound &= whole_runs::start_free(bench).is_some();
+        sound &= whole_runs::exact(bench).is_some() && whole_runs::start_free(bench).is_some();
     }
-    if const { holds::<T>(Part::Zeros) } {
-        sound &= whole_runs::zeros(bench).is_some();
+    if const { holds::<T>(Part::Machine) } {
+        sound &= whole_runs::tolerances(bench).is_some() && whole_runs::start_free(bench).is_some();
     }
     if const { holds::<T>(Part::Samples) } {
-        sound &= samples::new_survey(bench).is_some() && samples::survey(bench, 0).is_some();
-        sound &= samples::geometry(bench).is_some();
-        sound &= samples::octahedron(bench, 0).is_some() && samples::tracking(bench, 0).is_some();
+        sound &= samples::new_accuracy(bench).is_some() && samples::accuracy(bench, 0).is_some();
+        sound &= samples::forward_kinematics(bench, 0).is_some() && samples::tracking(bench, 0).is_some();
     }
     if const { holds::<T>(Part::InUse) } {
-        sound &= in_use::new_watch(bench).is_some() && in_use::watch(bench, 0).is_some();
-        sound &= samples::verify(bench, 0).is_some();
+        sound &= in_use::new_detector(bench).is_some() && in_use::detect(bench, 0).is_some();
+        sound &= samples::new_verification(bench).is_some() && samples::verify(bench, 0).is_some();
     }
     sound
 }
@@ -95,35 +96,53 @@ pub fn run<T: Number>(bench: &mut Bench<T>) -> bool {
     }
     let truth = bench.problem.truth;
     // Always there: what measuring and printing take is then in every image alike.
-    let mut sound = print::<T>("empty", measure::whole(bench, 0, &truth, whole_runs::empty));
+    let mut sound = print::<T>("empty", measure::whole(bench, 0, &truth, nothing, whole_runs::empty));
     if const { holds::<T>(Part::Literal) } {
-        sound &= print::<T>("literal", measure::whole(bench, size_of::<Rows<T>>(), &truth, literal_form::run));
+        let rows = size_of::<Rows<T>>();
+        sound &= print::<T>("literal", measure::whole(bench, rows, &truth, literal_form::prepare, literal_form::run));
     }
     if const { holds::<T>(Part::Paper) } {
-        sound &= print::<T>("paper", measure::whole(bench, 0, &truth, whole_runs::paper));
+        sound &= print::<T>("paper", measure::whole(bench, 0, &truth, nothing, whole_runs::paper));
     }
+    let estimator = size_of::<Estimator<T>>() + size_of::<Machine<T>>();
     if const { holds::<T>(Part::Free) } {
-        let state = size_of::<Solver<T, POSES, KnownZeros>>();
-        sound &= print::<T>("start-free", measure::whole(bench, state, &truth, whole_runs::start_free));
-        sound &=
-            print::<T>("start-free-slice", measure::pieces(bench, state, whole_runs::new_solver, whole_runs::slice));
+        for (name, begin) in [
+            ("start-free", whole_runs::exact as fn(&mut Bench<T>) -> Option<()>),
+            ("start-free-noise", whole_runs::noise),
+            ("start-free-outlier", whole_runs::outlier),
+            ("start-free-outliers", whole_runs::outliers),
+        ] {
+            sound &= print::<T>(name, measure::whole(bench, estimator, &truth, begin, whole_runs::start_free));
+        }
+        let slices = measure::pieces(bench, estimator, whole_runs::new_estimator, whole_runs::slice);
+        sound &= print::<T>("start-free-slice", slices);
     }
-    if const { holds::<T>(Part::Zeros) } {
-        let state = size_of::<Solver<T, POSES, UnknownZeros<T>>>();
-        sound &= print::<T>("start-free-zeros", measure::whole(bench, state, &truth, whole_runs::zeros));
+    if const { holds::<T>(Part::Machine) } {
+        for (name, begin) in [
+            ("start-free-offsets", whole_runs::offsets as fn(&mut Bench<T>) -> Option<()>),
+            ("start-free-machine", whole_runs::tolerances),
+        ] {
+            sound &= print::<T>(name, measure::whole(bench, estimator, &truth, begin, whole_runs::start_free));
+        }
+        let slices = measure::pieces(bench, estimator, whole_runs::new_estimator_with_tolerances, whole_runs::slice);
+        sound &= print::<T>("start-free-machine-slice", slices);
     }
     if const { holds::<T>(Part::Samples) } {
-        let survey = size_of::<Survey<T>>();
-        sound &= print::<T>("survey", measure::pieces(bench, survey, samples::new_survey, samples::survey));
-        let octahedron = size_of::<Octahedron<T>>();
-        sound &= print::<T>("octahedron", measure::pieces(bench, octahedron, samples::geometry, samples::octahedron));
-        let arm = size_of::<Geometry<T>>();
-        sound &= print::<T>("tracking", measure::pieces(bench, arm, samples::arm_before, samples::tracking));
+        let accuracy = size_of::<PredictedAccuracy<T>>();
+        let exact = measure::pieces(bench, accuracy, samples::new_accuracy, samples::accuracy);
+        sound &= print::<T>("predicted-accuracy", exact);
+        let machine = measure::pieces(bench, accuracy, samples::new_accuracy_with_tolerances, samples::accuracy);
+        sound &= print::<T>("predicted-accuracy-machine", machine);
+        let platform = size_of::<PlatformSolver<T>>();
+        let kinematics = measure::pieces(bench, platform, whole_runs::exact, samples::forward_kinematics);
+        sound &= print::<T>("forward-kinematics", kinematics);
+        let centre = size_of::<JointCentre<T>>();
+        sound &= print::<T>("tracking", measure::pieces(bench, centre, samples::attitudes_before, samples::tracking));
     }
     if const { holds::<T>(Part::InUse) } {
-        let watch = size_of::<Watch<T>>();
-        sound &= print::<T>("watch", measure::pieces(bench, watch, in_use::new_watch, in_use::watch));
-        sound &= print::<T>("verify", measure::pieces(bench, 0, samples::nothing, samples::verify));
+        let detector = size_of::<SlipDetector<T>>();
+        sound &= print::<T>("slip-detection", measure::pieces(bench, detector, in_use::new_detector, in_use::detect));
+        sound &= print::<T>("verify", measure::pieces(bench, 0, samples::new_verification, samples::verify));
     }
     sound
 }

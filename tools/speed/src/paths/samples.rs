@@ -2,61 +2,59 @@
 
 use core::hint::black_box;
 
-use glenoid::identification::{self, Survey};
-use glenoid::kinematics::arm::{Arm, CableSet, nearest_attitude, turned};
-use glenoid::kinematics::{Octahedron, Pivot, RigPoints};
+use glenoid::identification::{Pose, PredictedAccuracy};
+use glenoid::kinematics::rotation::{nearest_attitude, turned};
+use glenoid::kinematics::{AttitudeSolver, CableSet, JointCentre};
 use nalgebra::Vector3;
 
-use super::{Bench, Geometry};
+use super::whole_runs::{self, exact};
+use super::{Bench, Held};
 use crate::measure::Number;
 
 /// The arm has turned by this much about each axis since the sample before, rad: one degree in all, which is 1000
 /// degrees a second at 1 kHz and 100 at 100 Hz.
 const TURN_RAD: f64 = 0.01;
 
-/// Nothing to prepare.
-pub fn nothing<T: Number>(_: &mut Bench<T>) -> Option<()> {
-    Some(())
-}
-
-/// The rig's geometry with the true centre.
-pub fn geometry<T: Number>(bench: &mut Bench<T>) -> Option<()> {
-    let (rig, truth) = (&bench.problem.rig, &bench.problem.truth);
-    let points = RigPoints::new(rig);
-    let pivot = Pivot::from_parameters(truth, &points);
-    bench.geometry = Some(Geometry { octahedron: Octahedron::new(rig), points, pivot });
-    Some(())
-}
-
-/// A survey of no poses.
-pub fn new_survey<T: Number>(bench: &mut Bench<T>) -> Option<()> {
-    bench.survey = Some(Survey::new(&bench.problem.rig));
-    Some(())
-}
-
-/// One more pose into the survey, and the error bar foretold. The first two poses foretell none.
+/// The accuracy of no poses.
 #[inline(never)]
-pub fn survey<T: Number>(bench: &mut Bench<T>, index: usize) -> Option<bool> {
-    let survey = bench.survey.as_mut()?;
-    survey.add(bench.problem.poses.as_slice().get(index)?).ok()?;
-    black_box(survey.foretold());
+pub fn new_accuracy<T: Number>(bench: &mut Bench<T>) -> Option<()> {
+    exact(bench)?;
+    bench.held = Held::Accuracy(PredictedAccuracy::new(&bench.machine, bench.problem.rig.nominal()));
+    Some(())
+}
+
+/// The same for a machine with tolerances.
+#[inline(never)]
+pub fn new_accuracy_with_tolerances<T: Number>(bench: &mut Bench<T>) -> Option<()> {
+    whole_runs::tolerances(bench)?;
+    bench.held = Held::Accuracy(PredictedAccuracy::new(&bench.machine, bench.problem.rig.nominal()));
+    Some(())
+}
+
+/// One more pose, placed, and the standard deviation that it promises. The first two poses promise none.
+#[inline(never)]
+pub fn accuracy<T: Number>(bench: &mut Bench<T>, index: usize) -> Option<bool> {
+    let Bench { held: Held::Accuracy(accuracy), machine, problem, .. } = bench else { return None };
+    let pose = Pose::placed(machine.platform(), *problem.poses.get(index)?).ok()?;
+    accuracy.add(machine, &pose);
+    black_box(accuracy.predicted(machine));
     Some(more(bench, index))
 }
 
-/// Forward kinematics of one sample from nothing: the octahedron.
+/// Forward kinematics of one sample from nothing.
 #[inline(never)]
-pub fn octahedron<T: Number>(bench: &mut Bench<T>, index: usize) -> Option<bool> {
-    let pose = &bench.geometry.as_ref()?.octahedron.solve(bench.poses().get(index)?);
+pub fn forward_kinematics<T: Number>(bench: &mut Bench<T>, index: usize) -> Option<bool> {
+    let pose = &bench.machine.platform().solve(bench.problem.poses.get(index)?);
     black_box(pose).is_ok().then(|| more(bench, index))
 }
 
-/// The attitudes of the samples before, for tracking.
-pub fn arm_before<T: Number>(bench: &mut Bench<T>) -> Option<()> {
-    geometry(bench)?;
-    for index in 0..bench.poses().len() {
-        let pose = bench.geometry.as_ref()?.octahedron.solve(bench.poses().get(index)?).ok()?;
-        let turn = Vector3::repeat(T::of(TURN_RAD));
-        *bench.before.get_mut(index)? = turned(&nearest_attitude(&pose.rotation), &turn);
+/// The true centre, and the attitudes of the samples before, for tracking.
+pub fn attitudes_before<T: Number>(bench: &mut Bench<T>) -> Option<()> {
+    exact(bench)?;
+    bench.centre = JointCentre::from_parameters(&bench.problem.truth, bench.machine.geometry());
+    for (before, lengths) in bench.before.iter_mut().zip(&bench.problem.poses) {
+        let pose = bench.machine.platform().solve(lengths).ok()?;
+        *before = turned(&nearest_attitude(&pose.rotation), &Vector3::repeat(T::of(TURN_RAD)));
     }
     Some(())
 }
@@ -64,20 +62,31 @@ pub fn arm_before<T: Number>(bench: &mut Bench<T>) -> Option<()> {
 /// Forward kinematics of one sample with the joint centre known, from the attitude of the sample before.
 #[inline(never)]
 pub fn tracking<T: Number>(bench: &mut Bench<T>, index: usize) -> Option<bool> {
-    let Geometry { points, pivot, .. } = bench.geometry.as_ref()?;
-    let arm = Arm { points, pivot };
-    let fit = &arm.fit_from(*bench.before.get(index)?, bench.poses().get(index)?, CableSet::ALL);
+    let solver = AttitudeSolver { geometry: bench.machine.geometry(), centre: &bench.centre };
+    let fit = &solver.track(*bench.before.get(index)?, bench.problem.poses.get(index)?, CableSet::ALL);
     black_box(fit).is_some().then(|| more(bench, index))
 }
 
-/// One pose of the second set laid against the centre.
+/// An estimator that has identified the centre, and the poses placed anew.
+pub fn new_verification<T: Number>(bench: &mut Bench<T>) -> Option<()> {
+    exact(bench)?;
+    whole_runs::start_free(bench)?;
+    let Bench { machine, poses, .. } = bench;
+    poses.as_mut_slice().iter_mut().for_each(|pose| {
+        pose.reset();
+        pose.place(machine.platform());
+    });
+    Some(())
+}
+
+/// One pose of the second set against the centre.
 #[inline(never)]
 pub fn verify<T: Number>(bench: &mut Bench<T>, index: usize) -> Option<bool> {
-    let pose = bench.poses().get(index..=index)?;
-    black_box(identification::verify(&bench.problem.rig, &bench.problem.truth, pose).ok()?);
+    let Bench { held: Held::Estimator(estimator), machine, poses, .. } = &*bench else { return None };
+    black_box(estimator.verify(machine, poses.as_slice().get(index)?)?);
     Some(more(bench, index))
 }
 
 fn more<T: Number>(bench: &Bench<T>, index: usize) -> bool {
-    index + 1 < bench.poses().len()
+    index + 1 < bench.problem.poses.len()
 }

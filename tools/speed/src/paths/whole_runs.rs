@@ -2,15 +2,16 @@
 
 use core::borrow::Borrow;
 
-use glenoid::identification::zeros::Zeros;
-use glenoid::identification::{Identified, PaperIteration, PaperSettings, Progress, Refusal, Solver, SolverSettings};
+use glenoid::identification::{Estimator, EstimatorSettings, Identified, Machine, Pose, Progress, Refusal};
+use glenoid::paper::{PaperIteration, PaperSettings};
+use glenoid::rig::Tolerance;
 
-use super::Bench;
+use super::{Bench, Held};
 use crate::measure::{Answer, Number};
-use crate::problem::{POSES, Problem};
+use crate::problem::Spoilt;
 
-/// How well the encoders' zeros are known where nobody has homed them, 1σ, mm.
-const ZERO_PRIOR_MM: f64 = 10.0;
+/// How well the encoders' offsets are known where nobody has homed them, 1σ, mm.
+const OFFSET_PRIOR_MM: f64 = 10.0;
 
 /// Nothing at all.
 #[inline(never)]
@@ -23,56 +24,96 @@ pub fn empty<T: Number>(bench: &mut Bench<T>) -> Option<Answer<T>> {
 #[inline(never)]
 pub fn paper<T: Number>(bench: &mut Bench<T>) -> Option<Answer<T>> {
     let problem = &bench.problem;
-    let poses = problem.poses.as_slice();
     let mut paper = PaperIteration::new(&problem.rig, problem.start, PaperSettings::default());
     loop {
-        if let Some(answer) = answer(paper.advance(poses)) {
+        if let Some(answer) = answer(paper.advance(&problem.poses)) {
             return answer.ok();
         }
     }
 }
 
-/// The start-free path: from raw lengths to centre, weights and covariance.
-#[inline(never)]
-pub fn start_free<T: Number>(bench: &mut Bench<T>) -> Option<Answer<T>> {
-    begin(&bench.problem, &mut bench.solver, T::zero());
-    finish(&bench.problem, bench.solver.as_mut()?)
+/// A machine that is exactly known, and poses without noise.
+pub fn exact<T: Number>(bench: &mut Bench<T>) -> Option<()> {
+    set(bench, Tolerance::exact(), Spoilt::No)
 }
 
-/// The same with the zeros of all six encoders unknown by 10 mm.
-#[inline(never)]
-pub fn zeros<T: Number>(bench: &mut Bench<T>) -> Option<Answer<T>> {
-    begin(&bench.problem, &mut bench.solver_with_zeros, T::of(ZERO_PRIOR_MM));
-    finish(&bench.problem, bench.solver_with_zeros.as_mut()?)
+/// Noise on every length.
+pub fn noise<T: Number>(bench: &mut Bench<T>) -> Option<()> {
+    set(bench, Tolerance::exact(), Spoilt::Noise)
 }
 
-/// The start-free solver at its beginning.
-pub fn new_solver<T: Number>(bench: &mut Bench<T>) -> Option<()> {
-    begin(&bench.problem, &mut bench.solver, T::zero());
+/// The same, and one bad pose.
+pub fn outlier<T: Number>(bench: &mut Bench<T>) -> Option<()> {
+    set(bench, Tolerance::exact(), Spoilt::Outliers(1))
+}
+
+/// The same, and a fifth of the poses bad: as many as may be.
+pub fn outliers<T: Number>(bench: &mut Bench<T>) -> Option<()> {
+    set(bench, Tolerance::exact(), Spoilt::Outliers(20))
+}
+
+/// The offsets of all six encoders unknown by 10 mm.
+pub fn offsets<T: Number>(bench: &mut Bench<T>) -> Option<()> {
+    set(bench, Tolerance { offset_mm: T::of(OFFSET_PRIOR_MM), ..Tolerance::exact() }, Spoilt::No)
+}
+
+/// A machine built by hand: points and edges to half a millimetre, homed to 0.3 mm, drums to a tenth of a per cent.
+pub fn tolerances<T: Number>(bench: &mut Bench<T>) -> Option<()> {
+    let half = T::of(0.5);
+    let tolerance = Tolerance { base_mm: half, edges_mm: half, offset_mm: T::of(0.3), drum: T::of(1e-3) };
+    set(bench, tolerance, Spoilt::Noise)
+}
+
+// Not inlined: the machine passes through its frame on its way to its place.
+#[inline(never)]
+fn set<T: Number>(bench: &mut Bench<T>, tolerance: Tolerance<T>, spoilt: Spoilt) -> Option<()> {
+    bench.machine = Machine::new(&bench.problem.rig.with_tolerance(tolerance).ok()?);
+    bench.poses.clear();
+    for lengths in bench.problem.spoilt(spoilt)? {
+        bench.poses.push(Pose::new(lengths)).ok()?;
+    }
+    bench.held = Held::Nothing;
     Some(())
 }
 
-// Not inlined: the solver passes through its frame on its way to its place.
+/// From raw lengths to centre, weights and covariance.
 #[inline(never)]
-fn begin<T: Number, Z: Zeros<T>>(problem: &Problem<T>, slot: &mut Option<Solver<T, POSES, Z>>, zero_prior_mm: T) {
-    let settings = SolverSettings { zero_prior_mm, ..SolverSettings::for_rig(&problem.rig) };
-    *slot = Some(Solver::new(&problem.rig, settings));
-}
-
-fn finish<T: Number, Z: Zeros<T>>(problem: &Problem<T>, solver: &mut Solver<T, POSES, Z>) -> Option<Answer<T>> {
-    let poses = problem.poses.as_slice();
+pub fn start_free<T: Number>(bench: &mut Bench<T>) -> Option<Answer<T>> {
+    begin(bench);
+    let Bench { held: Held::Estimator(estimator), machine, poses, .. } = bench else { return None };
     loop {
-        if let Some(answer) = answer(solver.advance(poses)) {
+        if let Some(answer) = answer(estimator.advance(machine, poses.as_mut_slice())) {
             return answer.ok();
         }
     }
 }
 
-/// One slice of the start-free path: what it keeps a board from doing anything else.
+/// The estimator at its beginning.
+pub fn new_estimator<T: Number>(bench: &mut Bench<T>) -> Option<()> {
+    exact(bench)?;
+    begin(bench);
+    Some(())
+}
+
+/// The same for a machine with tolerances.
+pub fn new_estimator_with_tolerances<T: Number>(bench: &mut Bench<T>) -> Option<()> {
+    tolerances(bench)?;
+    begin(bench);
+    Some(())
+}
+
+// Not inlined: the estimator passes through its frame on its way to its place.
+#[inline(never)]
+fn begin<T: Number>(bench: &mut Bench<T>) {
+    let rig = &bench.problem.rig;
+    bench.held = Held::Estimator(Estimator::new(&bench.machine, rig.nominal(), EstimatorSettings::for_rig(rig)));
+}
+
+/// One slice: what it keeps a board from doing anything else.
 #[inline(never)]
 pub fn slice<T: Number>(bench: &mut Bench<T>, _: usize) -> Option<bool> {
-    let solver = bench.solver.as_mut()?;
-    match answer(solver.advance(bench.problem.poses.as_slice())) {
+    let Bench { held: Held::Estimator(estimator), machine, poses, .. } = bench else { return None };
+    match answer(estimator.advance(machine, poses.as_mut_slice())) {
         None => Some(true),
         Some(Ok(_)) => Some(false),
         Some(Err(_)) => None,

@@ -1,0 +1,39 @@
+"""What a new centre was shown as: an accept names it by a checksum, so nothing can be accepted that was not shown."""
+
+from __future__ import annotations
+
+import binascii
+
+from .vocabulary import Message
+
+_PLACES = {"CandidateCentre": ("axis", ("x", "y", "z")), "CandidateRadius": ("end_point", ("p1", "p2", "p3"))}
+
+
+class Shown:
+    """The twelve frames of a new centre as they were received: x, y, z, p1, p2, p3, offsets of L1 to L6."""
+
+    def __init__(self) -> None:
+        self._frames: dict[int, Message] = {}
+        self._naming: Message | None = None
+
+    def take(self, message: Message) -> None:
+        """Keeps what belongs to a new centre."""
+        if message.name in _PLACES:
+            field, names = _PLACES[message.name]
+            self._frames[names.index(message[field]) + 3 * (message.name == "CandidateRadius")] = message
+        elif message.name == "CandidateZero":
+            self._frames[5 + message["cable"]] = message
+        elif message.name == "CandidateNaming":
+            self._naming = message
+
+    def named(self, run: int) -> tuple[int, int] | None:
+        """Boot and checksum of this run's centre; None unless all of it was received."""
+        naming, frames = self._naming, [self._frames.get(k) for k in range(12)]
+        if naming is None or naming["run_id"] != run:
+            return None
+        if any(frame is None or frame["run_id"] != run for frame in frames):
+            return None
+        boot, wearer = int(naming["boot"]), int(naming["wearer"])
+        data = boot.to_bytes(2, "little") + wearer.to_bytes(2, "little")
+        # CRC-16/IBM-3740
+        return boot, binascii.crc_hqx(data + b"".join(frame.data for frame in frames if frame), 0xFFFF)

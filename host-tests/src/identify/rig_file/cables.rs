@@ -1,0 +1,89 @@
+//! A rig whose cables have ends of their own: six `[[cable]]` tables.
+
+use super::default_rig;
+use super::source::Source;
+use crate::identify::input_error::InputError;
+use glenoid::rig::{CABLES, CableEnds, Drum, Pulley, Rig, RigError};
+use nalgebra::Vector3;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+impl<'a> Source<'a> {
+    /// The rig of six `[[cable]]` tables.
+    pub(super) fn cables(
+        &self,
+        file: &DeTable<'a>,
+        tables: &Spanned<DeValue<'a>>,
+        drum: Drum<f64>,
+    ) -> Result<Rig<f64>, InputError> {
+        for other in ["base", "edges"] {
+            if let Some(value) = file.get(other) {
+                return Err(
+                    self.error(value.span(), format!("{other} and [[cable]] contradict each other: one or the other"))
+                );
+            }
+        }
+        let mut ends = Vec::new();
+        for cable in self.items::<CABLES>(tables, "cable", "tables [[cable]]")? {
+            ends.push(self.cable(cable)?);
+        }
+        let ends: [CableEnds<f64>; CABLES] =
+            ends.try_into().map_err(|_| self.error(tables.span(), "six [[cable]] tables are wanted"))?;
+        let shoulder = default_rig()?;
+        Rig::with_cables(ends, drum, shoulder.length_noise_mm(), *shoulder.nominal())
+            .map_err(|error| self.error(tables.span(), which(&error, &ends)))
+    }
+
+    fn cable(&self, value: &Spanned<DeValue<'a>>) -> Result<CableEnds<f64>, InputError> {
+        let Some(table) = value.get_ref().as_table() else {
+            return Err(self.error(value.span(), "cable: a table [[cable]] is wanted"));
+        };
+        let point = |key: &str| {
+            let value = self.value_at(value.span(), table, key, "[x, y, z]")?;
+            Ok(Vector3::from(self.numbers::<3>(value, key)?))
+        };
+        let (base_mm, end_mm) = (point("base")?, point("end")?);
+        let mut pulley = Pulley::none();
+        if let Some(radius) = table.get("pulley_radius") {
+            pulley.radius_mm = self.number(radius, "pulley_radius")?;
+            if pulley.radius_mm < 0.0 {
+                return Err(self.error(radius.span(), "pulley_radius: a radius is not negative"));
+            }
+            let axis = self.value_at(value.span(), table, "pulley_axis", "[x, y, z]")?;
+            let direction = Vector3::from(self.numbers::<3>(axis, "pulley_axis")?);
+            pulley.axis = direction
+                .try_normalize(1e-9)
+                .ok_or_else(|| self.error(axis.span(), "pulley_axis: the direction has no length"))?;
+            let span = end_distance(&base_mm, &end_mm);
+            if 2.0 * pulley.radius_mm >= span.max(1.0) {
+                let message =
+                    format!("pulley_radius: a pulley of {} mm cannot be reached by its cable", pulley.radius_mm);
+                return Err(self.error(radius.span(), message));
+            }
+        } else if let Some(axis) = table.get("pulley_axis") {
+            return Err(self.error(axis.span(), "pulley_axis without pulley_radius"));
+        }
+        Ok(CableEnds { base_mm, end_mm, pulley })
+    }
+}
+
+/// A bound on how far the cable reaches: the platform's frame may stand anywhere, so only its size counts.
+fn end_distance(base_mm: &Vector3<f64>, end_mm: &Vector3<f64>) -> f64 {
+    base_mm.norm() + end_mm.norm()
+}
+
+/// Names the cables that a complaint is about.
+fn which(error: &RigError, ends: &[CableEnds<f64>; CABLES]) -> String {
+    if *error == RigError::EndsCoincide {
+        for i in 0..CABLES {
+            for j in i + 1..CABLES {
+                let same = (ends[i].base_mm - ends[j].base_mm).norm() < 1e-3
+                    && (ends[i].end_mm - ends[j].end_mm).norm() < 1e-3;
+                if same {
+                    return format!("cables {} and {}: {}", i + 1, j + 1, error.text());
+                }
+            }
+        }
+    }
+    error.text().to_owned()
+}

@@ -1,0 +1,114 @@
+// The library in WebAssembly: the same bits as on the host, and the same messages as cantools sees.
+
+import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { readFileSync } from "node:fs";
+import { test } from "node:test";
+import { Library } from "../src/library.ts";
+
+const library = await Library.load(readFileSync("page/dist/page.wasm"));
+
+/** A random number, the same every time (mulberry32). */
+function random(seed: number): () => number {
+  return () => {
+    seed = (seed + 0x6d2b79f5) | 0;
+    let t = Math.imul(seed ^ (seed >>> 15), 1 | seed);
+    t = (t + Math.imul(t ^ (t >>> 7), 61 | t)) ^ t;
+    return ((t ^ (t >>> 14)) >>> 0) / 2 ** 32;
+  };
+}
+
+type V = [number, number, number];
+const about = (axis: V, angle: number, v: V): V => {
+  const [c, s] = [Math.cos(angle), Math.sin(angle)];
+  const dot = axis[0] * v[0] + axis[1] * v[1] + axis[2] * v[2];
+  const cross: V = [axis[1] * v[2] - axis[2] * v[1], axis[2] * v[0] - axis[0] * v[2], axis[0] * v[1] - axis[1] * v[0]];
+  return v.map((value, k) => value * c + cross[k]! * s + axis[k]! * dot * (1 - c)) as V;
+};
+const circle = (radius: number, degrees: number, z = 0): V => {
+  const angle = (degrees * Math.PI) / 180;
+  return [radius * Math.cos(angle), radius * Math.sin(angle), z];
+};
+
+/** Lengths of an arm with its centre at (7, -4, 155), as singles. */
+function arm(poses: number, noise: number, seed = 1): number[][] {
+  const next = random(seed);
+  const base = [0, 120, 240].map((degrees) => circle(150, degrees));
+  const ends = [60, 180, 300].map((degrees) => circle(Math.sqrt(140.8 ** 2 - 96 ** 2), degrees, 96));
+  return Array.from({ length: poses }, () => {
+    const [azimuth, tilt, torsion] = [next() * 2 * Math.PI, next() * 0.78, (next() - 0.5) * 1.04];
+    const moved = ends.map((end) => {
+      const turned = about([Math.cos(azimuth), Math.sin(azimuth), 0], tilt, about([0, 0, 1], torsion, end));
+      return [turned[0] + 7, turned[1] - 4, turned[2] + 155] as V;
+    });
+    const pairs = [[0, 0], [0, 1], [1, 1], [1, 2], [2, 2], [2, 0]] as const;
+    return pairs.map(([end, point]) =>
+      Math.fround(Math.hypot(...moved[end]!.map((value, k) => value - base[point]![k]!)) + (next() - 0.5) * 2 * noise));
+  });
+}
+
+test("the centre is the true one, and each pose stands where the arm stood", () => {
+  const found = library.identify(arm(20, 0));
+  assert.equal(found.refusal, null);
+  [7, -4, 155].forEach((value, k) => assert.ok(Math.abs(found.centre![k]! - value) < 2e-3, String(found.centre)));
+  for (const pose of found.poses) {
+    assert.ok(pose!.residuals!.every((left) => Math.abs(left) < 1e-3));
+    [7, -4, 155].forEach((value, k) => assert.ok(Math.abs(pose!.centre![k]! - value) < 0.02));
+  }
+});
+
+test("WebAssembly and the host agree in every digit", () => {
+  const host = (poses: number[][]) => JSON.parse(execFileSync("target/release/examples/identify", {
+    input: poses.map((row) => row.join(" ")).join("\n"), encoding: "utf8",
+  }));
+  let accepted = 0;
+  for (let seed = 1; seed <= 20; seed += 1) {
+    const poses = arm(6 + seed, 0.1, seed);
+    const here = library.identify(poses);
+    accepted += here.centre === null ? 0 : 1;
+    assert.deepEqual(here, host(poses), `seed ${seed}`);
+  }
+  assert.ok(accepted > 15, `${accepted} of 20 identified`);
+});
+
+test("too few poses, nonsense and none at all are refused in words", () => {
+  for (const poses of [[], arm(2, 0), [[1, 2, 3, 4, 5, 6]], [[NaN, 1, 1, 1, 1, 1]], [[0, 0, 0, 0, 0, 0]]]) {
+    const found = library.identify(poses);
+    assert.equal(found.centre, null);
+    assert.ok(found.refusal!.length > 5);
+  }
+  assert.equal(library.place([1, 2, 3, 4, 5, 6]), null);
+});
+
+test("an outlier is named with its cable", () => {
+  const poses = arm(20, 0.05);
+  poses[7]![2]! += 5;
+  assert.deepEqual(library.identify(poses).rejected, [[7, 1 << 2]]);
+});
+
+test("lines of an adapter become messages, however they are cut", () => {
+  // RawLength: run 3, pose 2, cable 5 of the second set, 256.5 mm; then a bell, an answer, a foreign frame
+  const length = (256.5 * 2 ** 20).toString(16).padStart(8, "0").match(/../g)!.reverse().join("");
+  const line = new TextEncoder().encode(`t68F8030002 15${length}\r`.replace(" ", ""));
+  const all = new Uint8Array([7, 13, ...line, ...new TextEncoder().encode("z\rt18120102\r"), ...line]);
+  for (const size of [1, 3, 1000]) {
+    const heard = [];
+    for (let at = 0; at < all.length; at += size) heard.push(...library.receive(all.subarray(at, at + size)));
+    assert.deepEqual(heard, Array(2).fill({ name: "RawLength", run_id: 3, index: 2, cable: 5, held_out: 1, length: 256.5 }));
+  }
+});
+
+test("random bytes never break the codec", () => {
+  const next = random(5);
+  const bytes = () => Uint8Array.from({ length: 2000 }, () => Math.floor(next() * 256));
+  for (let round = 0; round < 200; round += 1) library.receive(bytes());
+  for (let round = 0; round < 5000; round += 1) {
+    library.decode(0x680 + Math.floor(next() * 32), bytes().subarray(0, Math.floor(next() * 12)));
+  }
+});
+
+test("a command is a line with nonce, run and argument in their places", () => {
+  const text = new TextDecoder().decode(library.command("ReadPose", 0x102, 0x105, 0x304));
+  assert.equal(text, "t680809000403020105" + "01\r");
+  assert.equal(library.command("Nonsense", 0, 0, 1).length, 0);
+});

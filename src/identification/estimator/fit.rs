@@ -1,0 +1,328 @@
+//! The fit under way: the unknowns, the normal equations of a pass, and the residuals that it leaves.
+
+use super::model::Model;
+use crate::identification::joint::{HeldCentre, Joint};
+use crate::identification::machine::{Machine, MachineEstimate};
+use crate::identification::marginal_information::{MarginalInformation, own_centre};
+use crate::identification::noise::Residuals;
+use crate::identification::outcome::{Identified, rms_residual};
+use crate::identification::parameters::{
+    CENTRE_UNKNOWNS, CentreSums, Equations, ParameterBlock, PoseAt, Rows, add_pose_of_pass, sensitivity,
+};
+use crate::identification::pose::{Pose, PoseState};
+use crate::identification::refusal::Refusal;
+use crate::identification::settings::{EstimatorSettings, Noise};
+use crate::identification::weights::Weights;
+use crate::kinematics::rotation::turned;
+use crate::kinematics::{AttitudeSolver, CableLengths, CableSet, JointCentre, LengthJacobian};
+use crate::linear_algebra::Singular;
+use crate::rig::Parameters;
+use crate::scalar::Real;
+use nalgebra::{Matrix3, Matrix6, Vector3};
+
+/// Ridge on a pose's information when its own centre is computed: bounds the direction that a pose near a singularity
+/// does not determine.
+const OWN_CENTRE_RIDGE: f64 = 0.02;
+
+/// Rows of the Cholesky factor a slice: the last two of 60 unknowns take 10 000 cycles of a Cortex-M4F.
+const ROWS_A_SLICE: usize = 2;
+/// Unknowns up to which the whole factor is one slice.
+const FEW_UNKNOWNS: usize = 12;
+
+/// Everything that the stages work on.
+#[derive(Clone, Debug)]
+pub(super) struct Fit<T: Real> {
+    pub settings: EstimatorSettings<T>,
+    pub centre: JointCentre<T>,
+    pub estimate: MachineEstimate<T>,
+    pub joint: Joint<T>,
+    /// Of the pass under way; factored at its end.
+    pub equations: Equations<T>,
+    /// Information on O and C of the last pass with all other unknowns taken as known, for a noise of 1 mm.
+    pub centre_information: Matrix6<T>,
+    /// Why the ball was refused, once it was.
+    pub ball_refusal: Option<Refusal>,
+    /// The joint centre in the platform from a held phase: a prior.
+    pub held: Option<HeldCentre<T>>,
+    /// Residuals of the last pass.
+    pub residuals: Residuals<T>,
+    /// The result, filled in as the stages find it.
+    pub result: Identified<T>,
+}
+
+/// A pose at the present estimate, its rotation and scatter eliminated.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SeenPose<T> {
+    /// Rotation from {P} to {B}.
+    pub rotation: Matrix3<T>,
+    /// Its information, rotation and scatter eliminated.
+    pub scattered: MarginalInformation<T>,
+    /// S before the scatter was eliminated.
+    pub unscattered: Matrix3<T>,
+    /// Derivative of S δ̂ with the unknowns.
+    pub sensitivity: Rows<T>,
+    /// δ̂: its own centre less the model's, mm.
+    pub own_centre_mm: Vector3<T>,
+    /// Sum of its squared length residuals, mm².
+    pub squares_mm2: T,
+}
+
+/// A pass over the poses under way.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pass<T> {
+    /// The next pose, from 0.
+    pub next: usize,
+    /// Poses with a weight above zero.
+    pub used: usize,
+    /// Of O and C alone.
+    centre: CentreSums<T>,
+    /// Σ |S' δ̂|², mm²: the rate at which the squares fall with the scatter's variance.
+    pub squared_gradients: T,
+}
+
+impl<T: Real> Fit<T> {
+    /// The fit before its first pass: the nominal centre, the machine as stated.
+    pub fn new(machine: &Machine<T>, nominal: &Parameters<T>, settings: EstimatorSettings<T>) -> Self {
+        let noise_mm = match settings.noise {
+            Noise::Known(noise) => noise,
+            Noise::EstimatedUpTo(_) => machine.noise_mm(),
+        };
+        let centre = JointCentre::from_parameters(nominal, machine.geometry());
+        Self {
+            settings,
+            centre,
+            estimate: MachineEstimate::new(machine),
+            joint: Joint::Ball,
+            equations: Equations::new(0),
+            centre_information: Matrix6::zeros(),
+            ball_refusal: None,
+            held: None,
+            residuals: Residuals::none(noise_mm, machine.noise_mm()),
+            result: Identified::empty(*nominal),
+        }
+    }
+
+    /// Nothing known any more.
+    pub fn restart(&mut self, machine: &Machine<T>) {
+        self.estimate = MachineEstimate::new(machine);
+        self.joint = Joint::Ball;
+        self.ball_refusal = None;
+        self.held = None;
+        let noise_mm = match self.settings.noise {
+            Noise::Known(noise) => noise,
+            Noise::EstimatedUpTo(_) => machine.noise_mm(),
+        };
+        self.residuals = Residuals::none(noise_mm, machine.noise_mm());
+        self.result.rms_residuals_mm.clear();
+    }
+
+    /// Parameters beside O and C.
+    pub fn parameters(&self, machine: &Machine<T>) -> usize {
+        self.estimate.count(machine) + self.joint.count()
+    }
+
+    /// Variance of the noise, mm².
+    pub fn variance_mm2(&self) -> T {
+        self.residuals.noise_mm * self.residuals.noise_mm
+    }
+
+    /// Finds rotations about the present centre.
+    fn attitude_solver(&self) -> AttitudeSolver<'_, T> {
+        AttitudeSolver { geometry: self.estimate.geometry(), centre: &self.centre }
+    }
+
+    /// Begins a pass: the equations hold the priors only.
+    pub fn begin_pass(&mut self, machine: &Machine<T>) -> Pass<T> {
+        self.equations.clear(self.parameters(machine) + CENTRE_UNKNOWNS);
+        let model = Model { machine, estimate: &self.estimate, joint: &self.joint, features: None };
+        model.add_prior(&mut self.equations, 0, self.residuals.noise_mm * self.residuals.noise_mm);
+        // The held phase is a prior for a moving centre only; a ball is judged by its own poses.
+        if let (Some(held), Joint::Moving(_)) = (&self.held, &self.joint) {
+            let first = self.equations.unknowns() - 3;
+            let variance = self.residuals.noise_mm * self.residuals.noise_mm;
+            held.add_prior(&mut self.equations, first, &self.centre.in_platform_mm, variance);
+        }
+        Pass { next: 0, used: 0, centre: CentreSums::default(), squared_gradients: T::zero() }
+    }
+
+    /// Adds the next pose of the pass with its weight and refines its rotation; false after the last. Poses whose χ² is
+    /// above `reinitialise_above` are re-initialised from the known centre first, in the assembly mode that fits best.
+    pub fn add_next_pose(
+        &mut self,
+        pass: &mut Pass<T>,
+        machine: &Machine<T>,
+        poses: &mut [Pose<T>],
+        weights: &Weights<T>,
+        reinitialise_above: T,
+    ) -> bool {
+        let index = pass.next;
+        let Some(pose) = poses.get_mut(index) else {
+            pass.centre.move_to(&mut self.equations);
+            return false;
+        };
+        pass.next += 1;
+        if pose.chi_square > reinitialise_above && pose.state > PoseState::Broken {
+            let lengths = self.estimate.corrected(machine, pose.lengths());
+            if let Some(fit) = self.attitude_solver().solve(&lengths, CableSet::ALL) {
+                pose.set_attitude(fit.attitude);
+            }
+        }
+        if pose.is_placed() {
+            self.add_placed(pass, index, machine, pose, weights);
+        }
+        true
+    }
+
+    #[cfg_attr(feature = "ccm", inline(never), unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
+    fn add_placed(
+        &mut self,
+        pass: &mut Pass<T>,
+        index: usize,
+        machine: &Machine<T>,
+        pose: &mut Pose<T>,
+        weights: &Weights<T>,
+    ) {
+        let was_used = pose.is_used();
+        let lengths = self.estimate.corrected(machine, pose.lengths());
+        let rotation = pose.rotation();
+        let jacobian = self.jacobian(&rotation, &lengths);
+        if !matches!(weights, Weights::Without { .. }) {
+            pose.state = PoseState::Placed;
+        }
+        let mut information = MarginalInformation::new(&jacobian);
+        let Ok(information) = &mut information else { return };
+        pose.refine_attitude(turned(pose.attitude(), &information.turn));
+        let variance = self.variance_mm2() * pose.relative_variance;
+        if let Weights::OwnCentres { .. } = weights {
+            information.become_own_centre(T::of(OWN_CENTRE_RIDGE));
+            pose.chi_square = information.squares_mm2();
+        } else {
+            information.add_scatter(self.joint.scatter_mm2() / variance);
+            pose.chi_square = information.squares_mm2() / variance;
+        }
+        let weight = weights.weight(index, pose.chi_square, was_used) / pose.relative_variance;
+        // Neither zero nor NaN.
+        if weight > T::zero() {
+            if !matches!(weights, Weights::Without { .. }) {
+                pose.state = PoseState::Used;
+            }
+            pass.used += 1;
+            pass.squared_gradients += information.gradient_mm().norm_squared() * weight;
+            let at = PoseAt { rotation: &rotation, lengths: &lengths, jacobian: &jacobian };
+            let features = self.joint.features(&at);
+            let model = Model { machine, estimate: &self.estimate, joint: &self.joint, features };
+            add_pose_of_pass(&mut self.equations, &mut pass.centre, &model, &at, information, weight);
+        }
+    }
+
+    /// The Jacobian of a pose at the present estimate. For a moving centre its motion with the rotation is included.
+    pub fn jacobian(&self, rotation: &Matrix3<T>, lengths: &CableLengths<T>) -> LengthJacobian<T> {
+        let centre = self.joint.centre_at(&self.centre, rotation);
+        let geometry = self.estimate.geometry();
+        match self.joint.turning(rotation) {
+            None => LengthJacobian::new(geometry, &centre, rotation, lengths),
+            Some(turning) => {
+                LengthJacobian::new(geometry, &centre, rotation, lengths).with_moving_centre(&turning)
+            }
+        }
+    }
+
+    /// A pose at the present estimate, rotation and scatter eliminated; `None` without a rotation.
+    pub fn seen(&self, machine: &Machine<T>, pose: &Pose<T>) -> Option<SeenPose<T>> {
+        let lengths = self.estimate.corrected(machine, pose.lengths());
+        let rotation = pose.rotation();
+        let jacobian = self.jacobian(&rotation, &lengths);
+        let information = MarginalInformation::new(&jacobian).ok()?;
+        let variance = self.variance_mm2() * pose.relative_variance;
+        let mut scattered = information;
+        scattered.add_scatter(self.joint.scatter_mm2() / variance);
+        let at = PoseAt { rotation: &rotation, lengths: &lengths, jacobian: &jacobian };
+        let features = self.joint.features(&at);
+        let model = Model { machine, estimate: &self.estimate, joint: &self.joint, features };
+        Some(SeenPose {
+            rotation,
+            sensitivity: sensitivity(&model, &at, &scattered),
+            own_centre_mm: own_centre(&information.information(), &information.gradient_mm()),
+            unscattered: information.information(),
+            squares_mm2: information.squares_mm2(),
+            scattered,
+        })
+    }
+
+    /// A copy of a pose with the rotation that fits best about the present centre; `None` when no rotation fits.
+    pub fn place_about_centre(&self, machine: &Machine<T>, pose: &Pose<T>) -> Option<Pose<T>> {
+        let lengths = self.estimate.corrected(machine, pose.lengths());
+        let mut placed = *pose;
+        if !pose.is_placed() {
+            placed.place(machine.platform());
+        }
+        let centre = self.joint.centre_at(&self.centre, &placed.rotation());
+        let solver = AttitudeSolver { geometry: self.estimate.geometry(), centre: &centre };
+        let fit = solver.track(*placed.attitude(), &lengths, CableSet::ALL);
+        let fit = fit.or_else(|| solver.solve(&lengths, CableSet::ALL))?;
+        placed.set_attitude(fit.attitude);
+        if matches!(self.joint, Joint::Moving(_)) {
+            // The centre moves with the rotation: two more Gauss-Newton steps with that included.
+            for _ in 0..2 {
+                let jacobian = self.jacobian(&placed.rotation(), &lengths);
+                let turn = MarginalInformation::new(&jacobian).ok()?.turn;
+                placed.refine_attitude(turned(placed.attitude(), &turn));
+            }
+        }
+        Some(placed)
+    }
+
+    /// Factors the next rows of the normal equations; true when all are.
+    ///
+    /// # Errors
+    /// [`Singular`] when the poses leave some combination of the unknowns undetermined.
+    pub fn factor(&mut self) -> Result<bool, Singular> {
+        let unknowns = self.equations.unknowns();
+        if self.equations.is_unfactored() {
+            self.centre_information = self.equations.trailing_matrix();
+        }
+        self.equations.factor_rows(if unknowns <= FEW_UNKNOWNS { unknowns } else { ROWS_A_SLICE })?;
+        Ok(self.equations.is_factored())
+    }
+
+    /// Takes the step of a pass and keeps its residuals. Returns the largest change of any unknown, mm.
+    pub fn take_step(&mut self, machine: &Machine<T>, pass: &Pass<T>) -> T {
+        let step = self.equations.step();
+        let squares_mm2 = self.equations.squares_after(&step);
+        let parameters = self.parameters(machine);
+        let in_machine = self.estimate.count(machine);
+        let unknowns = step.iter().take(parameters + CENTRE_UNKNOWNS);
+        let largest_mm = unknowns.fold(T::zero(), |largest, x| if x.abs() > largest { x.abs() } else { largest });
+        let (of_parameters, of_centre) = step.split_at_checked(parameters).unwrap_or_default();
+        self.joint.apply(of_parameters.get(in_machine..).unwrap_or_default());
+        self.estimate.apply(machine, of_parameters);
+        if let [x, y, z, u, v, w, ..] = of_centre {
+            self.centre.in_base_mm += Vector3::new(*x, *y, *z);
+            self.centre.in_platform_mm += Vector3::new(*u, *v, *w);
+        }
+        self.residuals.squares_mm2 = squares_mm2;
+        self.residuals.used = pass.used;
+        self.residuals.freedom = self.freedom(pass.used);
+        self.result.rms_residual_mm = rms_residual(squares_mm2, pass.used);
+        largest_mm
+    }
+
+    /// Degrees of freedom of the residuals of a pass: three a pose, less the unknowns without a prior.
+    fn freedom(&self, used: usize) -> T {
+        let unknown = CENTRE_UNKNOWNS as i32 + self.joint.free_parameters();
+        T::of_integer((3 * used as i32 - unknown).max(1))
+    }
+
+    /// Covariance of O and C, for a noise of 1 mm, once factored.
+    pub fn centre_covariance(&self) -> Matrix6<T> {
+        let first = self.equations.unknowns() - CENTRE_UNKNOWNS;
+        let mut covariance = Matrix6::zeros();
+        for j in 0..CENTRE_UNKNOWNS {
+            let column = self.equations.covariance_column(first + j, first);
+            for (i, entry) in column.iter().skip(first).take(CENTRE_UNKNOWNS).enumerate() {
+                covariance[(i, j)] = *entry;
+            }
+        }
+        covariance
+    }
+}

@@ -1,0 +1,58 @@
+//! Placing: the platform's pose in every captured pose, and the pivot calibration of them.
+
+use super::excite::{Excite, Purpose};
+use super::fit::Fit;
+use super::refine::Refine;
+use super::{MIN_POSES, Stage};
+use crate::identification::gates::require_placed;
+use crate::identification::joint::{Joint, Scatter};
+use crate::identification::machine::Machine;
+use crate::identification::pivot_calibration::PivotCalibration;
+use crate::identification::pose::Pose;
+use crate::identification::settings::JointChoice;
+use crate::identification::weights::Weights;
+use crate::linear_algebra::Singular;
+use crate::scalar::Real;
+
+/// The poses placed so far.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place<T> {
+    next: usize,
+    calibration: PivotCalibration<T>,
+}
+
+impl<T: Real> Default for Place<T> {
+    fn default() -> Self {
+        Self { next: 0, calibration: PivotCalibration::default() }
+    }
+}
+
+impl<T: Real> Place<T> {
+    /// Places the next pose, unless its capture has; after the last, solves the calibration.
+    pub fn advance(&mut self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &mut [Pose<T>]) -> Option<Stage<T>> {
+        if let Some(pose) = poses.get_mut(self.next) {
+            pose.place(machine.platform());
+            if pose.is_placed() {
+                self.calibration.add(&pose.platform());
+            }
+            self.next += 1;
+            return None;
+        }
+        if self.calibration.rotations().poses() < T::of_integer(MIN_POSES as i32)
+            && let Err(refusal) = require_placed(poses)
+        {
+            return Some(Stage::Done(Err(refusal)));
+        }
+        Some(match self.calibration.solve() {
+            Ok(centre) => {
+                fit.centre = centre;
+                match fit.settings.joint {
+                    JointChoice::Held => fit.begin_scattered(machine, Joint::Held(Scatter::default())),
+                    JointChoice::Moving => Stage::Excite(Excite::new(Purpose::MovingCentre)),
+                    _ => Stage::Refine(Refine::new(fit, machine, Weights::Equal, false)),
+                }
+            }
+            Err(Singular) => Stage::Excite(Excite::new(Purpose::NameWhatIsSingular)),
+        })
+    }
+}

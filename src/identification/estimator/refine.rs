@@ -1,0 +1,289 @@
+//! Gauss-Newton, pass by pass, and what comes after each.
+
+use super::excite::{Excite, Purpose};
+use super::fit::{Fit, Pass};
+use super::{MIN_POSES_AFTER_REJECTION, Stage};
+use crate::identification::gates::{MIN_POSES, migration_or_outliers};
+use crate::identification::joint::{Joint, MIN_MOVING_POSES};
+use crate::identification::machine::Machine;
+use crate::identification::noise::POSES_TO_ESTIMATE;
+use crate::identification::pose::Pose;
+use crate::identification::refusal::Refusal;
+use crate::identification::settings::{JointChoice, Noise};
+use crate::identification::statistics::{MEDIAN_OF_CHI_SQUARE_3, MedianSearch, count_within};
+use crate::identification::weights::{FINAL_SCALE, INLIER_LIMIT, SCALE_STEP, Weights};
+use crate::linear_algebra::Singular;
+use crate::scalar::Real;
+
+/// A χ² this many times the median is an outlier whatever the noise.
+const STANDS_OUT: f64 = 40.0;
+
+/// χ² beyond which a pose may stand in the wrong assembly mode, and is re-initialised.
+const REINITIALISE_ABOVE: f64 = 100.0;
+
+/// Passes with equal weights before outliers are looked for.
+const MAX_EQUAL_PASSES: u8 = 4;
+
+/// The same when the machine has unknown constants: offsets of ±10 mm settle in six to eight passes.
+const MAX_EQUAL_PASSES_WITH_PARAMETERS: u8 = 10;
+
+/// Passes with each pose in or out. A selection that has not settled by then is refused as a ball.
+const MAX_INLIER_PASSES: u8 = 8;
+
+/// Passes that measure the scatter of the poses' own centres.
+const OWN_CENTRE_PASSES: u8 = 2;
+
+/// Gauss-Newton with one kind of weights.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Refine<T> {
+    pub(super) weights: Weights<T>,
+    /// Passes with these weights, the present one included.
+    pub(super) passes: u8,
+    /// χ² beyond which the pass re-initialises a pose. Infinite where it re-initialises none.
+    reinitialise_above: T,
+    /// Poses have been re-initialised after convergence: at most once a run.
+    reinitialised: bool,
+    /// Poses used in the pass before.
+    used_before: usize,
+    step: Step<T>,
+}
+
+/// A pass step by step.
+#[derive(Clone, Copy, Debug)]
+enum Step<T> {
+    /// The poses are summed.
+    Sum(Pass<T>),
+    /// The normal equations are factored.
+    Factor(Pass<T>),
+    /// The step is taken; the median of χ² is sought.
+    Median { pass: Pass<T>, largest_mm: T, search: MedianSearch<T> },
+}
+
+impl<T: Real> Refine<T> {
+    /// Begins with these weights.
+    pub fn new(fit: &mut Fit<T>, machine: &Machine<T>, weights: Weights<T>, reinitialised: bool) -> Self {
+        if let Weights::OwnCentres { .. } = weights {
+            fit.estimate.hold();
+        }
+        Self {
+            weights,
+            passes: 1,
+            reinitialise_above: Self::reinitialise_above(&weights, 1),
+            reinitialised,
+            used_before: 0,
+            step: Step::Sum(fit.begin_pass(machine)),
+        }
+    }
+
+    /// As if so many passes had been made already.
+    pub(super) fn after(self, passes: u8) -> Self {
+        Self { passes: self.passes + passes, ..self }
+    }
+
+    /// A pose that fits nothing may stand in the wrong assembly mode: it is re-initialised from the known centre.
+    fn reinitialise_above(weights: &Weights<T>, passes: u8) -> T {
+        match weights {
+            Weights::Inliers(_) if passes <= 1 => T::of(REINITIALISE_ABOVE),
+            _ => T::of(f64::INFINITY),
+        }
+    }
+
+    /// One slice of a pass.
+    pub fn advance(&mut self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &mut [Pose<T>]) -> Option<Stage<T>> {
+        match &mut self.step {
+            Step::Sum(pass) => {
+                if !fit.add_next_pose(pass, machine, poses, &self.weights, self.reinitialise_above) {
+                    self.step = Step::Factor(*pass);
+                }
+                None
+            }
+            Step::Factor(pass) => match fit.factor() {
+                Ok(false) => None,
+                Ok(true) => {
+                    let largest_mm = fit.take_step(machine, pass);
+                    self.step = Step::Median { pass: *pass, largest_mm, search: MedianSearch::new(poses) };
+                    None
+                }
+                Err(Singular) => Some(self.after_singular(fit, poses)),
+            },
+            Step::Median { pass, largest_mm, search } => {
+                let chi_squares = search.advance(poses)?;
+                let (pass, largest_mm) = (*pass, *largest_mm);
+                fit.residuals.chi_squares = chi_squares;
+                if fit.result.rms_residuals_mm.push(fit.result.rms_residual_mm).is_err() {
+                    return Some(Stage::Done(Err(Refusal::IterationCap)));
+                }
+                let settled = largest_mm <= fit.settings.tolerance_mm;
+                Some(match fit.joint {
+                    Joint::Ball => self.after_pass(fit, machine, poses, settled),
+                    Joint::Held(_) | Joint::Moving(_) => self.after_moving_pass(fit, machine, poses, &pass, settled),
+                })
+            }
+        }
+    }
+
+    /// What follows a pass of the ball model.
+    fn after_pass(&self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &[Pose<T>], settled: bool) -> Stage<T> {
+        let residuals = &fit.residuals;
+        let noise = fit.settings.noise;
+        match self.weights {
+            Weights::Equal => {
+                if settled && residuals.used == poses.len() && residuals.are_noise(noise, poses.len()) {
+                    return self.converged(fit, machine, poses);
+                }
+                // An outlier with large leverage would pull the next passes off: weight it down at once.
+                if settled || stands_out(fit) || self.passes > max_equal_passes(fit, machine) {
+                    let scale = first_scale(fit, poses.len());
+                    return self.weight_down(fit, machine, scale);
+                }
+            }
+            Weights::GemanMcClure(scale) => {
+                // The median of fewer poses is too coarse to estimate the noise again.
+                let shrinks = poses.len() >= POSES_TO_ESTIMATE && estimate_noise(fit, poses.len());
+                if !shrinks && scale <= T::of(FINAL_SCALE) {
+                    return Stage::Refine(Self::new(
+                        fit,
+                        machine,
+                        Weights::Inliers(T::of(INLIER_LIMIT)),
+                        self.reinitialised,
+                    ));
+                }
+                if !shrinks {
+                    return self.weight_down(fit, machine, scale * T::of(SCALE_STEP));
+                }
+            }
+            Weights::Inliers(_) => {
+                if settled && residuals.used == self.used_before {
+                    return self.judge_inliers(fit, machine, poses);
+                }
+                if self.passes > MAX_INLIER_PASSES {
+                    return measure_migration(poses);
+                }
+            }
+            Weights::OwnCentres { rejected } if self.passes >= OWN_CENTRE_PASSES => {
+                let variance = residuals.squares_mm2 / residuals.freedom;
+                let refusal = migration_or_outliers(variance, residuals.chi_squares.median, rejected, poses.len());
+                return after_ball_refused(fit, refusal, poses.len());
+            }
+            Weights::OwnCentres { .. } | Weights::Without { .. } => {}
+        }
+        self.again(fit, machine)
+    }
+
+    /// Another pass with the same weights.
+    pub(super) fn again(&self, fit: &mut Fit<T>, machine: &Machine<T>) -> Stage<T> {
+        let passes = self.passes.saturating_add(1);
+        Stage::Refine(Self {
+            passes,
+            reinitialise_above: Self::reinitialise_above(&self.weights, passes),
+            used_before: fit.residuals.used,
+            step: Step::Sum(fit.begin_pass(machine)),
+            ..*self
+        })
+    }
+
+    /// The same poses took part in the last two passes.
+    pub(super) fn is_selection_stable(&self, fit: &Fit<T>) -> bool {
+        fit.residuals.used == self.used_before
+    }
+
+    /// Starts a Geman-McClure pass with this scale (not below the final one).
+    fn weight_down(&self, fit: &mut Fit<T>, machine: &Machine<T>, scale: T) -> Stage<T> {
+        let weights = Weights::GemanMcClure(scale.max(T::of(FINAL_SCALE)));
+        Stage::Refine(Self::new(fit, machine, weights, self.reinitialised))
+    }
+
+    /// Near a singularity two assembly modes fit to within the noise. Where the residuals of the other poses vanish
+    /// (noise-free lengths), one in the wrong mode stands out though it is no outlier: such poses are re-initialised
+    /// once from the known centre.
+    fn converged(&self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &[Pose<T>]) -> Stage<T> {
+        let limit = fit.residuals.chi_squares.median * T::of(STANDS_OUT);
+        if self.reinitialised || count_within(poses, limit) >= fit.residuals.used {
+            return Stage::Excite(Excite::new(Purpose::Accept));
+        }
+        Stage::Refine(Self {
+            passes: self.passes.saturating_add(1),
+            reinitialise_above: limit,
+            reinitialised: true,
+            used_before: fit.residuals.used,
+            step: Step::Sum(fit.begin_pass(machine)),
+            ..*self
+        })
+    }
+
+    /// After the selection: are enough poses left, and are their residuals noise?
+    fn judge_inliers(&self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &[Pose<T>]) -> Stage<T> {
+        let used = fit.residuals.used;
+        if !is_selection_large_enough(used, poses.len())
+            || !fit.residuals.of_inliers_are_noise(fit.settings.noise, poses.len())
+        {
+            return measure_migration(poses);
+        }
+        self.converged(fit, machine, poses)
+    }
+
+    /// The equations of a pass have no solution.
+    fn after_singular(&self, fit: &mut Fit<T>, poses: &[Pose<T>]) -> Stage<T> {
+        match (&fit.joint, self.weights) {
+            (Joint::Held(_) | Joint::Moving(_), _) => Stage::Done(Err(fit.ball_refusal.unwrap_or(Refusal::Singular))),
+            (_, Weights::Equal) => Stage::Excite(Excite::new(Purpose::NameWhatIsSingular)),
+            (_, Weights::OwnCentres { rejected }) => {
+                let (rejected, poses) = (rejected as u32, poses.len() as u32);
+                Stage::Done(Err(Refusal::TooManyOutliers { rejected, poses }))
+            }
+            // Hardly any pose agrees with another.
+            _ => measure_migration(poses),
+        }
+    }
+}
+
+/// Enough poses are left of those given, at most a fifth is left out.
+fn is_selection_large_enough(used: usize, poses: usize) -> bool {
+    let rejected = poses - used;
+    let least = if rejected > 0 { MIN_POSES_AFTER_REJECTION } else { MIN_POSES };
+    rejected * 5 <= poses && used >= least
+}
+
+/// The set is refused as a ball; decide between outliers and a joint centre that is not fixed.
+fn measure_migration<T: Real>(poses: &[Pose<T>]) -> Stage<T> {
+    let rejected = poses.len() - count_within(poses, T::of(INLIER_LIMIT));
+    Stage::Excite(Excite::new(Purpose::MeasureMigration { rejected }))
+}
+
+/// Is the largest χ² far beyond the median, and beyond noise?
+fn stands_out<T: Real>(fit: &Fit<T>) -> bool {
+    let chi_squares = &fit.residuals.chi_squares;
+    chi_squares.worst > chi_squares.median.max(T::of(MEDIAN_OF_CHI_SQUARE_3)) * T::of(STANDS_OUT)
+}
+
+/// First scale of the Geman-McClure weights; with an unknown noise, its robust estimate too.
+fn first_scale<T: Real>(fit: &mut Fit<T>, poses: usize) -> T {
+    if let Noise::EstimatedUpTo(_) = fit.settings.noise {
+        estimate_noise(fit, poses);
+        return T::of(8.0 * FINAL_SCALE);
+    }
+    fit.residuals.chi_squares.median * T::of(3.0)
+}
+
+/// Estimates an unknown noise from the median χ². Outliers raise all χ² until they are weighted down, so the first
+/// estimates are too large: true while the estimate falls by more than a fifth.
+fn estimate_noise<T: Real>(fit: &mut Fit<T>, poses: usize) -> bool {
+    let Noise::EstimatedUpTo(_) = fit.settings.noise else { return false };
+    let before = fit.residuals.noise_mm;
+    fit.residuals.noise_mm = fit.residuals.estimated_noise_mm(fit.settings.noise, poses);
+    fit.residuals.noise_mm < before * T::of(0.8)
+}
+
+/// Passes with equal weights: more when the machine has unknown constants, which take more steps to find.
+fn max_equal_passes<T: Real>(fit: &Fit<T>, machine: &Machine<T>) -> u8 {
+    if fit.parameters(machine) > 0 { MAX_EQUAL_PASSES_WITH_PARAMETERS } else { MAX_EQUAL_PASSES }
+}
+
+/// The ball does not explain the residuals: the moving centre may, if there are poses enough for it.
+fn after_ball_refused<T: Real>(fit: &mut Fit<T>, refusal: Refusal, poses: usize) -> Stage<T> {
+    fit.ball_refusal = Some(refusal);
+    if fit.settings.joint == JointChoice::Auto && poses >= MIN_MOVING_POSES {
+        return Stage::Excite(Excite::new(Purpose::MovingCentre));
+    }
+    Stage::Done(Err(refusal))
+}

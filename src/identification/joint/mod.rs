@@ -1,0 +1,113 @@
+//! Models of the joint: a ball, whose centre is fixed, or a centre that moves with the arm, as in living shoulders.
+
+mod arm_frame;
+mod held;
+mod motion;
+mod moving_centre;
+mod scatter;
+
+pub use arm_frame::{ArmFrame, FEATURES, Features};
+pub use held::HeldCentre;
+pub use motion::{ArmMotion, MIN_MOVING_POSES, MissingMotion};
+pub use moving_centre::{MAX_JOINT, MovingCentre};
+pub use scatter::Scatter;
+
+use super::parameters::{Column, Equations, PoseAt};
+use crate::kinematics::JointCentre;
+use crate::scalar::Real;
+use nalgebra::{Matrix3, Vector3};
+
+/// The model of the joint that is being estimated.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Joint<T> {
+    /// A ball: O is fixed.
+    Ball,
+    /// A ball whose centre scatters: the shoulder blade is held, but never quite.
+    Held(Scatter<T>),
+    /// O(R) = O0 + A φ(R), and a scatter of its own.
+    Moving(MovingCentre<T>),
+}
+
+impl<T: Real> Joint<T> {
+    /// Parameters beside O and C.
+    pub fn count(&self) -> usize {
+        match self {
+            Self::Ball | Self::Held(_) => 0,
+            Self::Moving(_) => MAX_JOINT,
+        }
+    }
+
+    /// Parameters without a prior: of A one combination has one.
+    pub fn free_parameters(&self) -> i32 {
+        match self {
+            Self::Ball | Self::Held(_) => 0,
+            Self::Moving(_) => MAX_JOINT as i32 - 1,
+        }
+    }
+
+    /// The joint centre in both bodies in a pose with this rotation ({P} to {B}).
+    pub fn centre_at(&self, centre: &JointCentre<T>, rotation: &Matrix3<T>) -> JointCentre<T> {
+        match self {
+            Self::Ball | Self::Held(_) => *centre,
+            Self::Moving(moving) => {
+                JointCentre { in_base_mm: centre.in_base_mm + moving.displacement_mm(rotation), ..*centre }
+            }
+        }
+    }
+
+    /// Derivative of the joint centre in {B} with a rotation ω of the pose, mm/rad; `None` for a ball.
+    pub fn turning(&self, rotation: &Matrix3<T>) -> Option<Matrix3<T>> {
+        match self {
+            Self::Ball | Self::Held(_) => None,
+            Self::Moving(moving) => Some(moving.turning(rotation)),
+        }
+    }
+
+    /// Variance of the scatter of a pose's own centre along each axis, mm².
+    pub fn scatter_mm2(&self) -> T {
+        match self {
+            Self::Ball => T::zero(),
+            Self::Held(scatter) => scatter.variance_mm2(),
+            Self::Moving(moving) => moving.scatter.variance_mm2(),
+        }
+    }
+
+    /// The scatter, where the model has one.
+    pub fn scatter_mut(&mut self) -> Option<&mut Scatter<T>> {
+        match self {
+            Self::Ball => None,
+            Self::Held(scatter) => Some(scatter),
+            Self::Moving(moving) => Some(&mut moving.scatter),
+        }
+    }
+
+    /// The column of the Jacobian of parameter `index`.
+    pub fn column(&self, index: usize, features: Option<&Features<T>>) -> Column<T> {
+        let feature = features.and_then(|features| features.get(index / 3)).copied().unwrap_or_else(T::zero);
+        let mut moved = Vector3::zeros();
+        moved[index % 3] = feature;
+        Column::Centre(moved)
+    }
+
+    /// Features of a pose's rotation; `None` for a ball.
+    pub fn features(&self, pose: &PoseAt<'_, T>) -> Option<Features<T>> {
+        match self {
+            Self::Ball | Self::Held(_) => None,
+            Self::Moving(moving) => Some(moving.frame.features(pose.rotation)),
+        }
+    }
+
+    /// Adds the prior, times the noise's variance, mm². The first parameter is unknown `first`.
+    pub fn add_prior(&self, equations: &mut Equations<T>, first: usize, variance_mm2: T) {
+        if let Self::Moving(moving) = self {
+            moving.add_prior(equations, first, variance_mm2);
+        }
+    }
+
+    /// Moves the parameters by a step.
+    pub fn apply(&mut self, step: &[T]) {
+        if let Self::Moving(moving) = self {
+            moving.apply(step);
+        }
+    }
+}

@@ -1,0 +1,142 @@
+//! The present estimate of the machine's unknown constants.
+
+use super::{MAX_MACHINE, Machine, MachineParameter, SCALE_UNIT};
+use crate::identification::parameters::{Column, Equations, PoseAt};
+use crate::kinematics::{CableLengths, Geometry};
+use crate::linear_algebra::packed_index;
+use crate::rig::CABLES;
+use crate::scalar::Real;
+
+/// How far the machine is from what was stated.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MachineEstimate<T> {
+    /// The ends as they are estimated.
+    geometry: Geometry<T>,
+    /// Coefficients of the modes, mm; offsets, mm; scales less one in units of [`SCALE_UNIT`]. In the order of
+    /// [`Machine::parameter`].
+    values: [T; MAX_MACHINE],
+    /// The parameters are left as they are.
+    is_held: bool,
+}
+
+impl<T: Real> MachineEstimate<T> {
+    /// As stated.
+    pub fn new(machine: &Machine<T>) -> Self {
+        Self { geometry: *machine.geometry(), values: [T::zero(); MAX_MACHINE], is_held: false }
+    }
+
+    /// The ends as they are estimated.
+    pub fn geometry(&self) -> &Geometry<T> {
+        &self.geometry
+    }
+
+    /// By how much each parameter differs from what was stated, in the order and units of [`Machine::parameter`].
+    pub fn values(&self) -> &[T; MAX_MACHINE] {
+        &self.values
+    }
+
+    /// Holds the parameters at their present values from now on.
+    pub fn hold(&mut self) {
+        self.is_held = true;
+    }
+
+    /// Lets the parameters take part again.
+    pub fn release(&mut self) {
+        self.is_held = false;
+    }
+
+    /// Parameters that take part in a pass.
+    pub fn count(&self, machine: &Machine<T>) -> usize {
+        if self.is_held { 0 } else { machine.parameters() }
+    }
+
+    /// The present estimate of the encoder offsets (reading minus true length), mm.
+    pub fn offsets_mm(&self, machine: &Machine<T>) -> [T; CABLES] {
+        self.six(machine.first_offset())
+    }
+
+    /// By how much each drum pays out more than stated, relative.
+    pub fn scales(&self, machine: &Machine<T>) -> [T; CABLES] {
+        self.six(machine.first_scale()).map(|scale| scale * T::of(SCALE_UNIT))
+    }
+
+    fn six(&self, first: Option<usize>) -> [T; CABLES] {
+        let values = first.and_then(|first| self.values.get(first..));
+        core::array::from_fn(|k| values.and_then(|values| values.get(k)).copied().unwrap_or_else(T::zero))
+    }
+
+    /// The lengths corrected by the present estimate: home + (reading - home - offset) / scale. Unchanged if a
+    /// corrected length would not be positive.
+    pub fn corrected(&self, machine: &Machine<T>, lengths: &CableLengths<T>) -> CableLengths<T> {
+        if machine.first_offset().is_none() && machine.first_scale().is_none() {
+            return *lengths;
+        }
+        let (offsets, scales) = (self.offsets_mm(machine), self.scales(machine));
+        let mm = lengths.as_mm();
+        let corrected = core::array::from_fn(|k| {
+            let length = mm[k] - offsets[k];
+            if scales[k] == T::zero() {
+                length
+            } else {
+                machine.home_mm[k] + (length - machine.home_mm[k]) / (T::one() + scales[k])
+            }
+        });
+        CableLengths::new(corrected).unwrap_or(*lengths)
+    }
+
+    /// The column of the Jacobian of parameter `index` in a pose.
+    pub fn column(&self, machine: &Machine<T>, index: usize, pose: &PoseAt<'_, T>) -> Column<T> {
+        let rows = &pose.jacobian.rows;
+        match machine.parameter(index) {
+            // A cable grows when its base end moves back.
+            MachineParameter::Base(mode) => {
+                let moved = machine.base.mode(mode);
+                Column::AllCables(core::array::from_fn(|k| -rows[k].translation.dot(&moved[k])))
+            }
+            MachineParameter::Ends(mode) => {
+                let moved = machine.ends.mode(mode);
+                Column::AllCables(core::array::from_fn(|k| rows[k].translation.dot(&(pose.rotation * moved[k]))))
+            }
+            MachineParameter::Offset(cable) => Column::OneCable(cable, T::one()),
+            MachineParameter::Scale(cable) => {
+                let from_home = |(length, home): (&T, &T)| (*length - *home) * T::of(SCALE_UNIT);
+                let change = pose.lengths.as_mm().iter().zip(&machine.home_mm).nth(cable).map(from_home);
+                Column::OneCable(cable, change.unwrap_or_else(T::zero))
+            }
+        }
+    }
+
+    /// Adds the priors, times the noise's variance, mm². The first parameter is unknown `first`.
+    pub fn add_prior(&self, machine: &Machine<T>, equations: &mut Equations<T>, first: usize, variance_mm2: T) {
+        for i in 0..self.count(machine) {
+            for j in 0..=i {
+                let Some(precision) = machine.precision.get(packed_index(i, j)).copied() else { return };
+                if precision == T::zero() {
+                    continue;
+                }
+                let weight = precision * variance_mm2;
+                let (a, b) = (self.values[i], self.values[j]);
+                equations.add_to_entry(first + i, first + j, weight);
+                equations.add_to_gradient(first + i, -b * weight);
+                let twice = if i == j { T::one() } else { T::of(2.0) };
+                if i != j {
+                    equations.add_to_gradient(first + j, -a * weight);
+                }
+                equations.add_squares(a * b * weight * twice);
+            }
+        }
+    }
+
+    /// Moves the parameters by a step.
+    pub fn apply(&mut self, machine: &Machine<T>, step: &[T]) {
+        let count = self.count(machine);
+        if count == 0 {
+            return;
+        }
+        self.values.iter_mut().zip(step).take(count).for_each(|(value, step)| *value += *step);
+        self.geometry = *machine.geometry();
+        let (base, ends) = self.values.split_at_checked(machine.base.count()).unwrap_or_default();
+        machine.base.displace(&mut self.geometry.base_mm, base);
+        machine.ends.displace(&mut self.geometry.end_mm, ends);
+    }
+}

@@ -1,0 +1,162 @@
+//! The machine as the estimator sees it: its geometry, and the constants of it that are not known exactly.
+//!
+//! Observable from six lengths are the shape of the base, the shape of the platform, six encoder offsets and six drum
+//! scales. A rigid motion of all attachment points is not: it is a motion of {B}, which is by definition the frame best
+//! fitted to the points as they are, and every σ of a centre is meant in that frame. Each constant takes part when its
+//! tolerance is not zero, with that as its prior standard deviation (maximum a posteriori).
+
+mod estimate;
+mod shape;
+
+pub use estimate::MachineEstimate;
+
+use self::shape::{MAX_MODES, ShapeModes};
+use crate::kinematics::{Geometry, PlatformSolver};
+use crate::linear_algebra::packed_index;
+use crate::rig::{CABLES, Rig, Tolerance};
+use crate::scalar::Real;
+
+/// Maximum number of unknown constants: twelve modes of the base, twelve of the platform, six offsets, six
+/// scales. The 3-3 machine has three modes of each.
+pub const MAX_MACHINE: usize = 2 * MAX_MODES + 2 * CABLES;
+/// Entries of the packed precision of their priors.
+const MACHINE_PACKED: usize = MAX_MACHINE * (MAX_MACHINE + 1) / 2;
+
+/// Unit of a scale parameter: a drum that pays out 1 mm more in 100 mm. All parameters then change lengths by about as
+/// much, which keeps the normal equations well conditioned.
+pub const SCALE_UNIT: f64 = 0.01;
+
+/// A machine, and how well it is known.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Machine<T> {
+    platform: PlatformSolver<T>,
+    noise_mm: T,
+    home_mm: [T; CABLES],
+    base: ShapeModes<T>,
+    ends: ShapeModes<T>,
+    tolerance: Tolerance<T>,
+    /// Precision (inverse covariance) of the priors, packed lower triangle, in the order base modes, platform modes,
+    /// offsets, scales.
+    precision: [T; MACHINE_PACKED],
+}
+
+/// A parameter of the machine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MachineParameter {
+    /// A mode of the base's shape.
+    Base(usize),
+    /// A platform edge (3-3), or a mode of the shape of the platform's ends.
+    Ends(usize),
+    /// The offset of a cable's encoder, from 0.
+    Offset(usize),
+    /// The scale of a cable's drum, from 0.
+    Scale(usize),
+}
+
+impl<T: Real> Machine<T> {
+    /// The machine of `rig` with its tolerances.
+    pub fn new(rig: &Rig<T>) -> Self {
+        Self::with_offset_prior(rig, rig.tolerance().offset_mm)
+    }
+
+    /// The same with encoder offsets that are known to `offset_mm`, 1σ, mm; 0 = exactly.
+    pub fn with_offset_prior(rig: &Rig<T>, offset_mm: T) -> Self {
+        let platform = PlatformSolver::new(rig);
+        let geometry = platform.geometry();
+        let tolerance = Tolerance { offset_mm, ..*rig.tolerance() };
+        let takes_part = |tolerance: T| tolerance > T::zero();
+        let base = match (takes_part(tolerance.base_mm), geometry.is_three_three) {
+            (false, _) => ShapeModes::none(),
+            (true, true) => ShapeModes::of_triangle(rig.base_mm(), crate::rig::ATTACHMENTS.as_flattened()),
+            (true, false) => ShapeModes::of_six(&geometry.base_mm),
+        };
+        let ends = match (takes_part(tolerance.edges_mm), geometry.is_three_three) {
+            (false, _) => ShapeModes::none(),
+            (true, true) => ShapeModes::of_edges(&rig.platform_mm()),
+            (true, false) => ShapeModes::of_six(&geometry.end_mm),
+        };
+        let mut machine = Self {
+            platform,
+            noise_mm: rig.length_noise_mm(),
+            home_mm: rig.drum().home_length_mm,
+            base,
+            ends,
+            tolerance,
+            precision: [T::zero(); MACHINE_PACKED],
+        };
+        for index in 0..machine.parameters() {
+            let sigma = match machine.parameter(index) {
+                MachineParameter::Base(_) => tolerance.base_mm,
+                MachineParameter::Ends(_) => tolerance.edges_mm,
+                MachineParameter::Offset(_) => tolerance.offset_mm,
+                MachineParameter::Scale(_) => tolerance.drum / T::of(SCALE_UNIT),
+            };
+            if let Some(entry) = machine.precision.get_mut(packed_index(index, index)) {
+                *entry = T::one() / (sigma * sigma);
+            }
+        }
+        machine
+    }
+
+    /// The same machine with priors that are correlated, as commissioning leaves them: the packed lower triangle of
+    /// their precision (inverse covariance) in the order of [`parameter`](Self::parameter).
+    #[must_use]
+    pub fn with_precision(mut self, precision: &[T]) -> Self {
+        self.precision = [T::zero(); MACHINE_PACKED];
+        let used = packed_index(self.parameters(), 0);
+        self.precision.iter_mut().zip(precision).take(used).for_each(|(kept, given)| *kept = *given);
+        self
+    }
+
+    /// The forward kinematics.
+    pub fn platform(&self) -> &PlatformSolver<T> {
+        &self.platform
+    }
+
+    /// The geometry as stated, mm.
+    pub fn geometry(&self) -> &Geometry<T> {
+        self.platform.geometry()
+    }
+
+    /// Standard deviation of one length, mm.
+    pub fn noise_mm(&self) -> T {
+        self.noise_mm
+    }
+
+    /// The tolerances, 1σ.
+    pub fn tolerance(&self) -> &Tolerance<T> {
+        &self.tolerance
+    }
+
+    /// How many of its constants are unknown.
+    pub fn parameters(&self) -> usize {
+        let six = |tolerance: T| if tolerance > T::zero() { CABLES } else { 0 };
+        self.base.count() + self.ends.count() + six(self.tolerance.offset_mm) + six(self.tolerance.drum)
+    }
+
+    /// What parameter `index` is.
+    pub fn parameter(&self, index: usize) -> MachineParameter {
+        let offsets = if self.tolerance.offset_mm > T::zero() { CABLES } else { 0 };
+        let (base, ends) = (self.base.count(), self.ends.count());
+        if index < base {
+            MachineParameter::Base(index)
+        } else if index < base + ends {
+            MachineParameter::Ends(index - base)
+        } else if index < base + ends + offsets {
+            MachineParameter::Offset(index - base - ends)
+        } else {
+            MachineParameter::Scale(index - base - ends - offsets)
+        }
+    }
+
+    /// Index of the first encoder offset; `None` when they are known.
+    pub fn first_offset(&self) -> Option<usize> {
+        (self.tolerance.offset_mm > T::zero()).then(|| self.base.count() + self.ends.count())
+    }
+
+    /// Index of the first drum scale; `None` when they are known.
+    pub fn first_scale(&self) -> Option<usize> {
+        let offsets = if self.tolerance.offset_mm > T::zero() { CABLES } else { 0 };
+        (self.tolerance.drum > T::zero()).then(|| self.base.count() + self.ends.count() + offsets)
+    }
+}

@@ -1,0 +1,129 @@
+//! Shape modes: displacements of a body's points orthogonal to all rigid motions.
+
+use crate::linear_algebra::non_negative_root;
+use crate::rig::{CABLES, POINTS};
+use crate::scalar::Real;
+use nalgebra::Vector3;
+
+/// Maximum number of modes: six points have eighteen coordinates, six of which are rigid motions.
+pub const MAX_MODES: usize = 3 * CABLES - RIGID;
+/// Rigid motions of a body.
+const RIGID: usize = 6;
+
+/// Smallest squared norm that is left of a unit vector in a new direction; rounding leaves far less of an old one.
+const NEW_DIRECTION: f64 = 1e-3;
+
+/// Displacements of the ends of the six cables, mm per mm of a mode's coefficient.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ShapeModes<T> {
+    count: usize,
+    modes: [[Vector3<T>; CABLES]; MAX_MODES],
+}
+
+impl<T: Real> ShapeModes<T> {
+    /// No modes: a body that is exactly known.
+    pub fn none() -> Self {
+        Self { count: 0, modes: [[Vector3::zeros(); CABLES]; MAX_MODES] }
+    }
+
+    /// Three points, each the end of two cables: `of_cable` names the point (from 0) of each. Three orthonormal modes:
+    /// when every coordinate of a point has the same standard deviation, so has every mode.
+    pub fn of_triangle(points_mm: &[Vector3<T>; POINTS], of_cable: &[usize]) -> Self {
+        Self::none().with_modes(points_mm, |mode, cable| {
+            of_cable.get(cable).and_then(|point| mode.get(*point)).copied().unwrap_or_else(Vector3::zeros)
+        })
+    }
+
+    /// Six points of their own: twelve orthonormal modes.
+    pub fn of_six(points_mm: &[Vector3<T>; CABLES]) -> Self {
+        Self::none().with_modes(points_mm, |mode, cable| mode[cable])
+    }
+
+    /// The three edges p12, p23, p31 of a triangle P1 = (0, 0, 0), P2 = (p12, 0, 0), P3 = (x, y, 0) as modes: each end
+    /// moves as its point does when one edge grows. From x = (p12² + p31² - p23²) / 2 p12 and y² = p31² - x².
+    pub fn of_edges(platform_mm: &[Vector3<T>; POINTS]) -> Self {
+        let [_, second, third] = platform_mm;
+        let (p12, x, y) = (second.x, third.x, third.y);
+        let (p31, p23) = (third.norm_squared().root(), (third - second).norm_squared().root());
+        let dx = [(p12 - x) / p12, -p23 / p12, p31 / p12];
+        let dy = [-x * dx[0] / y, -x * dx[1] / y, (p31 - x * dx[2]) / y];
+        let zero = T::zero();
+        let mut modes = Self::none();
+        modes.count = 3;
+        for (edge, mode) in modes.modes.iter_mut().take(3).enumerate() {
+            let grows = if edge == 0 { T::one() } else { zero };
+            let points = [Vector3::zeros(), Vector3::new(grows, zero, zero), Vector3::new(dx[edge], dy[edge], zero)];
+            *mode = core::array::from_fn(|cable| points[cable / 2]);
+        }
+        modes
+    }
+
+    /// Number of modes.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// The displacement of every cable's end in one mode.
+    pub fn mode(&self, index: usize) -> &[Vector3<T>; CABLES] {
+        &self.modes[if index < MAX_MODES { index } else { 0 }]
+    }
+
+    /// Moves the ends by `coefficients` of the modes.
+    pub fn displace(&self, ends_mm: &mut [Vector3<T>; CABLES], coefficients: &[T]) {
+        for (mode, coefficient) in self.modes.iter().take(self.count).zip(coefficients) {
+            ends_mm.iter_mut().zip(mode).for_each(|(end, moved)| *end += moved * *coefficient);
+        }
+    }
+
+    /// Gram-Schmidt: rigid motions first, then every coordinate of every point; what is linearly independent is a mode.
+    fn with_modes<const N: usize>(
+        mut self,
+        points_mm: &[Vector3<T>; N],
+        end: impl Fn(&[Vector3<T>; N], usize) -> Vector3<T>,
+    ) -> Self {
+        let mut basis = heapless::Vec::<[Vector3<T>; N], { 3 * CABLES }>::new();
+        let middle = points_mm.iter().fold(Vector3::zeros(), |sum, p| sum + p) / T::of_integer(N as i32);
+        let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
+        for axis in &axes {
+            let _ = orthonormal(&basis, [*axis; N]).map(|motion| basis.push(motion));
+        }
+        for axis in &axes {
+            let turned = points_mm.map(|point| axis.cross(&(point - middle)));
+            let _ = orthonormal(&basis, turned).map(|motion| basis.push(motion));
+        }
+        for point in 0..N {
+            for axis in &axes {
+                let mut unit = [Vector3::zeros(); N];
+                if let Some(moved) = unit.get_mut(point) {
+                    *moved = *axis;
+                }
+                let Some(mode) = orthonormal(&basis, unit) else { continue };
+                if let Some(kept) = self.modes.get_mut(self.count) {
+                    *kept = core::array::from_fn(|cable| end(&mode, cable));
+                    self.count += 1;
+                    let _ = basis.push(mode);
+                }
+            }
+        }
+        self
+    }
+}
+
+/// The part of `vector` orthogonal to the basis, normalised; `None` when hardly anything is left.
+fn orthonormal<T: Real, const N: usize>(basis: &[[Vector3<T>; N]], vector: [Vector3<T>; N]) -> Option<[Vector3<T>; N]> {
+    let dot = |a: &[Vector3<T>; N], b: &[Vector3<T>; N]| a.iter().zip(b).fold(T::zero(), |sum, (a, b)| sum + a.dot(b));
+    let whole = dot(&vector, &vector);
+    let mut left = vector;
+    // Twice: single precision leaves too much the first time (Kahan: twice is enough).
+    for _ in 0..2 {
+        for known in basis {
+            let share = dot(known, &left);
+            left.iter_mut().zip(known).for_each(|(left, known)| *left -= known * share);
+        }
+    }
+    let rest = dot(&left, &left);
+    (rest > whole * T::of(NEW_DIRECTION)).then(|| {
+        let scale = T::one() / non_negative_root(rest);
+        left.map(|part| part * scale)
+    })
+}

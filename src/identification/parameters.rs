@@ -1,0 +1,200 @@
+//! The unknowns of the estimator and their normal equations.
+//!
+//! Every pose sees O and C. Whatever else is unknown (the machine's constants, how the joint centre moves) is a
+//! [`ParameterBlock`]: it gives the Jacobian column of each of its parameters in a pose, and their prior. The unknowns
+//! stand in the order block, O, C, so that elimination of the block leaves the normal equations of O and C at the end of
+//! the factor.
+
+use super::marginal_information::MarginalInformation;
+use crate::kinematics::{CableLengths, LengthJacobian};
+use crate::linear_algebra::NormalEquations;
+use crate::rig::CABLES;
+use crate::scalar::Real;
+use heapless::Vec;
+use nalgebra::{Matrix3, Vector3};
+
+/// Maximum number of parameters beside O and C: 36 of a machine with ends of its own for every cable; or 18 of a 3-3
+/// machine and 18 of a moving joint.
+const MAX_PARAMETERS: usize = 36;
+/// Maximum number of unknowns.
+pub const MAX_UNKNOWNS: usize = MAX_PARAMETERS + CENTRE_UNKNOWNS;
+
+/// Three linear functions of the unknowns, one column for each unknown.
+pub type Rows<T> = [[T; MAX_UNKNOWNS]; 3];
+/// O and C.
+pub const CENTRE_UNKNOWNS: usize = 6;
+/// Entries of the packed normal matrix.
+pub const PACKED: usize = MAX_UNKNOWNS * (MAX_UNKNOWNS + 1) / 2;
+
+/// The normal equations of the estimator.
+pub type Equations<T> = NormalEquations<T, MAX_UNKNOWNS, PACKED>;
+
+/// How a pose depends on one parameter, per unit of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Column<T> {
+    /// The length of one cable (from 0) changes by this much.
+    OneCable(usize, T),
+    /// The lengths of all cables do.
+    AllCables([T; CABLES]),
+    /// The joint centre of the pose moves by this in {B}, mm.
+    Centre(Vector3<T>),
+}
+
+/// A pose at the present estimate.
+#[derive(Clone, Copy, Debug)]
+pub struct PoseAt<'a, T> {
+    /// Rotation from {P} to {B}.
+    pub rotation: &'a Matrix3<T>,
+    /// The lengths, corrected by the estimated offsets and drum scales.
+    pub lengths: &'a CableLengths<T>,
+    /// The Jacobian of the lengths.
+    pub jacobian: &'a LengthJacobian<T>,
+}
+
+/// Parameters that are estimated together with the joint centre.
+pub trait ParameterBlock<T: Real> {
+    /// How many take part.
+    fn count(&self) -> usize;
+
+    /// The column of the Jacobian of parameter `index`, from 0, in a pose.
+    fn column(&self, index: usize, pose: &PoseAt<'_, T>) -> Column<T>;
+
+    /// Adds the prior of the parameters, times the noise's variance `variance_mm2`, mm². Their unknowns begin at
+    /// `first`.
+    fn add_prior(&self, equations: &mut Equations<T>, first: usize, variance_mm2: T);
+}
+
+/// Columns of a pose's three equations, one an unknown.
+pub type Columns<T> = Vec<Vector3<T>, MAX_UNKNOWNS>;
+
+/// Fills in the columns of the block's parameters: what the three equations make of a change of the lengths.
+fn columns_of_block<T: Real>(
+    block: &impl ParameterBlock<T>,
+    at: &PoseAt<'_, T>,
+    pose: &MarginalInformation<T>,
+    columns: &mut Columns<T>,
+) {
+    let count = block.count();
+    let projector = pose.projector();
+    for x in 0..count {
+        let column = match block.column(x, at) {
+            Column::OneCable(cable, change) => projector.get(cable).map_or_else(Vector3::zeros, |k| k * change),
+            Column::AllCables(changes) => {
+                projector.iter().zip(changes).fold(Vector3::zeros(), |sum, (k, change)| sum + k * change)
+            }
+            Column::Centre(moved) => pose.translation * moved,
+        };
+        // Never full: no block has more parameters.
+        let _ = columns.push(column);
+    }
+}
+
+/// The columns of O and C: Ū J with J = [I, -R].
+fn columns_of_centre<T: Real>(at: &PoseAt<'_, T>, pose: &MarginalInformation<T>) -> [Vector3<T>; CENTRE_UNKNOWNS] {
+    let of_base = &pose.translation;
+    let of_platform = -(of_base * at.rotation);
+    core::array::from_fn(|k| if k < 3 { of_base.column(k) } else { of_platform.column(k - 3) }.into_owned())
+}
+
+/// The normal equations of O and C alone, of the poses of a pass: Jᵀ S J and Jᵀ S δ̂ for J = [I, -R]. Added to the others at
+/// the end of the pass: every pose has them, and three matrices are summed faster than a packed triangle.
+#[derive(Clone, Copy, Debug)]
+pub struct CentreSums<T> {
+    /// Σ S, Σ S R and Σ Rᵀ S R.
+    base: Matrix3<T>,
+    mixed: Matrix3<T>,
+    platform: Matrix3<T>,
+    /// Σ S δ̂ and Σ Rᵀ S δ̂.
+    base_gradient: Vector3<T>,
+    platform_gradient: Vector3<T>,
+}
+
+impl<T: Real> Default for CentreSums<T> {
+    fn default() -> Self {
+        let (matrix, vector) = (Matrix3::zeros(), Vector3::zeros());
+        Self { base: matrix, mixed: matrix, platform: matrix, base_gradient: vector, platform_gradient: vector }
+    }
+}
+
+impl<T: Real> CentreSums<T> {
+    fn add(&mut self, rotation: &Matrix3<T>, pose: &MarginalInformation<T>, weight: T) {
+        let information = pose.information() * weight;
+        let turned = information * rotation;
+        let gradient = pose.gradient_mm() * weight;
+        self.base += information;
+        self.mixed += turned;
+        self.platform += rotation.tr_mul(&turned);
+        self.base_gradient += gradient;
+        self.platform_gradient += rotation.tr_mul(&gradient);
+    }
+
+    /// Adds the sums to the equations, of which they are the last unknowns, and begins anew.
+    pub fn move_to(&mut self, equations: &mut Equations<T>) {
+        let Self { base, mixed, platform, base_gradient, platform_gradient } = core::mem::take(self);
+        let first = equations.unknowns() - CENTRE_UNKNOWNS;
+        for i in 0..3 {
+            for j in 0..3 {
+                equations.add_to_entry(first + 3 + i, first + j, -mixed[(j, i)]);
+                if j <= i {
+                    equations.add_to_entry(first + i, first + j, base[(i, j)]);
+                    equations.add_to_entry(first + 3 + i, first + 3 + j, platform[(i, j)]);
+                }
+            }
+            equations.add_to_gradient(first + i, base_gradient[i]);
+            equations.add_to_gradient(first + 3 + i, -platform_gradient[i]);
+        }
+    }
+}
+
+/// Adds a pose's information on O, C and the block's parameters, `weight` times.
+#[cfg_attr(feature = "ccm", inline(never), unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
+pub fn add_pose<T: Real>(
+    equations: &mut Equations<T>,
+    block: &impl ParameterBlock<T>,
+    at: &PoseAt<'_, T>,
+    pose: &MarginalInformation<T>,
+    weight: T,
+) {
+    let mut sums = CentreSums::default();
+    add_pose_of_pass(equations, &mut sums, block, at, pose, weight);
+    sums.move_to(equations);
+}
+
+/// The same, O and C alone kept in the sums of the pass.
+pub fn add_pose_of_pass<T: Real>(
+    equations: &mut Equations<T>,
+    sums: &mut CentreSums<T>,
+    block: &impl ParameterBlock<T>,
+    at: &PoseAt<'_, T>,
+    pose: &MarginalInformation<T>,
+    weight: T,
+) {
+    sums.add(at.rotation, pose, weight);
+    equations.add_squares(pose.squares_mm2() * weight);
+    if block.count() > 0 {
+        let mut parameters = Columns::new();
+        columns_of_block(block, at, pose, &mut parameters);
+        equations.add_equations(&parameters, &columns_of_centre(at, pose), &pose.residuals_mm, weight);
+    }
+}
+
+/// Derivative of S δ̂ of a pose with the unknowns: three rows, one column for each unknown.
+pub fn sensitivity<T: Real>(
+    block: &impl ParameterBlock<T>,
+    at: &PoseAt<'_, T>,
+    pose: &MarginalInformation<T>,
+) -> [[T; MAX_UNKNOWNS]; 3] {
+    let mut rows = [[T::zero(); MAX_UNKNOWNS]; 3];
+    let mut columns = Columns::new();
+    columns_of_block(block, at, pose, &mut columns);
+    for column in columns_of_centre(at, pose) {
+        let _ = columns.push(column);
+    }
+    for (unknown, column) in columns.iter().enumerate() {
+        let change = pose.translation.tr_mul(column);
+        for (row, value) in rows.iter_mut().zip(&change) {
+            row[unknown] = *value;
+        }
+    }
+    rows
+}

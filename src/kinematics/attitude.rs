@@ -1,0 +1,126 @@
+//! The platform's rotation from the cable lengths, once the joint centre is known: Gauss-Newton on three angles.
+//!
+//! Six lengths for three angles: one cable may be left out. It also solves poses that the forward kinematics cannot
+//! (beyond their singularity, or with a bad length).
+
+use super::cable_length::CableLengths;
+use super::geometry::Geometry;
+use super::length_jacobian::{JointCentre, LengthJacobian};
+use super::rotation::{nearest_attitude, rotation_of, turned};
+use super::trilateration::trilaterate;
+use crate::linear_algebra::{inverse_of_positive_definite, rounding, triad};
+use crate::rig::CABLES;
+use crate::scalar::Real;
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+
+/// Maximum number of Gauss-Newton steps from one start.
+const MAX_STEPS: usize = 12;
+
+/// Which cables take part: bit k is cable k + 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CableSet(u8);
+
+impl CableSet {
+    /// All six cables.
+    pub const ALL: Self = Self((1 << CABLES) - 1);
+
+    /// All but the cable with this index, from 0.
+    pub const fn all_but(index: usize) -> Self {
+        Self(Self::ALL.0 & !(1 << index))
+    }
+
+    /// Does the cable with this index, from 0, take part?
+    pub const fn has(self, index: usize) -> bool {
+        self.0 & (1 << index) != 0
+    }
+}
+
+/// A rotation of the platform that fits the lengths.
+#[derive(Clone, Copy, Debug)]
+pub struct AttitudeFit<T> {
+    /// Rotation from {P} to {B}.
+    pub attitude: UnitQuaternion<T>,
+    /// Sum of the squared length residuals of the cables that take part, mm².
+    pub squares_mm2: T,
+}
+
+/// Finds the rotation of a machine's platform about a known joint centre.
+#[derive(Clone, Copy, Debug)]
+pub struct AttitudeSolver<'a, T> {
+    /// The machine's geometry.
+    pub geometry: &'a Geometry<T>,
+    /// The joint centre in both bodies.
+    pub centre: &'a JointCentre<T>,
+}
+
+impl<T: Real> AttitudeSolver<'_, T> {
+    /// Best rotation for the cables in `cables` from a start nearby: for tracking, the rotation of the sample before.
+    ///
+    /// `None` when the iteration meets a singularity or does not converge.
+    #[cfg_attr(feature = "ccm", inline(never), unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
+    pub fn track(
+        &self,
+        start: UnitQuaternion<T>,
+        lengths: &CableLengths<T>,
+        cables: CableSet,
+    ) -> Option<AttitudeFit<T>> {
+        let mut attitude = start;
+        // Single precision: 3e-4 rad. The error after a step is about its square.
+        let settled = T::default_epsilon();
+        for _ in 0..MAX_STEPS {
+            let jacobian = LengthJacobian::new(self.geometry, self.centre, &rotation_of(&attitude), lengths);
+            let mut information = Matrix3::zeros();
+            let mut gradient = Vector3::zeros();
+            let mut squares_mm2 = T::zero();
+            for (cable, row) in jacobian.rows.iter().enumerate() {
+                if cables.has(cable) {
+                    let g = &row.rotation_mm;
+                    information += g * g.transpose();
+                    gradient += g * row.residual_mm;
+                    squares_mm2 += row.residual_mm * row.residual_mm;
+                }
+            }
+            let turn = inverse_of_positive_definite(&information, rounding())? * gradient;
+            attitude = turned(&attitude, &turn);
+            if turn.norm_squared() <= settled {
+                // The squares after the step by the linear model, without another evaluation.
+                let squares_mm2 = (squares_mm2 - gradient.dot(&turn)).max(T::zero());
+                return Some(AttitudeFit { attitude, squares_mm2 });
+            }
+        }
+        None
+    }
+
+    /// Best rotation without a start: two end-points by trilateration from the known centre and their base points, on
+    /// either side of the plane of those; the best of the four assembly modes. `cables` may lack one cable: the two
+    /// other end-points serve then. `None` when no mode converges.
+    pub fn solve(&self, lengths: &CableLengths<T>, cables: CableSet) -> Option<AttitudeFit<T>> {
+        // One bit for each of two end-points.
+        (0..4)
+            .filter_map(|mode| self.solve_in(mode, lengths, cables))
+            .reduce(|best, fit| if fit.squares_mm2 < best.squares_mm2 { fit } else { best })
+    }
+
+    /// The same in one of the four assembly modes, 0 to 3, for callers that spread the work over slices.
+    pub fn solve_in(&self, mode: u8, lengths: &CableLengths<T>, cables: CableSet) -> Option<AttitudeFit<T>> {
+        let whole = |i: usize| cables.has(2 * i) && cables.has(2 * i + 1);
+        // Two end-points with both cables sound fix the rotation.
+        let (i, j) = (if whole(0) { 0 } else { 1 }, if whole(2) { 2 } else { 1 });
+        let end_points_mm = self.geometry.end_points_mm();
+        let from_centre = |k: usize| end_points_mm[k] - self.centre.in_platform_mm;
+        let side = |bit: u8| if mode & bit == 0 { T::one() } else { -T::one() };
+        let in_platform = triad(&from_centre(i), &from_centre(j));
+        let apex = |k: usize, side: T| self.apex(k, from_centre(k).norm_squared().root(), lengths, side);
+        let in_base = triad(&apex(i, side(1)), &apex(j, side(2)));
+        self.track(nearest_attitude(&(in_base * in_platform.transpose())), lengths, cables)
+    }
+
+    /// End-point `i` from O, on one `side` (1 or -1) of the plane through O and its two base points: where the spheres
+    /// that its two cables and its radius allow meet. When they do not quite meet, a point near: a start to iterate
+    /// from. Not finite with O on the base edge's line.
+    fn apex(&self, i: usize, radius_mm: T, lengths: &CableLengths<T>, side: T) -> Vector3<T> {
+        let (base_mm, mm) = (&self.geometry.base_mm, lengths.as_mm());
+        let centres = [&self.centre.in_base_mm, &base_mm[2 * i], &base_mm[2 * i + 1]];
+        trilaterate(centres, &[radius_mm, mm[2 * i], mm[2 * i + 1]], side)
+    }
+}

@@ -1,0 +1,56 @@
+//! Small rotations of a unit quaternion, and quaternions of matrices, without the panics and calls of the general ones.
+
+use crate::scalar::Real;
+use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
+
+/// `attitude` turned by the small rotation vector `turn` (rad, axes of {B}), to second order and normalised.
+pub fn turned<T: Real>(attitude: &UnitQuaternion<T>, turn: &Vector3<T>) -> UnitQuaternion<T> {
+    let half = turn * T::of(0.5);
+    normalised(Quaternion::from_parts(T::one(), half) * attitude.quaternion())
+}
+
+/// The rotation matrix of an attitude.
+pub fn rotation_of<T: Real>(attitude: &UnitQuaternion<T>) -> Matrix3<T> {
+    attitude.to_rotation_matrix().into_inner()
+}
+
+/// The attitude of a rotation matrix whose columns are orthonormal up to rounding: by one of the four components that
+/// is not small (Shepperd 1978), so that nothing is divided by a small number.
+pub fn nearest_attitude<T: Real>(m: &Matrix3<T>) -> UnitQuaternion<T> {
+    let one = T::one();
+    let (w, x) = (one + m.m11 + m.m22 + m.m33, one + m.m11 - m.m22 - m.m33);
+    let (y, z) = (one - m.m11 + m.m22 - m.m33, one - m.m11 - m.m22 + m.m33);
+    let (a, b, c) = (m.m32 - m.m23, m.m13 - m.m31, m.m21 - m.m12);
+    let (d, e, f) = (m.m32 + m.m23, m.m13 + m.m31, m.m21 + m.m12);
+    // A quarter of their sum, 4, is large enough.
+    normalised(if w >= one {
+        Quaternion::new(w, a, b, c)
+    } else if x >= one {
+        Quaternion::new(a, x, f, e)
+    } else if y >= one {
+        Quaternion::new(b, f, y, d)
+    } else {
+        Quaternion::new(c, e, d, z)
+    })
+}
+
+/// The rotation vector (axis times angle, rad, the angle between 0 and π) from `from` to `to`, in {B}.
+pub fn rotation_vector<T: Real>(from: &Matrix3<T>, to: &Matrix3<T>) -> Vector3<T> {
+    let m = to * from.transpose();
+    let twice_sine_axis = Vector3::new(m.m32 - m.m23, m.m13 - m.m31, m.m21 - m.m12);
+    let sine = twice_sine_axis.norm_squared().root() * T::of(0.5);
+    let cosine = (m.trace() - T::one()) * T::of(0.5);
+    // Near 180 degrees the axis is lost in the antisymmetric part. No arm gets there; the vector is short then.
+    let scale = if sine < T::of(1e-6) { T::of(0.5) } else { sine.atan2(cosine) / (sine + sine) };
+    twice_sine_axis * scale
+}
+
+fn normalised<T: Real>(q: Quaternion<T>) -> UnitQuaternion<T> {
+    let scale = T::one() / q.norm_squared().root();
+    UnitQuaternion::new_unchecked(q * scale)
+}
+
+/// A rotation matrix as nalgebra's rotation, unchecked.
+pub fn as_rotation<T: Real>(matrix: &Matrix3<T>) -> Rotation3<T> {
+    Rotation3::from_matrix_unchecked(*matrix)
+}

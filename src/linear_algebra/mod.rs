@@ -1,0 +1,25 @@
+//! Linear algebra that nalgebra does not offer without a heap or a reachable panic: normal equations whose size is
+//! known at run time only, eigenvalues of small symmetric matrices, the inverse of a positive definite 3x3 matrix.
+
+pub mod axes;
+pub mod eigen;
+pub mod normal_equations;
+pub mod positive_definite;
+
+pub use axes::{triad, unit};
+pub use eigen::{Eigen, largest_eigenpair, symmetric_eigen};
+pub use normal_equations::{NormalEquations, Singular, packed_index};
+pub use positive_definite::{inverse_of_eliminated, inverse_of_positive_definite};
+
+use crate::scalar::Real;
+
+/// Square root; zero of what rounding has made negative. NaN stays.
+pub fn non_negative_root<T: Real>(x: T) -> T {
+    if x < T::zero() { T::zero() } else { x.root() }
+}
+
+/// The smallest pivot above rounding, as a share of the diagonal entry that it came from. The information on the
+/// rotation in a pose of a regular rig is a hundred times above it.
+pub fn rounding<T: Real>() -> T {
+    T::default_epsilon() * T::of(64.0)
+}

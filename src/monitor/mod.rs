@@ -1,0 +1,202 @@
+//! Slip detection: does the centre in use still hold? Three of the six lengths are redundant at every instant.
+//!
+//! Once the centre is known, three angles explain six lengths; a residual beyond the noise says that something has
+//! moved. Each sample sees the displacement δ = δO - R δC of the centre (see
+//! [`marginal_information`](crate::identification::marginal_information)), and over a motion the causes look different:
+//!
+//! | cause | what it leaves |
+//! |---|---|
+//! | the base strap slipped | the same δO in every sample |
+//! | the arm's cuff slipped | the same δC in every sample, turning with the arm |
+//! | a cable slipped or stretched | the same error of one length |
+//! | not a ball joint | δO that grows with the arm's elevation |
+//!
+//! ```text
+//! quiet ──► suspicious ──► warned ──► quiet (rearmed)
+//!   ▲            │
+//!   └────────────┘  the evidence has gone again
+//! ```
+//!
+//! A sample counts only when the arm has moved since the last one that did: encoder noise and quantisation are fresh
+//! then, and a still arm cannot raise an alarm. Nothing is ever corrected here: the centre in use stays.
+
+mod evidence;
+
+pub use self::evidence::{Cause, Warning};
+
+use self::evidence::Evidence;
+use crate::identification::marginal_information::MarginalInformation;
+use crate::kinematics::rotation::rotation_of;
+use crate::kinematics::{AttitudeSolver, CableLengths, CableSet, Geometry, JointCentre, LengthJacobian};
+use crate::rig::{CABLES, Parameters, Rig};
+use crate::scalar::Real;
+use nalgebra::{UnitQuaternion, Vector3};
+
+/// A sample counts when a cable has moved by this much since the last one that did, mm: 0.25 degrees of the arm, twenty
+/// counts of the encoder, and more than ±0.1 mm of noise in both samples.
+const MOVED_MM: f64 = 0.5;
+
+/// Weight of a new sample in the running mean of χ².
+const SHARE: f64 = 1.0 / 16.0;
+
+/// Weight of a new sample in the slow mean of χ², and the maximum that one sample counts there, so that the first
+/// samples of a slip hardly change it.
+const USUAL_SHARE: f64 = 1.0 / 128.0;
+const MAX_USUAL: f64 = 4.0;
+
+/// Running mean of χ² per degree of freedom (1 when all is well) at which suspicion begins. The mean of sixteen
+/// sound samples is 1 ± 0.2; ten is what 0.5 mm of slip leaves.
+const SUSPICIOUS: f64 = 10.0;
+
+/// Samples that a decision takes, and how far the arm must have turned among them, rad (16 degrees).
+const SAMPLES: u16 = 32;
+const SPAN_RAD: f64 = 0.28;
+
+/// What the detector is doing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DetectorState {
+    /// All is well.
+    Quiet,
+    /// Something has moved; evidence is being gathered.
+    Suspicious,
+    /// A warning stands.
+    Warned,
+}
+
+/// The slip detector of one accepted centre.
+#[derive(Clone, Debug)]
+pub struct SlipDetector<T: Real> {
+    geometry: Geometry<T>,
+    centre: JointCentre<T>,
+    offsets_mm: [T; CABLES],
+    variance_mm2: T,
+    attitude: Option<UnitQuaternion<T>>,
+    counted: Option<CableLengths<T>>,
+    chi_square: T,
+    /// Slow mean of χ² per degree of freedom while all is well: 1, and more where the centre in use is itself a little
+    /// off.
+    usual: T,
+    state: DetectorState,
+    first: Vector3<T>,
+    span: T,
+    evidence: Evidence<T>,
+}
+
+impl<T: Real> SlipDetector<T> {
+    /// A detector for the centre `parameters` with the encoder offsets `offsets_mm` (0 when they are known), in mm.
+    ///
+    /// `noise_mm`: standard deviation of a length, mm, encoder quantisation included.
+    pub fn new(rig: &Rig<T>, parameters: &Parameters<T>, offsets_mm: &[T; CABLES], noise_mm: T) -> Self {
+        let geometry = Geometry::new(rig);
+        Self {
+            centre: JointCentre::from_parameters(parameters, &geometry),
+            geometry,
+            offsets_mm: *offsets_mm,
+            variance_mm2: noise_mm * noise_mm,
+            attitude: None,
+            counted: None,
+            chi_square: T::one(),
+            usual: T::one(),
+            state: DetectorState::Quiet,
+            first: Vector3::zeros(),
+            span: T::zero(),
+            evidence: Evidence::new(),
+        }
+    }
+
+    /// What the detector is doing.
+    pub fn state(&self) -> DetectorState {
+        self.state
+    }
+
+    /// Running mean of χ² per degree of freedom; 1 when all is well.
+    pub fn chi_square(&self) -> T {
+        self.chi_square
+    }
+
+    /// The arm's rotation ({P} to {B}) in the last sample that counted.
+    pub fn attitude(&self) -> Option<UnitQuaternion<T>> {
+        self.attitude
+    }
+
+    /// Goes back to quiet after a warning.
+    pub fn rearm(&mut self) {
+        self.state = DetectorState::Quiet;
+        self.chi_square = T::one();
+        self.evidence = Evidence::new();
+    }
+
+    /// Nothing was seen for a while: the arm may be anywhere now. A suspicion is dropped; a warning stays.
+    pub fn interrupted(&mut self) {
+        self.attitude = None;
+        self.counted = None;
+        if self.state == DetectorState::Suspicious {
+            self.rearm();
+        }
+    }
+
+    /// Takes in a sample of raw lengths. Returns a warning once, when a decision falls for one.
+    ///
+    /// Cost: comparing six lengths while the arm is still; else one rotation fit from the sample before and one
+    /// elimination. A sample that fits no rotation is not counted; the next one is solved without a start.
+    #[cfg_attr(feature = "ccm", inline(never), unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
+    pub fn sample(&mut self, lengths: &CableLengths<T>) -> Option<Warning<T>> {
+        if !self.has_moved(lengths) {
+            return None;
+        }
+        self.counted = Some(*lengths);
+        let lengths = lengths.less(&self.offsets_mm).ok()?;
+        let solver = AttitudeSolver { geometry: &self.geometry, centre: &self.centre };
+        let fit = match self.attitude {
+            Some(before) => solver.track(before, &lengths, CableSet::ALL),
+            None => solver.solve(&lengths, CableSet::ALL),
+        };
+        let Some(fit) = fit else {
+            self.attitude = None;
+            return None;
+        };
+        self.attitude = Some(fit.attitude);
+        let rotation = rotation_of(&fit.attitude);
+        let jacobian = LengthJacobian::new(&self.geometry, &self.centre, &rotation, &lengths);
+        let pose = MarginalInformation::new(&jacobian).ok()?;
+        let chi_square = pose.squares_mm2() / (self.variance_mm2 * T::of(3.0));
+        self.chi_square += (chi_square - self.chi_square) * T::of(SHARE);
+        if self.state == DetectorState::Quiet {
+            self.usual += (chi_square.min(T::of(MAX_USUAL)) - self.usual) * T::of(USUAL_SHARE);
+        }
+        match self.state {
+            DetectorState::Quiet if self.chi_square > T::of(SUSPICIOUS) => {
+                self.state = DetectorState::Suspicious;
+                self.evidence = Evidence::new();
+                self.first = fit.attitude.scaled_axis();
+                self.span = T::zero();
+                None
+            }
+            DetectorState::Suspicious => {
+                let turned = (fit.attitude.scaled_axis() - self.first).norm();
+                self.span = self.span.max(turned);
+                self.evidence.add(&rotation, &pose);
+                self.judge()
+            }
+            DetectorState::Quiet | DetectorState::Warned => None,
+        }
+    }
+
+    fn has_moved(&self, lengths: &CableLengths<T>) -> bool {
+        self.counted.is_none_or(|before| {
+            before.as_mm().iter().zip(lengths.as_mm()).any(|(b, l)| (*l - *b).abs() >= T::of(MOVED_MM))
+        })
+    }
+
+    fn judge(&mut self) -> Option<Warning<T>> {
+        if self.evidence.samples() < SAMPLES || self.span < T::of(SPAN_RAD) {
+            return None;
+        }
+        let warning = self.evidence.judge(self.variance_mm2, T::of(SUSPICIOUS), self.usual.max(T::one()));
+        self.state = if warning.is_some() { DetectorState::Warned } else { DetectorState::Quiet };
+        if warning.is_none() {
+            self.chi_square = T::one();
+        }
+        warning
+    }
+}

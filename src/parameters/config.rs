@@ -1,0 +1,52 @@
+//! What a device is made for.
+
+use super::set::ParameterSet;
+use crate::can::BaseId;
+use crate::procedure::Limits;
+use crate::restart::Restart;
+use crate::rig::Rig;
+
+/// Sets of telemetry a second: what a picture of the arm needs to look smooth.
+pub const DEFAULT_TELEMETRY_HZ: u16 = 50;
+/// Time between two sets of what a controller acts on, ms: it changes by decisions of people.
+pub const DEFAULT_LIVE_PERIOD_MS: u16 = 100;
+
+/// What a device is made for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Config {
+    /// The machine.
+    pub rig: Rig<f32>,
+    /// The limits of a run.
+    pub limits: Limits,
+    /// The device's block of CAN identifiers.
+    pub base: BaseId,
+    /// Why the board last started.
+    pub restart: Restart,
+    /// Serial number of the board; 0 when it has none.
+    pub serial: u32,
+    /// Sets of [`Telemetry`](crate::can::Telemetry) a second, 0 to 100; 0 = off.
+    pub telemetry_hz: u16,
+    /// Time between two sets of what a controller acts on, ms; 0 = off.
+    pub live_period_ms: u16,
+    /// Key of the parameters' lock; all zero = there is no lock.
+    pub lock_key: [u32; 4],
+    /// The values of all parameters.
+    pub parameters: ParameterSet,
+}
+
+impl Config {
+    /// Default limits and identifiers for a rig.
+    pub fn for_rig(rig: Rig<f32>) -> Self {
+        Self {
+            limits: Limits::for_rig(&rig),
+            rig,
+            base: BaseId::DEFAULT,
+            restart: Restart::default(),
+            serial: 0,
+            telemetry_hz: DEFAULT_TELEMETRY_HZ,
+            live_period_ms: DEFAULT_LIVE_PERIOD_MS,
+            lock_key: [0; 4],
+            parameters: ParameterSet::of(&rig, &Limits::for_rig(&rig)),
+        }
+    }
+}
