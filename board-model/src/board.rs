@@ -18,6 +18,9 @@ use std::rc::Rc;
 const BUTTON: usize = 13;
 const LAMP: u32 = 5;
 
+/// The drums turn no faster than this, counts a millisecond: 1500 mm/s, as the rig has it.
+const FASTEST: i32 = 65;
+
 /// A board with everything that it is wired to.
 pub struct Board {
     /// The processor and its chip.
@@ -108,7 +111,9 @@ impl Board {
             let left = (ms - passed) as i32;
             // whoever moves the arm waits for the lamp
             let left = if self.is_up() { left } else { i32::MAX };
-            let step: [i32; CABLES] = std::array::from_fn(|cable| (self.target[cable] - self.counts[cable]) / left);
+            let step = std::array::from_fn(|cable| {
+                ((self.target[cable] - self.counts[cable]) / left).clamp(-FASTEST, FASTEST)
+            });
             self.turn(step)?;
             self.machine.run_until(start_ps + u64::from(passed + 1) * PS_A_MS);
             self.log.drain(&mut self.machine);
