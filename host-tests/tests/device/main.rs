@@ -1,5 +1,6 @@
 //! The device and everything around it: procedure, bus vocabulary, record, virtual wearer, host commands, documents.
 
+mod commission;
 mod documentation;
 mod drive_board;
 mod identify;
