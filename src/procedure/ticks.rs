@@ -89,9 +89,9 @@ impl Procedure {
         let settings = self.limits.settings();
         !self.run.by_command_only
             && self.poses.count() >= self.enough_poses()
-            && self.predicted_sigma_mm().is_some_and(|sigma| {
-                sigma <= settings.target_sigma_mm || self.more_poses_gain_little(sigma)
-            })
+            && self
+                .predicted_sigma_mm()
+                .is_some_and(|sigma| sigma <= settings.target_sigma_mm || self.more_poses_gain_little(sigma))
     }
 
     /// Would ten more poses gain less than a tenth? Tolerances of the machine set a floor that no number of poses goes

@@ -47,7 +47,8 @@ pub fn estimate<T: Real>(
         let free = alone.estimator.centre_in_platform();
         let distance = held.in_platform_mm - free.in_platform_mm;
         let covariance = held.covariance_mm2 + free.covariance_mm2;
-        let squared = covariance.try_inverse().map_or(f64::INFINITY, |inverse| distance.dot(&(inverse * distance)).to_f64());
+        let squared =
+            covariance.try_inverse().map_or(f64::INFINITY, |inverse| distance.dot(&(inverse * distance)).to_f64());
         if squared > MAX_DISTANCE {
             let distance_mm = distance.norm().to_f32();
             return Estimation { outcome: Err(Refusal::HeldOfAnotherWearing { distance_mm }), ..alone };

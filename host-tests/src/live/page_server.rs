@@ -44,6 +44,7 @@ fn serve(bus: &SharedBus, mut stream: TcpStream, folder: &Path) -> io::Result<()
     if request.to_ascii_lowercase().contains("\r\nupgrade: websocket") {
         // Other pages in the same browser have no business with the board.
         if !is_local(&request) {
+            take_request(&stream, &request)?;
             return stream.write_all(b"HTTP/1.1 403 Forbidden\r\nContent-Length: 0\r\nConnection: close\r\n\r\n");
         }
         stream.set_read_timeout(Some(REQUEST_LIMIT))?;
@@ -63,10 +64,14 @@ fn serve(bus: &SharedBus, mut stream: TcpStream, folder: &Path) -> io::Result<()
          Connection: close\r\n\r\n",
         body.len()
     );
-    // The request is read before the line is closed: a browser takes bytes left unread for a broken connection.
-    io::copy(&mut io::Read::take(&stream, request.len() as u64), &mut io::sink())?;
+    take_request(&stream, &request)?;
     stream.write_all(head.as_bytes())?;
     stream.write_all(&body)
+}
+
+/// Reads the request before the line is closed: a browser takes bytes left unread for a broken connection.
+fn take_request(stream: &TcpStream, request: &str) -> io::Result<u64> {
+    io::copy(&mut io::Read::take(stream, request.len() as u64), &mut io::sink())
 }
 
 /// The head of the request, which stays in the line for whoever serves it.

@@ -103,7 +103,8 @@ impl<T: Real> MachineEstimate<T> {
                 // of poses would favour drums that make lengths, and so the noise, smaller.
                 let mm = pose.lengths.as_mm();
                 let change = rows.get(cable).zip(mm.get(cable)).zip(machine.home_mm.get(cable));
-                let change = change.map(|((row, length), home)| (*length - row.residual_mm - *home) * T::of(SCALE_UNIT));
+                let change =
+                    change.map(|((row, length), home)| (*length - row.residual_mm - *home) * T::of(SCALE_UNIT));
                 Column::OneCable(cable, change.unwrap_or_else(T::zero))
             }
         }

@@ -139,10 +139,7 @@ fn of_many_rows_an_even_spread_is_used_and_told() {
     log[798][2] += 8.0;
     desk.put("log.csv", csv(&log));
     let found = desk.identify("log.csv --json").json();
-    assert_eq!(
-        found["rows_used"],
-        json!({ "of": 800, "count": 128, "first": 0, "step": 799.0 / 127.0, "last": 799 })
-    );
+    assert_eq!(found["rows_used"], json!({ "of": 800, "count": 128, "first": 0, "step": 799.0 / 127.0, "last": 799 }));
     assert_eq!(found["rejected"], json!([{ "pose": 799, "cable": 2 }]));
     let told = "128 of 800 used, evenly spread: row 0 (line 2), then every 6.29 rows, to row 799 (line 801)";
     assert!(desk.identify("log.csv").words().contains(told));
@@ -217,7 +214,8 @@ fn unknown_encoder_zeros_are_identified_when_asked_for() {
     desk.put("rig.toml", EXACT_SHOULDER);
     desk.put("second.csv", csv(&not_homed(shoulder(11, 20, 0.1), truth)));
     for precision in ["f32", "f64"] {
-        let ran = desk.identify(&format!("log.csv --rig rig.toml --zeros --verify second.csv --json --precision {precision}"));
+        let ran = desk
+            .identify(&format!("log.csv --rig rig.toml --zeros --verify second.csv --json --precision {precision}"));
         assert_eq!(ran.code, Some(0), "{ran:?}");
         let found = ran.json();
         let of_centre = difference(&numbers(&found, "centre_mm"), &CENTRE_MM);
