@@ -6,7 +6,7 @@
 //! with its singular values σ_i, the mean of |R_m a' - a|² over the poses is 2 (1 - σ_i) for the singular vectors a,
 //! a'. So a largest singular value of one means a common axis, and its left singular vector is that axis in {B}.
 
-use crate::linear_algebra::{non_negative_root, symmetric_eigen, unit};
+use crate::linear_algebra::{column, non_negative_root, symmetric_eigen, unit};
 use crate::scalar::Real;
 use nalgebra::{Matrix3, Vector3};
 
@@ -64,7 +64,7 @@ impl<T: Real> MeanRotation<T> {
         // Its eigenvalues are 1 - σ².
         let eigen = symmetric_eigen(&(Matrix3::identity() - mean.tr_mul(&mean)));
         let [least, second, _] = ascending(&eigen.values);
-        let axis_in_platform = eigen.vectors.column(least).into_owned();
+        let axis_in_platform = column(&eigen.vectors, least);
         Excitation {
             axis: unit(&(mean * axis_in_platform)),
             axis_in_platform,
