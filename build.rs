@@ -69,6 +69,7 @@ fn link_image(name: &str, origins: Origins, scripts: Option<&Path>) {
         format!("-L{}", env::var("CARGO_MANIFEST_DIR").unwrap_or_default()),
         format!("--defsym=FLASH_ORIGIN={:#x}", origins.flash),
         format!("--defsym=CCM_ORIGIN={:#x}", origins.ccm),
+        "--defsym=RAM_LENGTH=96K".to_owned(),
         "-Tlink.x".to_owned(),
     ] {
         println!("cargo::rustc-link-arg-bin={name}={argument}");

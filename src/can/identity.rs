@@ -14,7 +14,7 @@ pub struct Identity {
     pub wearer: u16,
 }
 
-mod identity {
+mod field {
     use super::Field;
     pub(super) const SERIAL: Field = Field::integer(0, 32);
     pub(super) const BOOT: Field = Field::integer(32, 16);
@@ -23,17 +23,14 @@ mod identity {
 
 impl Identity {
     pub(super) fn pack(&self) -> Payload {
-        Payload::new()
-            .with(identity::SERIAL, self.serial)
-            .with(identity::BOOT, self.boot)
-            .with(identity::WEARER, self.wearer)
+        Payload::new().with(field::SERIAL, self.serial).with(field::BOOT, self.boot).with(field::WEARER, self.wearer)
     }
 
     pub(super) fn unpack(payload: Payload) -> Self {
         Self {
-            serial: payload.get(identity::SERIAL),
-            boot: payload.get_u16(identity::BOOT),
-            wearer: payload.get_u16(identity::WEARER),
+            serial: payload.get(field::SERIAL),
+            boot: payload.get_u16(field::BOOT),
+            wearer: payload.get_u16(field::WEARER),
         }
     }
 }

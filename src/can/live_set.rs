@@ -3,7 +3,7 @@
 //!
 //! | piece | bytes 1 to 7 |
 //! |---|---|
-//! | 0, 1 | header of the protection ([`e2e`](super::e2e)); then in piece 1 standing and reason, a byte each |
+//! | 0, 1 | header of the protection ([`e2e`]); then in piece 1 standing and reason, a byte each |
 //! | 2 | serial number of the board (4), wearer (2), 0 |
 //! | 3 | boot (2), run (2), fingerprint of the rig (2), 0 |
 //! | 4 to 6 | x, y, z of the centre in {B}: value (4, single), σ (3) |

@@ -1,6 +1,6 @@
 //! A coherent set of values in several frames: protected as a whole, so that no half of an old set is ever taken.
 //!
-//! The set is one unit of data after [`e2e`](super::e2e), cut into pieces of seven bytes. A frame carries one piece:
+//! The set is one unit of data after [`e2e`], cut into pieces of seven bytes. A frame carries one piece:
 //! byte 0 holds the piece's index (bits 0 to 4) and the lowest three bits of the unit's counter (bits 5 to 7), bytes 1 to
 //! 7 the piece. The sender packs the set once and then sends all of its frames in order. The receiver takes the pieces in
 //! order, drops what has begun when one is missing, and believes the set when the unit's check passes.

@@ -2,7 +2,7 @@
 //!
 //! | piece | bytes 1 to 7, bits from the lowest |
 //! |---|---|
-//! | 0, 1 | header of the protection ([`e2e`](super::e2e)); then in piece 1 flags and standing, a byte each |
+//! | 0, 1 | header of the protection ([`e2e`]); then in piece 1 flags and standing, a byte each |
 //! | 2 to 4 | two cable lengths a piece: 28 bits each, steps of 2^-16 mm |
 //! | 5 | rotation vector of the arm, {P} to {B}: 18 bits each, signed, steps of 2^-15 rad |
 //! | 6 | x, y of the centre in {B}: 28 bits each, signed, steps of 2^-17 mm |

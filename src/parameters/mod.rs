@@ -1,7 +1,7 @@
 //! The parameters: every constant of the rig and every setting, readable and settable over CAN.
 //!
 //! [`TABLE`] is the one list of them. A [`ParameterSet`] holds a value for each; checked as a whole it becomes the
-//! [`Config`](Config) of a device. The device prepares a set in RAM, stores it whole, and starts anew with
+//! [`Config`] of a device. The device prepares a set in RAM, stores it whole, and starts anew with
 //! it: no constant ever changes while something goes by it.
 
 mod config;

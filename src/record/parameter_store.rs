@@ -45,7 +45,7 @@ impl<F: NorFlash> ParameterStore<F> {
     pub fn load(&mut self) -> Result<ParameterSet, LoadError> {
         let (header, image) = self.pages.load(&mut self.flash)?;
         match header.version {
-            0..VERSION => return Err(LoadError::OlderVersion),
+            0..VERSION => Err(LoadError::OlderVersion),
             VERSION => decode(&image).ok_or(LoadError::Unfit),
             _ => Err(LoadError::FromTheFuture),
         }

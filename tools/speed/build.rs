@@ -24,7 +24,9 @@ fn main() -> io::Result<()> {
         format!("-L{}", out_dir.display()),
         format!("-L{}", root.display()),
         "--defsym=FLASH_ORIGIN=0".to_owned(),
-        "--defsym=CCM_ORIGIN=0x20018000".to_owned(),
+        // More than a board has: 100 poses and the estimator in double precision, in which no board computes.
+        "--defsym=RAM_LENGTH=1M".to_owned(),
+        "--defsym=CCM_ORIGIN=0x20100000".to_owned(),
         "-Tlink.x".to_owned(),
     ] {
         println!("cargo::rustc-link-arg-bins={argument}");

@@ -81,8 +81,8 @@ pub fn named(
     };
     // A step of a tenth of a millimetre is linear enough.
     let step = 0.1;
-    let sides_of: [(&str, fn(&Geometry<f64>) -> [f64; 3]); 2] = [("B", base_sides), ("P", platform_edges)];
-    for (letter, sides) in sides_of {
+    type Sides = fn(&Geometry<f64>) -> [f64; 3];
+    for (letter, sides) in [("B", base_sides as Sides), ("P", platform_edges)] {
         let (stated, found) = (sides(machine.geometry()), sides(estimate.geometry()));
         for (side, (i, j)) in [(1, 2), (2, 3), (3, 1)].into_iter().enumerate() {
             let change = |index: usize| (sides(&moved(machine, estimate, index, step))[side] - found[side]) / step;

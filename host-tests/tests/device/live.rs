@@ -144,11 +144,11 @@ fn the_page_has_the_bus_over_its_socket_and_pages_of_others_have_not() {
     socket.send(Message::Binary(b"C\rS6\rO\r".to_vec().into())).unwrap();
     let mut read = String::new();
     while read.matches('\r').count() < 3 {
-        read += &String::from_utf8(socket.read().unwrap().into_data().to_vec()).unwrap();
+        read += std::str::from_utf8(&socket.read().unwrap().into_data()).unwrap();
     }
     board.say.send(frame(0x682, &[0xAB])).unwrap();
     while !read.contains("t6821AB\r") {
-        read += &String::from_utf8(socket.read().unwrap().into_data().to_vec()).unwrap();
+        read += std::str::from_utf8(&socket.read().unwrap().into_data()).unwrap();
     }
     socket.send(Message::Text("t68011F\r".into())).unwrap();
     assert_eq!(board.heard.recv_timeout(PATIENCE), Ok(frame(0x680, &[0x1F])));

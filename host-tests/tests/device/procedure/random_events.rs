@@ -250,7 +250,8 @@ impl World {
             44 => self.press_often(),
             45 if self.random.random_ratio(1, 4) => self.restart(),
             46 => {
-                let kinds: [fn(&mut Self, &[[i32; 6]]); 2] = [leap, silence];
+                type Kind = fn(&mut Bench, &[[i32; 6]]);
+                let kinds: [Kind; 2] = [leap, silence];
                 kinds[self.random.random_range(0..kinds.len())](self, poses);
             }
             45..50 => self.command(Opcode::Start as u8, 0, 0),

@@ -4,7 +4,8 @@
 
 use core::hint::black_box;
 
-use glenoid::can::{BaseId, Opcode, Request};
+use glenoid::can::identity::Naming;
+use glenoid::can::{BaseId, Message, Opcode, Request};
 use glenoid::device::{Action, Config, Device, Event, LogEntry};
 use glenoid::kinematics::CableLengths;
 use glenoid::procedure::{Limits, Settings, StateName};
@@ -38,6 +39,8 @@ struct Bench<'a> {
     figures: [Figures; NAMES.len()],
     identified: bool,
     nonce: u16,
+    /// By what the value found is accepted.
+    naming: Option<Naming>,
 }
 
 /// The costs by the kind of event; `None` when the centre was not accepted in the end.
@@ -68,8 +71,8 @@ impl Bench<'_> {
     fn calibrate(device: &mut Device, problem: &Problem<f32>) -> Option<[Figures; NAMES.len()]> {
         let poses = problem.poses.as_slice();
         let counts = encoder_counts(problem, poses.first()?);
-        let mut bench =
-            Bench { device, counts, now_ms: 0, figures: [Figures::default(); 3], identified: false, nonce: 0 };
+        let figures = [Figures::default(); NAMES.len()];
+        let mut bench = Bench { device, counts, now_ms: 0, figures, identified: false, nonce: 0, naming: None };
         bench.event(Event::PowerUp(Err(LoadError::Nothing).into()));
         bench.hold(HOLD_MS);
         bench.command(Opcode::Start);
@@ -80,7 +83,9 @@ impl Bench<'_> {
                 bench.hold(SOLVING_MS);
             }
         }
-        bench.command(Opcode::Accept);
+        // The report goes out.
+        bench.hold(SOLVING_MS);
+        bench.accept()?;
         let accepted = bench.identified && bench.device.procedure().live().is_some();
         // In use, and watched.
         for pose in poses.iter().take(5) {
@@ -121,6 +126,14 @@ impl Bench<'_> {
         self.event(Event::Can(request.pack(BaseId::DEFAULT.command())));
     }
 
+    /// Accepts the value that was shown.
+    fn accept(&mut self) -> Option<()> {
+        self.nonce += 1;
+        let request = Request::naming(Opcode::Accept, self.nonce, &self.naming?);
+        self.event(Event::Can(request.pack(BaseId::DEFAULT.command())));
+        Some(())
+    }
+
     #[inline(never)]
     fn event(&mut self, event: Event) {
         let kind = match event {
@@ -128,9 +141,14 @@ impl Bench<'_> {
             Event::Can(_) => 2,
             _ => 0,
         };
-        let Self { device, now_ms, identified, .. } = self;
+        let Self { device, now_ms, identified, naming, .. } = self;
         let mut out = |action: Action| {
             *identified |= matches!(action, Action::Log(LogEntry::Identified { .. }));
+            if let Action::Send(frame) = &action
+                && let Ok(Message::CandidateNaming(shown)) = Message::unpack(frame, BaseId::DEFAULT)
+            {
+                *naming = Some(shown);
+            }
             black_box(&action);
         };
         let (ticks, ()) = counter::ticks_of(|| device.handle(*now_ms, event, &mut out));
