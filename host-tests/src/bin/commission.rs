@@ -18,7 +18,7 @@ const REFUSED: u8 = 2;
 #[derive(Parser)]
 #[command(name = "cargo commission", bin_name = "cargo commission --")]
 struct Arguments {
-    /// What is to be commissioned: rig = "rig.toml", and [[log]] tables with file = "a.csv" and, of a ball at a known
+    /// What is to be commissioned: rig = "rig.toml", and `[[log]]` tables with file = "a.csv" and, of a ball at a known
     /// place, centre = [x, y, z] and centre_sigma = 0.1, mm
     #[arg(value_name = "COMMISSION.toml")]
     request: PathBuf,

@@ -250,7 +250,7 @@ impl World {
             44 => self.press_often(),
             45 if self.random.random_ratio(1, 4) => self.restart(),
             46 => {
-                type Kind = fn(&mut Bench, &[[i32; 6]]);
+                type Kind = fn(&mut World, &[[i32; 6]]);
                 let kinds: [Kind; 2] = [leap, silence];
                 kinds[self.random.random_range(0..kinds.len())](self, poses);
             }

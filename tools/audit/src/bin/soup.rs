@@ -67,7 +67,7 @@ fn crates() -> Result<BTreeMap<(String, String), Found>, Box<dyn Error>> {
         }
         // depth in the tree of the crate whose dependencies, too, serve the compiler alone
         let mut compiler: Option<usize> = None;
-        for line in String::from_utf8_lossy(&output.stdout).lines() {
+        for line in String::from_utf8_lossy(&output.stdout).lines().filter(|line| !line.is_empty()) {
             let (package, licence) = line.split_once('|').ok_or("cargo tree prints something else now")?;
             let depth_len = package.find(|c: char| !c.is_ascii_digit()).unwrap_or(package.len());
             let (depth, package) = package.split_at(depth_len);
