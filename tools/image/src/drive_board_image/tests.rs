@@ -38,7 +38,7 @@ fn sound() -> Facts {
         handlers: [0x0800_0200, 0x0800_0300, 0x0800_0400, 0x0800_0500, 0x0800_0600],
         code: Range { from: 0x0800_0200, end: 0x0801_0200 },
         stack: Range { from: 0x2000_3500, end: 0x2001_8000 },
-        record: Range { from: 0x0807_F000, end: 0x0808_0000 },
+        record: Range { from: 0x0807_D000, end: 0x0808_0000 },
         left_alone: Range { from: 0x2000_3100, end: 0x2000_3500 },
         crash_record: 0x2000_3110,
     }
