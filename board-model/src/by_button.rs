@@ -62,7 +62,7 @@ impl<'a> ByButton<'a> {
     /// There is none.
     pub fn live(&mut self) -> Result<[f32; 3], BenchError> {
         self.inbox = Inbox::default();
-        let query = Request { opcode: Opcode::Query as u8, nonce: 99, run_id: 0, argument: 0 };
+        let query = Request { opcode: Opcode::Query as u8, boot: 0, nonce: 99, run_id: 0, argument: 0 };
         self.board.send(&query.pack(BaseId::DEFAULT.command()))?;
         self.pass(200)?;
         let [x, y, z, ..] = self.inbox.live().ok_or_else(|| BenchError("no centre is in use".to_owned()))?;
