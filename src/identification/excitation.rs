@@ -6,7 +6,7 @@
 //! with its singular values σ_i, the mean of |R_m a' - a|² over the poses is 2 (1 - σ_i) for the singular vectors a,
 //! a'. So a largest singular value of one means a common axis, and its left singular vector is that axis in {B}.
 
-use crate::linear_algebra::{non_negative_root, symmetric_eigen, unit};
+use crate::linear_algebra::{column, non_negative_root, symmetric_eigen, unit};
 use crate::scalar::Real;
 use nalgebra::{Matrix3, Vector3};
 
@@ -63,13 +63,17 @@ impl<T: Real> MeanRotation<T> {
         let mean = self.sum * (T::one() / self.poses());
         // Its eigenvalues are 1 - σ².
         let eigen = symmetric_eigen(&(Matrix3::identity() - mean.tr_mul(&mean)));
-        let [least, second, _] = ascending(&eigen.values);
-        let axis_in_platform = eigen.vectors.column(least).into_owned();
+        let [x, y, z] = eigen.values.into();
+        let [of_x, of_y, of_z] = [0, 1, 2].map(|i| column(&eigen.vectors, i));
+        let mut axes = [(x, of_x), (y, of_y), (z, of_z)];
+        // The axis that moved least comes first; NaN stays where it is.
+        axes.sort_unstable_by(|(a, _), (b, _)| a.partial_cmp(b).unwrap_or(core::cmp::Ordering::Equal));
+        let [(least, axis_in_platform), (second, _), _] = axes;
         Excitation {
             axis: unit(&(mean * axis_in_platform)),
             axis_in_platform,
-            least_rad: moved(eigen.values[least]),
-            second_rad: moved(eigen.values[second]),
+            least_rad: moved(least),
+            second_rad: moved(second),
         }
     }
 }
@@ -78,12 +82,4 @@ impl<T: Real> MeanRotation<T> {
 fn moved<T: Real>(eigenvalue: T) -> T {
     let singular = non_negative_root(T::one() - eigenvalue);
     non_negative_root((T::one() - singular) * T::of(2.0))
-}
-
-/// Indices of three values, the smallest first.
-fn ascending<T: Real>(values: &Vector3<T>) -> [usize; 3] {
-    let mut order = [0, 1, 2];
-    // NaN stays where it is.
-    order.sort_unstable_by(|a, b| values[*a].partial_cmp(&values[*b]).unwrap_or(core::cmp::Ordering::Equal));
-    order
 }

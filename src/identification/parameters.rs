@@ -7,7 +7,7 @@
 
 use super::marginal_information::MarginalInformation;
 use crate::kinematics::{CableLengths, LengthJacobian};
-use crate::linear_algebra::NormalEquations;
+use crate::linear_algebra::{NormalEquations, column};
 use crate::rig::CABLES;
 use crate::scalar::Real;
 use heapless::Vec;
@@ -93,7 +93,7 @@ fn columns_of_block<T: Real>(
 fn columns_of_centre<T: Real>(at: &PoseAt<'_, T>, pose: &MarginalInformation<T>) -> [Vector3<T>; CENTRE_UNKNOWNS] {
     let of_base = &pose.translation;
     let of_platform = -(of_base * at.rotation);
-    core::array::from_fn(|k| if k < 3 { of_base.column(k) } else { of_platform.column(k - 3) }.into_owned())
+    core::array::from_fn(|k| if k < 3 { column(of_base, k) } else { column(&of_platform, k - 3) })
 }
 
 /// The normal equations of O and C alone, of the poses of a pass: Jᵀ S J and Jᵀ S δ̂ for J = [I, -R]. Added to the others at
@@ -193,7 +193,9 @@ pub fn sensitivity<T: Real>(
     for (unknown, column) in columns.iter().enumerate() {
         let change = pose.translation.tr_mul(column);
         for (row, value) in rows.iter_mut().zip(&change) {
-            row[unknown] = *value;
+            if let Some(entry) = row.get_mut(unknown) {
+                *entry = *value;
+            }
         }
     }
     rows

@@ -67,5 +67,6 @@ pub fn largest_eigenpair<T: Real, const N: usize>(matrix: &SMatrix<T, N, N>) -> 
             largest = k;
         }
     }
-    (eigen.values[largest], eigen.vectors.column(largest).into_owned())
+    let direction = eigen.vectors.data.0.get(largest).map_or_else(SVector::zeros, |column| (*column).into());
+    (eigen.values[largest], direction)
 }

@@ -4,11 +4,13 @@
 pub mod axes;
 pub mod eigen;
 pub mod normal_equations;
+pub mod parts;
 pub mod positive_definite;
 
 pub use axes::{triad, unit};
 pub use eigen::{Eigen, largest_eigenpair, symmetric_eigen};
 pub use normal_equations::{NormalEquations, Singular, packed_index};
+pub use parts::{block, column};
 pub use positive_definite::{inverse_of_eliminated, inverse_of_positive_definite};
 
 use crate::scalar::Real;

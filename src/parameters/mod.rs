@@ -12,7 +12,7 @@ mod table;
 pub use config::{Config, DEFAULT_LIVE_PERIOD_MS, DEFAULT_TELEMETRY_HZ};
 pub use machine::{Contradiction, LOCK_KEYS};
 pub use set::{ParameterSet, find, next};
-pub use table::{COUNT, Entry, Key, Kind, TABLE};
+pub use table::{COUNT, Description, Entry, Key, Kind, TABLE};
 
 #[cfg(test)]
 mod tests;

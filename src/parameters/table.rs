@@ -18,12 +18,8 @@ pub enum Kind {
 pub struct Entry {
     /// The number by which clients name it.
     pub index: u16,
-    /// The name in the documentation and in the DBC.
-    pub name: &'static str,
     /// How its value is to be read.
     pub kind: Kind,
-    /// Unit; empty for plain numbers.
-    pub unit: &'static str,
     /// Bits of the default.
     pub default: u32,
     /// Bits of the smallest value.
@@ -32,8 +28,27 @@ pub struct Entry {
     pub maximum: u32,
     /// It may be written only while the lock is open.
     pub guarded: bool,
+}
+
+/// What people read of a parameter. Apart from [`Entry`], so that a device which never asks for it carries none of it: 10 KB
+/// of flash.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Description {
+    /// The name in the documentation and in the DBC.
+    pub name: &'static str,
+    /// Unit; empty for plain numbers.
+    pub unit: &'static str,
     /// What it is.
     pub text: &'static str,
+}
+
+impl Entry {
+    /// What people read of it.
+    pub fn description(&self) -> &'static Description {
+        const NONE: Description = Description { name: "", unit: "", text: "" };
+        let place = TABLE.partition_point(|entry| entry.index < self.index);
+        DESCRIPTIONS.get(place).unwrap_or(&NONE)
+    }
 }
 
 /// Bits of a value of a kind.
@@ -78,15 +93,16 @@ macro_rules! parameters {
         /// All parameters, in the order of their indices and of the keys.
         pub const TABLE: &[Entry] = &[$(Entry {
             index: $index,
-            name: stringify!($key),
             kind: kind!($kind),
-            unit: $unit,
             default: bits!($kind, $default),
             minimum: bits!($kind, $minimum),
             maximum: bits!($kind, $maximum),
             guarded: guarded!($guarded),
-            text: $text,
         },)+];
+
+        /// What people read of them, in the same order.
+        const DESCRIPTIONS: &[Description] =
+            &[$(Description { name: stringify!($key), unit: $unit, text: $text },)+];
     };
 }
 

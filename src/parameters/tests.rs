@@ -70,10 +70,17 @@ fn indices_are_in_order_and_every_default_lies_in_its_range() {
     assert!(TABLE.windows(2).all(|pair| pair[0].index < pair[1].index));
     let mut set = ParameterSet::new();
     for (place, entry) in TABLE.iter().enumerate() {
-        assert_eq!(find(entry.index).map(|(place, entry)| (place, entry.name)), Some((place, entry.name)));
-        assert!(entry.index != 0 && entry.index < 1 << 12 && !entry.text.is_empty(), "{}", entry.name);
+        assert_eq!(
+            find(entry.index).map(|(place, entry)| (place, entry.description().name)),
+            Some((place, entry.description().name))
+        );
+        assert!(
+            entry.index != 0 && entry.index < 1 << 12 && !entry.description().text.is_empty(),
+            "{}",
+            entry.description().name
+        );
         for bits in [entry.default, entry.minimum, entry.maximum] {
-            assert_eq!(set.set_bits(entry.index, bits), Ok(()), "{}", entry.name);
+            assert_eq!(set.set_bits(entry.index, bits), Ok(()), "{}", entry.description().name);
         }
     }
 }
@@ -88,7 +95,12 @@ fn what_is_out_of_range_or_no_number_is_refused_and_changes_nothing() {
             Kind::Integer => &[entry.maximum + 1, u32::MAX],
         };
         for bits in wrong {
-            assert_eq!(set.set_bits(entry.index, *bits), Err(Reason::ParameterOutOfRange), "{}", entry.name);
+            assert_eq!(
+                set.set_bits(entry.index, *bits),
+                Err(Reason::ParameterOutOfRange),
+                "{}",
+                entry.description().name
+            );
         }
     }
     assert_eq!(set.set_bits(0, 0), Err(Reason::UnknownParameter));

@@ -8,7 +8,7 @@ use crate::identification::machine::Machine;
 use crate::identification::pose::Pose;
 use crate::identification::uncertainty::worst_direction_of_point;
 use crate::identification::weights::Weights;
-use crate::linear_algebra::Singular;
+use crate::linear_algebra::{Singular, block};
 use crate::scalar::Real;
 
 /// The candidates, and the pass without the present one.
@@ -63,7 +63,7 @@ impl<T: Real> Check<T> {
             Ok(false) => return None,
             Ok(true) => {
                 let covariance = fit.centre_covariance();
-                worst_direction_of_point(&covariance.fixed_view::<3, 3>(0, 0).into_owned()).0
+                worst_direction_of_point(&block::<T, 0, 0>(&covariance)).0
             }
             Err(Singular) => T::of(f64::INFINITY),
         };

@@ -12,7 +12,7 @@ use crate::identification::machine::Machine;
 use crate::identification::parameters::MAX_UNKNOWNS;
 use crate::identification::pose::Pose;
 use crate::identification::refusal::Refusal;
-use crate::linear_algebra::{NormalEquations, largest_eigenpair, non_negative_root};
+use crate::linear_algebra::{NormalEquations, column, largest_eigenpair, non_negative_root};
 use crate::scalar::Real;
 use nalgebra::{Matrix3, Vector3};
 
@@ -109,19 +109,24 @@ impl<T: Real> Inspect<T> {
             self.split.add_to_gradient(3 + i, -gradient_in_platform[i]);
         }
         // Of unknown u: Kᵤᵀ and -(Rᵀ Kᵤ)ᵀ.
-        let rows = &seen.sensitivity;
-        for unknown in 0..fit.equations.unknowns() {
-            let column = Vector3::new(rows[0][unknown], rows[1][unknown], rows[2][unknown]);
+        let [x, y, z] = &seen.sensitivity;
+        let [a, b, c, d, e, f] = &mut self.shared;
+        let columns = x.iter().zip(y).zip(z).take(fit.equations.unknowns());
+        let shared = a.iter_mut().zip(b).zip(c).zip(d).zip(e).zip(f);
+        for (((x, y), z), (((((a, b), c), d), e), f)) in columns.zip(shared) {
+            let column = Vector3::new(*x, *y, *z);
             let of_platform = -rotation.tr_mul(&column);
-            for i in 0..3 {
-                self.shared[i][unknown] += column[i];
-                self.shared[3 + i][unknown] += of_platform[i];
-            }
+            *a += column.x;
+            *b += column.y;
+            *c += column.z;
+            *d += of_platform.x;
+            *e += of_platform.y;
+            *f += of_platform.z;
         }
         let own = seen.own_centre_mm;
         self.residual += own * own.transpose();
         let covariance = fit.covariance_of(&fit.path_rows(machine, rotation));
-        let along = rotation.column(2).into_owned();
+        let along = column(rotation, 2);
         self.all_mm2 += covariance.trace();
         self.across_mm2 += covariance.trace() - along.dot(&(covariance * along));
     }

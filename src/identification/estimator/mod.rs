@@ -67,6 +67,7 @@ use super::parameters::MAX_UNKNOWNS;
 use super::pose::Pose;
 use super::settings::EstimatorSettings;
 use crate::kinematics::JointCentre;
+use crate::linear_algebra::block;
 use crate::rig::Parameters;
 use crate::scalar::Real;
 
@@ -186,10 +187,7 @@ impl<T: Real> Estimator<T> {
     /// C and its covariance by the last fit.
     pub fn centre_in_platform(&self) -> HeldCentre<T> {
         let covariance = self.fit.centre_covariance() * self.fit.variance_mm2();
-        HeldCentre {
-            in_platform_mm: self.fit.centre.in_platform_mm,
-            covariance_mm2: covariance.fixed_view::<3, 3>(3, 3).into_owned(),
-        }
+        HeldCentre { in_platform_mm: self.fit.centre.in_platform_mm, covariance_mm2: block::<T, 3, 3>(&covariance) }
     }
 
     /// The joint's model, as it is estimated.

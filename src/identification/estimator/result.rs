@@ -10,7 +10,7 @@ use crate::identification::outcome::Rejected;
 use crate::identification::pose::Pose;
 use crate::identification::uncertainty::{parameters_of, worst_direction_of_point};
 use crate::linear_algebra::normal_equations::smallest_pivot;
-use crate::linear_algebra::{inverse_of_eliminated, non_negative_root};
+use crate::linear_algebra::{block, inverse_of_eliminated, non_negative_root};
 use crate::rig::CABLES;
 use crate::scalar::Real;
 use nalgebra::{Matrix3, Matrix6};
@@ -20,7 +20,7 @@ impl<T: Real> Fit<T> {
     pub fn accept(&mut self, machine: &Machine<T>, poses: &[Pose<T>], dominant: Option<usize>) -> Stage<T> {
         let (noise_mm, sigma_noise_mm) = self.residuals.noise_of_result_mm(self.settings.noise, poses);
         let covariance = self.centre_covariance();
-        let of_centre = covariance.fixed_view::<3, 3>(0, 0).into_owned();
+        let of_centre = block::<T, 0, 0>(&covariance);
         let offset_sigmas = self.offset_sigmas(machine);
         // Also for noise-free lengths: the geometry must give the accuracy with the rig's noise.
         let gate_noise = sigma_noise_mm.max(machine.noise_mm());
@@ -56,7 +56,7 @@ impl<T: Real> Fit<T> {
         if let Some(sigmas) = offset_sigmas {
             self.result.offset_sigmas_mm = sigmas.map(|sigma| sigma * noise_mm);
         }
-        let of_centre = covariance.fixed_view::<3, 3>(0, 0).into_owned();
+        let of_centre = block::<T, 0, 0>(&covariance);
         let none = Candidates { next: 0, last: 0 };
         Stage::Check(Check::new(none, worst_direction_of_point(&of_centre).0))
     }
@@ -94,9 +94,9 @@ fn worst<T: Real>(sigmas: &[T; CABLES], noise_mm: T) -> (usize, T) {
 
 /// Covariance of O from the information on O and C alone: C eliminated.
 fn centre_alone<T: Real>(information: &Matrix6<T>) -> Option<Matrix3<T>> {
-    let first = information.fixed_view::<3, 3>(0, 0).into_owned();
-    let mixed = information.fixed_view::<3, 3>(3, 0).into_owned();
-    let second = information.fixed_view::<3, 3>(3, 3).into_owned();
+    let first = block::<T, 0, 0>(information);
+    let mixed = block::<T, 3, 0>(information);
+    let second = block::<T, 3, 3>(information);
     let inverse = inverse_of_eliminated(&second, &second, smallest_pivot())?;
     inverse_of_eliminated(&(first - mixed.tr_mul(&(inverse * mixed))), &first, smallest_pivot())
 }

@@ -3,7 +3,7 @@
 
 use crate::identification::excitation::MeanRotation;
 use crate::kinematics::rotation::{nearest_attitude, rotation_of};
-use crate::linear_algebra::{triad, unit};
+use crate::linear_algebra::{column, triad, unit};
 use crate::scalar::Real;
 use nalgebra::{Matrix3, Vector3};
 
@@ -44,11 +44,11 @@ impl<T: Real> ArmFrame<T> {
 
     /// The frame about a mean rotation.
     fn of_mean(mean: Matrix3<T>) -> Self {
-        let home = mean.column(2).into_owned();
+        let home = column(&mean, 2);
         // Any axis that is not along h: the features do not depend on which.
         let other = if home.x.abs() < T::of(0.5) { Vector3::x() } else { Vector3::y() };
         let axes = triad(&home, &other);
-        Self { mean, home, across: [axes.column(1).into_owned(), axes.column(2).into_owned()] }
+        Self { mean, home, across: [column(&axes, 1), column(&axes, 2)] }
     }
 
     /// R̄.
@@ -73,7 +73,7 @@ impl<T: Real> ArmFrame<T> {
     }
 
     fn arm(&self, rotation: &Matrix3<T>) -> Arm<T> {
-        let direction = rotation.column(2).into_owned();
+        let direction = column(rotation, 2);
         let [e1, e2] = &self.across;
         let turn = nearest_attitude(&(rotation * self.mean.transpose()));
         let sign = if turn.w < T::zero() { -T::one() } else { T::one() };
@@ -120,7 +120,7 @@ fn nearest_rotation<T: Real>(sum: &Matrix3<T>) -> Matrix3<T> {
     let scale = sum.norm_squared().root();
     let mut x = sum * (T::of(3.0).root() / scale);
     for _ in 0..POLAR_STEPS {
-        let [a, b, c] = [x.column(0).into_owned(), x.column(1).into_owned(), x.column(2).into_owned()];
+        let [a, b, c] = [column(&x, 0), column(&x, 1), column(&x, 2)];
         // The columns of X⁻ᵀ det X are cross products.
         let (bc, ca, ab) = (b.cross(&c), c.cross(&a), a.cross(&b));
         let by_determinant = T::one() / a.dot(&bc);
@@ -130,7 +130,7 @@ fn nearest_rotation<T: Real>(sum: &Matrix3<T>) -> Matrix3<T> {
         x = (x + Matrix3::from_columns(&[bc, ca, ab]) * by_determinant) * T::of(0.5);
     }
     // What rounding has left.
-    let orthonormal = triad(&x.column(0).into_owned(), &x.column(1).into_owned());
-    let is_finite = unit(&orthonormal.column(2).into_owned()).x.is_a_number();
+    let orthonormal = triad(&column(&x, 0), &column(&x, 1));
+    let is_finite = unit(&column(&orthonormal, 2)).x.is_a_number();
     if is_finite { rotation_of(&nearest_attitude(&orthonormal)) } else { Matrix3::identity() }
 }

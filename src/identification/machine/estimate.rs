@@ -119,7 +119,7 @@ impl<T: Real> MachineEstimate<T> {
                     continue;
                 }
                 let weight = precision * variance_mm2;
-                let (a, b) = (self.values[i], self.values[j]);
+                let (Some(a), Some(b)) = (self.values.get(i).copied(), self.values.get(j).copied()) else { return };
                 equations.add_to_entry(first + i, first + j, weight);
                 equations.add_to_gradient(first + i, -b * weight);
                 let twice = if i == j { T::one() } else { T::of(2.0) };

@@ -1,6 +1,6 @@
 //! What is made from the table of the parameters: their signals in `glenoid.dbc`, and `docs/parameters.md`.
 
-use glenoid::parameters::{Entry, Kind, TABLE};
+use glenoid::parameters::{Description, Entry, Kind, TABLE};
 use std::fmt::Write;
 
 /// The two messages that carry a parameter, and who receives them.
@@ -30,16 +30,17 @@ fn number(entry: &Entry, bits: u32) -> String {
 }
 
 fn signal(entry: &Entry, receiver: &str) -> String {
-    let Entry { index, unit, minimum, maximum, .. } = entry;
+    let Entry { index, minimum, maximum, .. } = entry;
+    let Description { unit, .. } = entry.description();
     // DBC marks a single by a line of its own; it counts as signed
     let sign = if entry.kind == Kind::Single { '-' } else { '+' };
-    let (name, low, high) = (signal_name(entry.name), number(entry, *minimum), number(entry, *maximum));
+    let (name, low, high) = (signal_name(entry.description().name), number(entry, *minimum), number(entry, *maximum));
     format!(" SG_ {name} m{index} : 32|32@1{sign} (1,0) [{low}|{high}] \"{unit}\" {receiver}")
 }
 
 /// The DBC with the parameters' signals as the table has them; everything else as it stands.
 pub fn dbc(text: &str) -> String {
-    let names: Vec<String> = TABLE.iter().map(|entry| signal_name(entry.name)).collect();
+    let names: Vec<String> = TABLE.iter().map(|entry| signal_name(entry.description().name)).collect();
     let is_ours = |line: &str| {
         let words: Vec<&str> = line.split_whitespace().collect();
         let by_id = MESSAGES.iter().any(|(id, _)| {
@@ -74,7 +75,7 @@ pub fn dbc(text: &str) -> String {
         for (id, _) in MESSAGES {
             if line.starts_with(&format!("CM_ SG_ {id} plain ")) {
                 for (entry, name) in TABLE.iter().zip(&names) {
-                    let _ = writeln!(made, "CM_ SG_ {id} {name} \"{}.\";", entry.text);
+                    let _ = writeln!(made, "CM_ SG_ {id} {name} \"{}.\";", entry.description().text);
                 }
             }
             if line.starts_with("BA_ \"GenSigStartValue\" SG_ 1680 protocol ") {
@@ -97,7 +98,8 @@ pub fn dbc(text: &str) -> String {
 pub fn document() -> String {
     let mut page = String::from(HEAD);
     for entry in TABLE {
-        let Entry { index, name, unit, default, minimum, maximum, guarded, text, .. } = entry;
+        let Entry { index, default, minimum, maximum, guarded, .. } = entry;
+        let Description { name, unit, text } = entry.description();
         let kind = if entry.kind == Kind::Single { "single" } else { "integer" };
         let lock = if *guarded { "yes" } else { "" };
         let [default, low, high] = [default, minimum, maximum].map(|bits| number(entry, *bits));

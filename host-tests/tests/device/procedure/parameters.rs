@@ -19,7 +19,7 @@ fn ask(bench: &mut Bench, operation: Operation, index: u16, value: u32) -> Param
 fn write_and_save(bench: &mut Bench, set: &ParameterSet) -> ParameterSet {
     for entry in TABLE {
         let bits = set.bits(entry.index).unwrap();
-        assert_eq!(ask(bench, Operation::Write, entry.index, bits).code, Reason::Fine, "{}", entry.name);
+        assert_eq!(ask(bench, Operation::Write, entry.index, bits).code, Reason::Fine, "{}", entry.description().name);
     }
     bench.save_parameters(Ok(())).expect("an answer to Save");
     *bench.sets.last().unwrap()
@@ -33,7 +33,7 @@ fn every_parameter_is_listed_and_read() {
         let listed = ask(&mut bench, Operation::List, index + 1, 0);
         assert_eq!((listed.code, listed.value), (Reason::Fine, u32::from(entry.index)));
         index = entry.index;
-        let is_key = entry.name.starts_with("LockKey");
+        let is_key = entry.description().name.starts_with("LockKey");
         for (operation, expected) in [
             (Operation::ReadDefault, entry.default),
             (Operation::ReadMinimum, entry.minimum),
@@ -44,7 +44,12 @@ fn every_parameter_is_listed_and_read() {
             if is_key && operation == Operation::Read {
                 assert_eq!((answer.code, answer.value), (Reason::WriteOnly, 0));
             } else if !is_key {
-                assert_eq!((answer.code, answer.value), (Reason::Fine, expected), "{} {operation:?}", entry.name);
+                assert_eq!(
+                    (answer.code, answer.value),
+                    (Reason::Fine, expected),
+                    "{} {operation:?}",
+                    entry.description().name
+                );
             }
         }
     }
@@ -97,7 +102,7 @@ fn bad_requests_are_refused_by_code_and_change_nothing() {
     }
     let unknown = bench.parameter(ParameterRequest { operation: 0, index: 10, nonce: 0, value: 0 });
     assert_eq!(unknown.code, Reason::UnknownOperation);
-    for entry in TABLE.iter().filter(|entry| !entry.name.starts_with("LockKey")) {
+    for entry in TABLE.iter().filter(|entry| !entry.description().name.starts_with("LockKey")) {
         assert_eq!(ask(&mut bench, Operation::ReadPrepared, entry.index, 0).value, entry.default);
     }
 }
@@ -150,7 +155,7 @@ fn the_lock_guards_what_can_make_a_centre_wrong() {
     let mut bench = Bench::of(set.config(Restart::default(), 0).unwrap(), WearerSettings::default());
     for entry in TABLE {
         let code = ask(&mut bench, Operation::Write, entry.index, set.bits(entry.index).unwrap()).code;
-        assert_eq!(code == Reason::Locked, entry.guarded, "{}", entry.name);
+        assert_eq!(code == Reason::Locked, entry.guarded, "{}", entry.description().name);
     }
     assert_eq!(ask(&mut bench, Operation::EraseRecord, 0, 0).code, Reason::Locked);
     assert_eq!(ask(&mut bench, Operation::Reset, 0, 0).code, Reason::Locked);
