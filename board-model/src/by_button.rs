@@ -8,6 +8,9 @@ use host_tests::wearer::Wearer;
 
 /// A press that is long: it starts a run, and accepts a centre, ms.
 const LONG_MS: u32 = 1_500;
+/// A press that is short, ms, and the length of the lamp's rhythm.
+const SHORT_MS: u32 = 200;
+const RHYTHM_MS: u32 = 4_000;
 /// A movement, and how long a pose is held, ms. It is captured by itself after half a second.
 const MOVE_MS: u32 = 1_500;
 const HOLD_MS: u32 = 900;
@@ -51,6 +54,10 @@ impl<'a> ByButton<'a> {
             self.pass(HOLD_MS)?;
         }
         self.expect(StateName::Review)?;
+        // as many short presses as the lamp winks: nobody accepts what he has not seen
+        for _ in 0..self.winks()? {
+            self.press(SHORT_MS)?;
+        }
         self.press(LONG_MS)?;
         self.pass(STORE_MS)?;
         self.live()
@@ -62,11 +69,23 @@ impl<'a> ByButton<'a> {
     /// There is none.
     pub fn live(&mut self) -> Result<[f32; 3], BenchError> {
         self.inbox = Inbox::default();
-        let query = Request { opcode: Opcode::Query as u8, nonce: 99, run_id: 0, argument: 0 };
+        let query = Request { opcode: Opcode::Query as u8, boot: 0, nonce: 99, run_id: 0, argument: 0 };
         self.board.send(&query.pack(BaseId::DEFAULT.command()))?;
         self.pass(200)?;
         let [x, y, z, ..] = self.inbox.live().ok_or_else(|| BenchError("no centre is in use".to_owned()))?;
         Ok([x, y, z].map(|parameter| parameter.value_mm))
+    }
+
+    /// Times that the lit lamp goes dark within four seconds, its rhythm's length.
+    fn winks(&mut self) -> Result<u32, BenchError> {
+        let (mut winks, mut was_lit) = (0, self.board.lamp());
+        for _ in 0..RHYTHM_MS {
+            self.pass(1)?;
+            let is_lit = self.board.lamp();
+            winks += u32::from(was_lit && !is_lit);
+            was_lit = is_lit;
+        }
+        Ok(winks)
     }
 
     fn press(&mut self, ms: u32) -> Result<(), BenchError> {

@@ -129,7 +129,7 @@ fn pass(board: &mut Board, ms: u32) {
 }
 
 fn live(board: &mut Board) -> Centre {
-    let frame = Request { opcode: Opcode::Query as u8, nonce: 1, run_id: 0, argument: 0 };
+    let frame = Request { opcode: Opcode::Query as u8, boot: 0, nonce: 1, run_id: 0, argument: 0 };
     board.send(&frame.pack(BaseId::DEFAULT.command())).ok()?;
     let said = board.pass(60).ok()?;
     let axis = |index: u8| {

@@ -3,6 +3,7 @@
 use crate::scene::image;
 use board_model::board::Board;
 use board_model::breach::Rule;
+use glenoid::can::{BaseId, Frame};
 use host_tests::rehearse::Bench;
 
 const PWR_CR5: u32 = 0x4000_7080;
@@ -16,7 +17,7 @@ fn breaches(alter: fn(u32, u32) -> u32) -> Vec<Rule> {
     let mut board = Board::new(image(), 1);
     board.machine.chip_mut().alter = Some(alter);
     board.pass(60).unwrap();
-    board.send(&glenoid::can::Frame::new(0x300, &[0; 8]).unwrap()).unwrap();
+    board.send(&Frame::new(BaseId::DEFAULT.command().as_raw(), &[0; 8]).unwrap()).unwrap();
     board.pass(10).unwrap();
     board.breaches().iter().map(|breach| breach.rule).collect()
 }

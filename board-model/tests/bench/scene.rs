@@ -77,7 +77,7 @@ pub fn query(board: &mut Board) -> Vec<Message> {
 pub fn send(board: &mut Board, opcode: Opcode, run_id: u16, argument: u16) {
     // never the same one within a second, or it would not be obeyed
     let nonce = (board.now_ms() as u16).max(1);
-    let frame = Request { opcode: opcode as u8, nonce, run_id, argument }.pack(BaseId::DEFAULT.command());
+    let frame = Request { opcode: opcode as u8, boot: 0, nonce, run_id, argument }.pack(BaseId::DEFAULT.command());
     board.send(&frame).unwrap();
 }
 
