@@ -154,4 +154,23 @@ impl<'a> Client<'a> {
         }
         Err(SessionError::Silence("sign that the arm is still"))
     }
+
+    /// A command about a run, again while the board is still sending a read-out: it sends every captured pose by itself.
+    ///
+    /// # Errors
+    /// As [`command`](Self::command), and [`SessionError::Silence`] when the read-out never ends.
+    pub(super) fn command_when_sent(
+        &mut self,
+        opcode: Opcode,
+        run: u16,
+        argument: u16,
+    ) -> Result<Answer, SessionError> {
+        for _ in 0..STILL_LIMIT_MS / RETRY_MS {
+            match self.command(opcode, run, argument) {
+                Err(SessionError::Refused(_, Answer { code: Reason::Busy, .. })) => self.hold(RETRY_MS)?,
+                result => return result,
+            }
+        }
+        Err(SessionError::Silence("end of the read-out"))
+    }
 }

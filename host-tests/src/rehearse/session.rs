@@ -144,7 +144,7 @@ impl<'a> Session<'a> {
         let first = numbered(PoseSet::Identification, first);
         for (done, (set, index, captured)) in (1..).zip(first.chain(numbered(PoseSet::HeldOut, second))) {
             let held_out = if set == PoseSet::HeldOut { 0x100 } else { 0 };
-            self.client.command(Opcode::ReadPose, run_id, held_out | u16::from(index))?;
+            self.client.command_when_sent(Opcode::ReadPose, run_id, held_out | u16::from(index))?;
             captured.lengths_mm =
                 self.client.wait_for("raw pose", ANSWER_LIMIT_MS, |inbox| inbox.pose_mm(set, index))?;
             stage.reached(done, "");

@@ -9,6 +9,7 @@ use glenoid::can::result::Parameter;
 use glenoid::can::{Message, Opcode};
 use glenoid::device::fingerprint;
 use glenoid::procedure::{Reason, StateName};
+use glenoid::record::STORAGE_PAGES;
 use glenoid::record::{Record, RecordStore, image};
 use glenoid::restart::ResetCause;
 use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, Rig};
@@ -40,8 +41,10 @@ impl RecordFile {
         let record = Record { rig: fingerprint(&rig), parameters, covariance_mm2, ..power_cut::record(7) };
         let mut store = RecordStore::new(MockFlash::new(2, TornWord::Zeros, 1), 0);
         store.store(&record)?;
-        let mut pages = [0; 2 * PAGE_LEN];
-        store.release().read(0, &mut pages).map_err(|error| format!("{error:?}"))?;
+        // the other pages of the storage are erased
+        let mut pages = [0xFF; STORAGE_PAGES * PAGE_LEN];
+        let (of_record, _) = pages.split_at_mut(2 * PAGE_LEN);
+        store.release().read(0, of_record).map_err(|error| format!("{error:?}"))?;
         let file = Self::new(name);
         std::fs::write(&file.0, pages)?;
         Ok(file)
