@@ -164,7 +164,7 @@ pub fn a_reset_in_any_state_keeps_the_old_centre(image: &Path) -> Result<(), Fai
     let options = Options { monitor: true, debugger: true, ..file.options() };
     let symbols = Elf::read(image)?.symbols()?;
     // every pass of the solver comes by here, unless the compiler has dissolved it in its caller
-    let in_a_pass = |name: &str| name.contains("PassSum") && (name.ends_with("::step") || name.ends_with("::add"));
+    let in_a_pass = |name: &str| name.contains("fit::Fit<") && name.ends_with("::add_placed");
     let solving = symbols.iter().find(|symbol| in_a_pass(&symbol.name));
     let solving = u32::try_from(solving.ok_or("the solver has no such function")?.address)?;
     let mut scene = Scene::on(Emulator::start(image, &options)?, 35)?;
