@@ -346,6 +346,8 @@ fn refuse_what_is_no_record(path: &Path) -> Result<(), EmulatorError> {
     const LEN: u64 = (STORAGE_PAGES * PAGE_LEN) as u64;
     match std::fs::metadata(path) {
         Ok(file) if file.is_file() && [0, LEN].contains(&file.len()) => Ok(()),
+        // The board can do nothing to a folder: a flash that refuses everything.
+        Ok(file) if file.is_dir() => Ok(()),
         Ok(file) => Err(EmulatorError::NotARecord(format!(
             "{} is no record of the board: it has {} bytes, not {LEN}; it stays as it is",
             path.display(),
