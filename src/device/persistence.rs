@@ -120,7 +120,7 @@ fn record(live: &Candidate, serial: u32, rig: u32) -> Record {
         zero_sigmas_mm: identified.offset_sigmas_mm,
         noise_mm: identified.noise_mm,
         deviation_mm: identified.rms_residual_mm,
-        sway_rad: identified.excitation_rad,
+        excitation_rad: identified.excitation_rad,
         poses: u16::try_from(identified.poses).unwrap_or(u16::MAX),
         // never more than MAX_REJECTED
         left_out: identified.rejected.len() as u8,
@@ -154,7 +154,7 @@ fn candidate(record: &Record) -> Candidate {
             },
             poses: record.poses.into(),
             rejected: Vec::from_slice(left_out).unwrap_or_default(),
-            excitation_rad: record.sway_rad,
+            excitation_rad: record.excitation_rad,
             offsets_mm: record.zeros_mm,
             offset_sigmas_mm: record.zero_sigmas_mm,
         },

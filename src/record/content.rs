@@ -34,7 +34,7 @@ pub struct Record {
     /// δE over the poses that identified the centre (Eq. 17), mm.
     pub deviation_mm: f32,
     /// How far the poses were from turning about one common axis, rad.
-    pub sway_rad: f32,
+    pub excitation_rad: f32,
     /// Poses given to the solver.
     pub poses: u16,
     /// How many of these it left out.
@@ -67,7 +67,7 @@ impl Record {
         let singles = [
             self.noise_mm,
             self.deviation_mm,
-            self.sway_rad,
+            self.excitation_rad,
             self.verification_deviation_mm,
             self.verification_limit_mm,
         ];

@@ -14,7 +14,7 @@
 //! | 28 | 24 | x, y, z, p1, p2, p3, mm |
 //! | 52 | 84 | their covariance, mm², lower triangle row by row |
 //! | 136 | 24 + 24 | encoder zeros and their 1σ, mm |
-//! | 184 | 4 · 5 | noise, δE, sway (rad), δE of the second set, its limit, mm |
+//! | 184 | 4 · 5 | noise, δE, excitation (rad), δE of the second set, its limit, mm |
 //! | 204 | 25 · 2 | poses left out: pose, faulty cables |
 //! | 254 | 2 + 2 | boot, wearer |
 //! | 258 | 4 | serial number of the board |
@@ -59,7 +59,7 @@ pub fn encode(record: &Record, sequence: u32) -> Image {
     writer.put_numbers(&record.covariance_mm2);
     writer.put_numbers(&record.zeros_mm);
     writer.put_numbers(&record.zero_sigmas_mm);
-    writer.put_numbers(&[record.noise_mm, record.deviation_mm, record.sway_rad]);
+    writer.put_numbers(&[record.noise_mm, record.deviation_mm, record.excitation_rad]);
     writer.put_numbers(&[record.verification_deviation_mm, record.verification_limit_mm]);
     for rejected in &record.rejected {
         // no set has more poses than a byte counts
@@ -97,7 +97,8 @@ pub fn decode(image: &Image) -> Record {
     let covariance_mm2 = reader.take_numbers();
     let zeros_mm = reader.take_numbers();
     let zero_sigmas_mm = reader.take_numbers();
-    let [noise_mm, deviation_mm, sway_rad, verification_deviation_mm, verification_limit_mm] = reader.take_numbers();
+    let [noise_mm, deviation_mm, excitation_rad, verification_deviation_mm, verification_limit_mm] =
+        reader.take_numbers();
     let rejected = core::array::from_fn(|_| {
         let [pose, cables] = reader.take();
         Rejected { pose: u32::from(pose), cables }
@@ -118,7 +119,7 @@ pub fn decode(image: &Image) -> Record {
         zero_sigmas_mm,
         noise_mm,
         deviation_mm,
-        sway_rad,
+        excitation_rad,
         poses,
         left_out,
         rejected,

@@ -95,7 +95,7 @@ pub fn record(number: u16) -> Record {
         zero_sigmas_mm: std::array::from_fn(spread),
         noise_mm: value,
         deviation_mm: value,
-        sway_rad: value,
+        excitation_rad: value,
         poses: number,
         left_out: number as u8 % 26,
         rejected: std::array::from_fn(|k| Rejected { pose: k as u32, cables: number as u8 }),

@@ -29,7 +29,7 @@ fn record() -> Record {
         zero_sigmas_mm: [2.0, 2.125, 2.25, 2.375, 2.5, 2.625],
         noise_mm: 0.0625,
         deviation_mm: 0.125,
-        sway_rad: 0.75,
+        excitation_rad: 0.75,
         poses: 0x0B0C,
         left_out: 3,
         rejected: core::array::from_fn(|k| Rejected { pose: k as u32 + 1, cables: k as u8 * 2 }),
