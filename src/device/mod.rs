@@ -330,6 +330,8 @@ impl Device {
         &self.procedure
     }
 
+    // Not inlined: its copies would lie on the stack under every other kind of event (`cargo stack --ways`).
+    #[inline(never)]
     fn tick(&mut self, now_ms: u32, out: &mut impl FnMut(Action)) {
         self.lock.tick(now_ms);
         self.restart_when_saved(now_ms, out);

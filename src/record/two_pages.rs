@@ -43,8 +43,7 @@ impl<const LEN: usize> TwoPages<LEN> {
     /// # Errors
     /// [`StoreError`].
     pub fn store<F: NorFlash>(&self, flash: &mut F, image: impl FnOnce(u32) -> [u8; LEN]) -> Result<(), StoreError> {
-        let chosen = choose(&self.read(flash));
-        let (index, sequence) = chosen.map_or((1, 0), |(index, header)| (index, header.sequence));
+        let (index, sequence) = self.chosen(flash).map_or((1, 0), |(index, header)| (index, header.sequence));
         self.replace(flash, index, &image(sequence.wrapping_add(1)))?;
         Ok(())
     }
@@ -54,12 +53,19 @@ impl<const LEN: usize> TwoPages<LEN> {
     /// # Errors
     /// [`StoreError`].
     pub fn erase<F: NorFlash>(&self, flash: &mut F) -> Result<(), StoreError> {
-        let index = choose(&self.read(flash)).map_or(1, |(index, _)| index);
+        let index = self.chosen(flash).map_or(1, |(index, _)| index);
         self.other_page(index).erase(flash)?;
         if let Some(page) = self.pages.get(index) {
             page.erase(flash)?;
         }
         Ok(())
+    }
+
+    /// The page that counts.
+    // Its frame holds both images, 3 KB, which are done with before a page is written.
+    #[inline(never)]
+    fn chosen<F: NorFlash>(&self, flash: &mut F) -> Option<(usize, Header)> {
+        choose(&self.read(flash))
     }
 
     fn read<F: NorFlash>(&self, flash: &mut F) -> [Reading<LEN>; 2] {

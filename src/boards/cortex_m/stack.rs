@@ -44,7 +44,7 @@ pub fn is_in_guard(address: usize) -> bool {
 }
 
 /// Forbids every access to the guard. The fault handlers run with the MPU off, so they can still print.
-pub fn protect(mpu: MPU) {
+pub fn protect(mpu: &MPU) {
     const REGION_VALID: u32 = 1 << 4;
     const EXECUTE_NEVER: u32 = 1 << 28;
     // the field holds the power of two less one; the access permission bits stay 0: no access

@@ -27,7 +27,7 @@ use cortex_m::interrupt::free;
 use cortex_m::{Peripherals, asm, singleton};
 use glenoid::device::{Action, BlinkPattern, Config, Device, Event, LogEntry, fingerprint};
 use glenoid::identification::{Estimator, PoseBuffer};
-use glenoid::record::Storage;
+use glenoid::record::{LoadError, Storage};
 use glenoid::restart::{CrashRecord, ResetCause, Restart};
 use glenoid::rig_link::{RigLink, Signal};
 use glenoid::slcan::Adapter;
@@ -101,21 +101,36 @@ struct Board {
     last_tick_ms: u32,
 }
 
+/// The board before its device has heard anything.
+struct Assembled {
+    board: Board,
+    /// Fingerprint of the rig.
+    rig: u32,
+    /// Why the stored parameters are not those in use.
+    parameters: Option<LoadError>,
+}
+
 impl Board {
     /// None if it was called before: the peripherals and the queues exist once.
-    ///
-    /// Never inlined: the device passes through this function's frame on its way to its place, and `main` would keep
-    /// that room for ever.
-    #[inline(never)]
     fn start(restart: Restart) -> Option<Self> {
+        let Assembled { mut board, rig, parameters } = Self::assemble(restart)?;
+        board.power_up(&restart, rig, parameters);
+        Some(board)
+    }
+
+    /// The parts in their places. None if it was called before.
+    ///
+    /// Never inlined: what the configuration takes of the stack is free again when the device hears of the power-up.
+    #[inline(never)]
+    fn assemble(restart: Restart) -> Option<Assembled> {
         let core = Peripherals::take()?;
-        stack::protect(core.MPU);
+        stack::protect(&core.MPU);
         let can_queues = singleton!(: Queues = Queues::new())?;
         let rig_queues = singleton!(: Queues = Queues::new())?;
         let mut clock = Clock::start(core.SYST);
         let mut storage = Storage::new(FileFlash::open(), 0);
         let (config, parameters) = storage.config(restart, 0)?;
-        let mut board = Self {
+        let board = Self {
             device: device(config)?,
             rig: Uart::start(&RIG_LINE, rig_queues),
             rig_link: RigLink::new(),
@@ -134,18 +149,21 @@ impl Board {
             clock,
             watchdog: Watchdog::start(),
         };
-        tell_start(&config.restart);
-        let loaded = board.outside.storage.load(fingerprint(&config.rig), parameters);
-        board.handle(board.last_tick_ms, Event::PowerUp(loaded));
+        Some(Assembled { board, rig: fingerprint(&config.rig), parameters })
+    }
+
+    fn power_up(&mut self, restart: &Restart, rig: u32, parameters: Option<LoadError>) {
+        tell_start(restart);
+        let loaded = self.outside.storage.load(rig, parameters);
+        self.handle(self.last_tick_ms, Event::PowerUp(loaded));
         let memory = Entry::Memory {
             device: size_of::<Device>(),
             poses: size_of::<PoseBuffer<f32>>(),
             estimator: size_of::<Estimator<f32>>(),
         };
         for entry in [Entry::Ready { stack: stack::usage() }, memory] {
-            board.outside.log.push(board.last_tick_ms, entry);
+            self.outside.log.push(self.last_tick_ms, entry);
         }
-        Some(board)
     }
 
     fn handle(&mut self, now_ms: u32, event: Event) {

@@ -107,15 +107,34 @@ struct Board {
     _button: Input<'static>,
 }
 
+/// The board before its device has heard anything.
+struct Assembled {
+    board: Board,
+    core: cortex_m::Peripherals,
+    /// Fingerprint of the rig.
+    rig: u32,
+    /// Why the stored parameters are not those in use.
+    parameters: Option<LoadError>,
+}
+
 impl Board {
     /// None if it was called before: the peripherals and the device exist once.
-    ///
-    /// Never inlined: the device passes through this function's frame on its way to its place, and `main` would keep
-    /// that room for ever.
-    #[inline(never)]
     fn start(restart: Restart) -> Option<Self> {
+        let Assembled { mut board, core, rig, parameters } = Self::assemble(restart)?;
+        board.power_up(&restart, rig, parameters);
+        let (mut scb, mut dcb) = (core.SCB, core.DCB);
+        sampling::start(core.SYST, &mut scb, &mut dcb, core.DWT);
+        board.watchdog.unleash();
+        Some(board)
+    }
+
+    /// The parts in their places. None if it was called before.
+    ///
+    /// Never inlined: what the configuration takes of the stack is free again when the device hears of the power-up.
+    #[inline(never)]
+    fn assemble(restart: Restart) -> Option<Assembled> {
         let core = cortex_m::Peripherals::take()?;
-        stack::protect(core.MPU);
+        stack::protect(&core.MPU);
         let chip = clock::start();
         // The driver has let in the DMA channels' interrupts, which nobody here serves.
         for lines in &core.NVIC.icer {
@@ -146,7 +165,7 @@ impl Board {
         };
         let device = device(config)?;
         let bus = Bus::join(chip.FDCAN1, chip.PA11, chip.PA12, config.base)?;
-        let mut board = Self {
+        let board = Self {
             device,
             outside: Outside { bus, led_pattern: BlinkPattern::Ready, storage, stored: None, measure: false },
             led: Output::new(chip.PA5, Level::Low, Speed::Low),
@@ -157,20 +176,16 @@ impl Board {
             // closed, it connects the pin to the supply (UM2505, "Push-buttons")
             _button: Input::new(chip.PC13, Pull::Down),
         };
-        board.power_up(&config, parameters);
-        let (mut scb, mut dcb) = (core.SCB, core.DCB);
-        sampling::start(core.SYST, &mut scb, &mut dcb, core.DWT);
-        board.watchdog.unleash();
-        Some(board)
+        Some(Assembled { board, core, rig: fingerprint(&config.rig), parameters })
     }
 
-    fn power_up(&mut self, config: &Config, parameters: Option<LoadError>) {
-        defmt::info!("board: started by {}", config.restart.cause);
-        if let Some(words) = config.restart.crash_record {
+    fn power_up(&mut self, restart: &Restart, rig: u32, parameters: Option<LoadError>) {
+        defmt::info!("board: started by {}", restart.cause);
+        if let Some(words) = restart.crash_record {
             defmt::warn!("board: its crash record says: {=str}, at {=u32:#x}", words.text(), words.address);
         }
         let loaded = match self.outside.storage.as_mut() {
-            Some(storage) => storage.load(fingerprint(&config.rig), parameters),
+            Some(storage) => storage.load(rig, parameters),
             None => Err(LoadError::FlashLayout).into(),
         };
         self.handle(0, Event::PowerUp(loaded));
