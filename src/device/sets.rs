@@ -73,8 +73,6 @@ pub(super) type OutgoingTelemetry = Outgoing<TELEMETRY_LEN>;
 
 impl Device {
     /// Sends at most one frame of each set.
-    // Not inlined: its copies would lie on the stack under every other kind of event (`cargo stack --ways`).
-    #[inline(never)]
     pub(super) fn send_sets(&mut self, now_ms: u32, out: &mut impl FnMut(Action)) {
         if self.live_out.is_due(now_ms, LIVE_SET_FRAMES) {
             match self.live_set().pack(self.live_out.counter) {

@@ -86,8 +86,6 @@ impl SlipMonitor {
 
 impl Device {
     /// Lets the watch look at a sample of the encoders.
-    // Not inlined: its copies would lie on the stack under every other kind of event (`cargo stack --ways`).
-    #[inline(never)]
     pub(super) fn monitor_sample(&mut self, now_ms: u32, counts: &[i32; CABLES], out: &mut impl FnMut(Action)) {
         let Some(detector) = self.slip_monitor.detector.as_mut() else { return };
         let in_use = matches!(self.procedure.state(), StateName::Idle | StateName::Failed);

@@ -149,8 +149,6 @@ impl Device {
         }
     }
 
-    // Not inlined: its copies would lie on the stack under every other kind of event (`cargo stack --ways`).
-    #[inline(never)]
     pub(super) fn send_report(&mut self, now_ms: u32, out: &mut impl FnMut(Action)) {
         for _ in 0..FRAMES_A_TICK {
             let about = About {
@@ -185,8 +183,6 @@ impl Device {
     }
 
     /// A change of state is sent at once, and the report that belongs to the new state begins.
-    // Not inlined: its copies would lie on the stack under every other kind of event (`cargo stack --ways`).
-    #[inline(never)]
     pub(super) fn note_transition(
         &mut self,
         now_ms: u32,

@@ -111,14 +111,7 @@ struct Assembled {
 }
 
 impl Board {
-    /// None if it was called before: the peripherals and the queues exist once.
-    fn start(restart: Restart) -> Option<Self> {
-        let Assembled { mut board, rig, parameters } = Self::assemble(restart)?;
-        board.power_up(&restart, rig, parameters);
-        Some(board)
-    }
-
-    /// The parts in their places. None if it was called before.
+    /// The parts in their places. None if it was called before: the peripherals and the queues exist once.
     ///
     /// Never inlined: what the configuration takes of the stack is free again when the device hears of the power-up.
     #[inline(never)]
@@ -131,7 +124,7 @@ impl Board {
         let mut storage = Storage::new(FileFlash::open(), 0);
         let (config, parameters) = storage.config(restart, 0)?;
         let board = Self {
-            device: device(config)?,
+            device: device(&config)?,
             rig: Uart::start(&RIG_LINE, rig_queues),
             rig_link: RigLink::new(),
             outside: Outside {
@@ -285,7 +278,10 @@ fn main() -> ! {
     let restart = retained_ram::take(None);
     stack::paint();
     // another start would find the same
-    let Some(mut board) = Board::start(restart) else { log::give_up(format_args!("board: started twice")) };
+    let Some(Assembled { ref mut board, rig, parameters }) = Board::assemble(restart) else {
+        log::give_up(format_args!("board: started twice"))
+    };
+    board.power_up(&restart, rig, parameters);
     // what is measured from here on is the work, not the start
     stack::paint();
     let mut comparison = ccm_code::Comparison::new();
@@ -297,9 +293,9 @@ fn main() -> ! {
     }
 }
 
-/// The device in its place, once. A frame of its own: what building it takes of the stack (25 KB) is free again before
+/// The device in its place, once. A frame of its own: what building it takes of the stack (15 KB) is free again before
 /// anything else runs.
 #[inline(never)]
-fn device(config: Config) -> Option<&'static mut Device> {
-    singleton!(: Device = Device::new(config))
+fn device(config: &Config) -> Option<&'static mut Device> {
+    singleton!(: Device = Device::new(*config))
 }

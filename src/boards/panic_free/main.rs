@@ -112,7 +112,7 @@ fn paper(rig: &Rig<f32>) -> Event {
     Event::Tick
 }
 
-/// The device in its place, once. A frame of its own: what building it takes of the stack (25 KB) is free again before
+/// The device in its place, once. A frame of its own: what building it takes of the stack (15 KB) is free again before
 /// anything else runs.
 #[inline(never)]
 fn device(config: Config) -> Option<&'static mut Device> {

@@ -62,28 +62,29 @@ impl<T: Real> Machine<T> {
     /// The same with encoder offsets that are known to `offset_mm`, 1σ, mm; 0 = exactly.
     pub fn with_offset_prior(rig: &Rig<T>, offset_mm: T) -> Self {
         let platform = PlatformSolver::new(rig);
-        let geometry = platform.geometry();
         let tolerance = Tolerance { offset_mm, ..*rig.tolerance() };
-        let takes_part = |tolerance: T| tolerance > T::zero();
-        let base = match (takes_part(tolerance.base_mm), geometry.is_three_three) {
-            (false, _) => ShapeModes::none(),
-            (true, true) => ShapeModes::of_triangle(rig.base_mm(), crate::rig::ATTACHMENTS.as_flattened()),
-            (true, false) => ShapeModes::of_six(&geometry.base_mm),
-        };
-        let ends = match (takes_part(tolerance.edges_mm), geometry.is_three_three) {
-            (false, _) => ShapeModes::none(),
-            (true, true) => ShapeModes::of_edges(&rig.platform_mm()),
-            (true, false) => ShapeModes::of_six(&geometry.end_mm),
-        };
         let mut machine = Self {
             platform,
             noise_mm: rig.length_noise_mm(),
             home_mm: rig.drum().home_length_mm,
-            base,
-            ends,
+            base: ShapeModes::none(),
+            ends: ShapeModes::none(),
             tolerance,
             precision: [T::zero(); MACHINE_PACKED],
         };
+        // Filled in where they stay: they are too large to be passed on.
+        let geometry = machine.platform.geometry();
+        let takes_part = |tolerance: T| tolerance > T::zero();
+        match (takes_part(tolerance.base_mm), geometry.is_three_three) {
+            (false, _) => {}
+            (true, true) => machine.base.set_triangle(rig.base_mm(), crate::rig::ATTACHMENTS.as_flattened()),
+            (true, false) => machine.base.set_six(&geometry.base_mm),
+        }
+        match (takes_part(tolerance.edges_mm), geometry.is_three_three) {
+            (false, _) => {}
+            (true, true) => machine.ends.set_edges(&rig.platform_mm()),
+            (true, false) => machine.ends.set_six(&geometry.end_mm),
+        }
         for index in 0..machine.parameters() {
             let sigma = match machine.parameter(index) {
                 MachineParameter::Base(_) => tolerance.base_mm,

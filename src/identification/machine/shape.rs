@@ -28,34 +28,32 @@ impl<T: Real> ShapeModes<T> {
 
     /// Three points, each the end of two cables: `of_cable` names the point (from 0) of each. Three orthonormal modes:
     /// when every coordinate of a point has the same standard deviation, so has every mode.
-    pub fn of_triangle(points_mm: &[Vector3<T>; POINTS], of_cable: &[usize]) -> Self {
-        Self::none().with_modes(points_mm, |mode, cable| {
+    pub fn set_triangle(&mut self, points_mm: &[Vector3<T>; POINTS], of_cable: &[usize]) {
+        self.find(points_mm, |mode, cable| {
             of_cable.get(cable).and_then(|point| mode.get(*point)).copied().unwrap_or_else(Vector3::zeros)
-        })
+        });
     }
 
     /// Six points of their own: twelve orthonormal modes.
-    pub fn of_six(points_mm: &[Vector3<T>; CABLES]) -> Self {
-        Self::none().with_modes(points_mm, |mode, cable| mode[cable])
+    pub fn set_six(&mut self, points_mm: &[Vector3<T>; CABLES]) {
+        self.find(points_mm, |mode, cable| mode[cable]);
     }
 
     /// The three edges p12, p23, p31 of a triangle P1 = (0, 0, 0), P2 = (p12, 0, 0), P3 = (x, y, 0) as modes: each end
     /// moves as its point does when one edge grows. From x = (p12² + p31² - p23²) / 2 p12 and y² = p31² - x².
-    pub fn of_edges(platform_mm: &[Vector3<T>; POINTS]) -> Self {
+    pub fn set_edges(&mut self, platform_mm: &[Vector3<T>; POINTS]) {
         let [_, second, third] = platform_mm;
         let (p12, x, y) = (second.x, third.x, third.y);
         let (p31, p23) = (third.norm_squared().root(), (third - second).norm_squared().root());
         let dx = [(p12 - x) / p12, -p23 / p12, p31 / p12];
         let dy = [-x * dx[0] / y, -x * dx[1] / y, (p31 - x * dx[2]) / y];
         let zero = T::zero();
-        let mut modes = Self::none();
-        modes.count = 3;
-        for (edge, mode) in modes.modes.iter_mut().take(3).enumerate() {
+        self.count = 3;
+        for (edge, mode) in self.modes.iter_mut().take(3).enumerate() {
             let grows = if edge == 0 { T::one() } else { zero };
             let points = [Vector3::zeros(), Vector3::new(grows, zero, zero), Vector3::new(dx[edge], dy[edge], zero)];
             *mode = core::array::from_fn(|cable| points[cable / 2]);
         }
-        modes
     }
 
     /// Number of modes.
@@ -76,11 +74,12 @@ impl<T: Real> ShapeModes<T> {
     }
 
     /// Gram-Schmidt: rigid motions first, then every coordinate of every point; what is linearly independent is a mode.
-    fn with_modes<const N: usize>(
-        mut self,
+    fn find<const N: usize>(
+        &mut self,
         points_mm: &[Vector3<T>; N],
         end: impl Fn(&[Vector3<T>; N], usize) -> Vector3<T>,
-    ) -> Self {
+    ) {
+        self.count = 0;
         let mut basis = heapless::Vec::<[Vector3<T>; N], { 3 * CABLES }>::new();
         let middle = points_mm.iter().fold(Vector3::zeros(), |sum, p| sum + p) / T::of_integer(N as i32);
         let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
@@ -105,7 +104,6 @@ impl<T: Real> ShapeModes<T> {
                 }
             }
         }
-        self
     }
 }
 

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use firmware_image::elf::Elf;
-use firmware_image::stack_bound::{MOST_ROUNDS, Root, StackUse};
+use firmware_image::stack_bound::{MOST_ENDINGS, MOST_ROUNDS, Root, StackUse};
 use host_tests::command_line;
 use host_tests::firmware::{self, Image};
 use host_tests::packages::Consent;
@@ -57,6 +57,7 @@ fn print(stack: &StackUse, ways: bool) {
             println!("{bytes:>21}  {name}");
         }
     }
+    println!("{:>8}  the program's end, {MOST_ENDINGS} times at most", stack.ending_bytes);
     let (most, room) = (stack.most_bytes(), stack.room_bytes);
     println!("{most:>8}  all of them at once, the very most");
     println!("{room:>8}  room above the guard");

@@ -100,6 +100,7 @@ fn what_exceptions_call_is_followed() {
         frame_bytes: 0,
         calls: calls.iter().copied().collect(),
         calls_anywhere,
+        masks_first: false,
     };
     // 1 is the start, 2 and 3 are handlers; 3 calls through a pointer, 5 and 6 call each other, 8 is the start's alone
     let functions = [

@@ -7,6 +7,9 @@ use super::veneer;
 use crate::elf::{Code, Elf};
 use std::collections::{BTreeMap, BTreeSet};
 
+/// Where every program of ours ends: last words, then a reset (`boards/cortex_m/faults.rs`).
+const ENDING: &str = "cortex::faults::stop";
+
 /// A function of the image.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Function {
@@ -18,6 +21,8 @@ pub struct Function {
     pub calls: BTreeSet<u64>,
     /// It also calls through pointers.
     pub calls_anywhere: bool,
+    /// It masks the interrupts before it goes anywhere else.
+    pub masks_first: bool,
 }
 
 /// The functions of an image.
@@ -67,6 +72,24 @@ impl CallGraph {
         Ok(Self { functions, pointed_to, handlers: handlers.collect::<Result<_, _>>()? })
     }
 
+    /// The function with which a program of ours ends, by its first address: by its name, and it masks the interrupts
+    /// before anything else.
+    pub fn ending(&self) -> Option<u64> {
+        let ends = |function: &Function| function.masks_first && function.name.contains(ENDING);
+        self.functions.iter().find(|(_, function)| ends(function)).map(|(address, _)| *address)
+    }
+
+    /// The same graph, in which a function calls nothing.
+    #[must_use]
+    pub fn without_callees_of(&self, address: u64) -> Self {
+        let mut graph = self.clone();
+        if let Some(function) = graph.functions.get_mut(&address) {
+            function.calls.clear();
+            function.calls_anywhere = false;
+        }
+        graph
+    }
+
     /// Everything that a function may call.
     pub fn callees<'a>(&'a self, function: &'a Function) -> impl Iterator<Item = u64> + 'a {
         let anywhere = function.calls_anywhere.then_some(&self.pointed_to);
@@ -81,8 +104,13 @@ fn walk(
     name: &str,
     ranges: &BTreeMap<u64, (u64, String)>,
 ) -> Result<(Function, Vec<u32>), StackError> {
-    let mut function =
-        Function { name: name.to_owned(), frame_bytes: 0, calls: BTreeSet::new(), calls_anywhere: false };
+    let mut function = Function {
+        name: name.to_owned(),
+        frame_bytes: 0,
+        calls: BTreeSet::new(),
+        calls_anywhere: false,
+        masks_first: false,
+    };
     let mut constants = Constants::default();
     let mut at = range.start;
     while at < range.end {
@@ -111,6 +139,9 @@ fn walk(
             Instruction::GoesAnywhere => function.calls_anywhere = true,
             Instruction::LowerHalf { register, value } => constants.lower_half(register, value),
             Instruction::UpperHalf { register, value } => constants.upper_half(register, value),
+            Instruction::MasksInterrupts => {
+                function.masks_first |= function.calls.is_empty() && !function.calls_anywhere;
+            }
             Instruction::Other => {}
         }
         at += len(first);

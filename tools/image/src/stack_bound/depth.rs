@@ -30,6 +30,12 @@ pub struct Bound {
     pub way: Vec<(String, u64)>,
 }
 
+/// The most that a function takes with all that it calls, bytes.
+pub(super) fn depth(graph: &CallGraph, address: u64) -> u64 {
+    let circles = Circles::of(graph);
+    circles.deepest(graph, circles.of_function[&address], &mut BTreeMap::new()).0
+}
+
 /// The bound of every root.
 pub(super) fn bounds(graph: &CallGraph) -> Result<Vec<Bound>, StackError> {
     let circles = Circles::of(graph);

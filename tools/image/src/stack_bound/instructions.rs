@@ -27,11 +27,13 @@ pub enum Instruction {
         /// Bits 16 to 31.
         value: u16,
     },
+    /// Lets in no interrupt from here on: CPSID i, T1.
+    MasksInterrupts,
     /// Anything else.
     Other,
 }
 
-use Instruction::{ComputesStackPointer, GoesAnywhere, GoesTo, LowerHalf, Other, Takes, UpperHalf};
+use Instruction::{ComputesStackPointer, GoesAnywhere, GoesTo, LowerHalf, MasksInterrupts, Other, Takes, UpperHalf};
 
 /// Bytes of the instruction that begins with this half-word (A5.1).
 pub const fn len(first: u16) -> u64 {
@@ -48,6 +50,7 @@ fn narrow(address: u64, code: u16) -> Instruction {
     match code {
         // PUSH T1: low registers and, bit 8, the link register
         _ if code & 0xFE00 == 0xB400 => Takes(4 * u64::from((code & 0x1FF).count_ones())),
+        0xB672 => MasksInterrupts,
         // SUB (SP minus immediate) T1
         _ if code & 0xFF80 == 0xB080 => Takes(4 * u64::from(code & 0x7F)),
         // MOV T1 and ADD (register) T2 into register 13

@@ -7,7 +7,10 @@ fn graph(functions: &[(u64, u64, &[u64], bool)], pointed_to: &[u64], handlers: &
     let function = |(address, frame_bytes, calls, calls_anywhere): &(u64, u64, &[u64], bool)| {
         let calls: BTreeSet<u64> = calls.iter().copied().collect();
         let name = format!("f{address}");
-        (*address, Function { name, frame_bytes: *frame_bytes, calls, calls_anywhere: *calls_anywhere })
+        (
+            *address,
+            Function { name, frame_bytes: *frame_bytes, calls, calls_anywhere: *calls_anywhere, masks_first: false },
+        )
     };
     CallGraph {
         functions: functions.iter().map(function).collect(),
@@ -45,4 +48,19 @@ fn an_exception_brings_its_own_frame() {
     let bounds = bounds(&graph).unwrap();
     assert_eq!((bounds[0].root, bounds[0].bytes), (Root::Main, 8));
     assert_eq!((bounds[1].root, bounds[1].bytes), (Root::Exception, 16 + 108));
+}
+
+#[test]
+fn an_ending_is_counted_apart_from_those_who_call_it() {
+    // 2, the ending, writes text and may panic, which is the ending again
+    let mut whole =
+        graph(&[(1, 8, &[2, 4], false), (2, 16, &[3], false), (3, 100, &[2], false), (4, 30, &[], false)], &[], &[1]);
+    assert_eq!(whole.ending(), None);
+    let ending = whole.functions.get_mut(&2).unwrap();
+    ending.name = "board::cortex::faults::stop".to_owned();
+    assert_eq!(whole.ending(), None, "interrupts still come in");
+    whole.functions.get_mut(&2).unwrap().masks_first = true;
+    assert_eq!(whole.ending(), Some(2));
+    assert_eq!(bounds(&whole.without_callees_of(2)).unwrap()[0].bytes, 8 + 30);
+    assert_eq!(depth(&whole, 2), MOST_ROUNDS * (16 + 100));
 }
