@@ -1,8 +1,8 @@
 //! `cargo commission`: the machine as it is built, from logs of it.
 //!
-//! Each log is one wearing with a joint centre of its own; the machine is the same in all ([`normal_equations`]). They are
-//! fitted together ([`fit`]), judged ([`judgement`]), and written as a rig with corrected geometry and the covariance that
-//! is left ([`correction`], [`rig_text`]). What they determine and what they do not is said in words ([`determined`]).
+//! Each log is one wearing with a joint centre of its own; the machine is the same in all (`normal_equations`). They are
+//! fitted together (`fit`), judged (`judgement`), and written as a rig with corrected geometry and the covariance that
+//! is left (`correction`, `rig_text`). What they determine and what they do not is said in words (`determined`).
 
 mod constants;
 mod correction;

@@ -1,7 +1,7 @@
 //! A recorded log: cable lengths of one pose after the other, mm.
 //!
-//! Two kinds of file are read: a table ([`table`]: CSV of the shapes that spreadsheets, loggers and scripts write), and
-//! what `candump` recorded on the bus during a run ([`bus_log`]). What was taken for what is noted in
+//! Two kinds of file are read: a table (`table`: CSV of the shapes that spreadsheets, loggers and scripts write), and
+//! what `candump` recorded on the bus during a run (`bus_log`). What was taken for what is noted in
 //! [`LengthsFile::notes`], because a guess that nobody sees cannot be corrected.
 //!
 //! Read by hand rather than with a CSV library, because every complaint names its line and column: the libraries drop
