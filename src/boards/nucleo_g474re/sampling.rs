@@ -20,7 +20,7 @@ use glenoid::rig::CABLES;
 use super::cortex::faults;
 use super::encoders;
 
-/// The main loop stands still when it has taken no sample for so long, ms: six times what storing a record takes.
+/// The main loop stands still when it has taken no sample for so long, ms: a thousand times what any event takes.
 pub const STANDSTILL_MS: u32 = 300;
 
 /// Pin of the button in its port.
