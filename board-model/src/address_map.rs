@@ -33,6 +33,7 @@ impl Chip {
         if stalled != 0 {
             self.time.cycles = self.time.cycles.max(self.time.cycle_at(stalled));
             self.flash.stall_until_ps = 0;
+            self.flash.stalls += u32::from(self.systick.is_on());
         }
         let shifted = value >> (8 * (address & 3));
         if size == 4 { shifted } else { shifted & ((1 << (8 * size)) - 1) }
@@ -44,6 +45,7 @@ impl Chip {
         if let Some(until_ps) = self.flash.waits_until_ps(now_ps) {
             let until = self.time.cycle_at(until_ps).min(self.next_event());
             self.time.cycles = self.time.cycles.max(until);
+            self.flash.stalls += u32::from(self.systick.is_on());
         }
         self.read_peripheral(address)
     }

@@ -18,6 +18,7 @@ mod answered;
 pub mod button;
 mod button_commands;
 mod commands;
+mod control_set;
 mod faults;
 mod fingerprint;
 mod live;
@@ -29,11 +30,13 @@ mod requests;
 mod sets;
 mod shown;
 mod slip_monitor;
+pub mod snapshot;
 mod status;
 pub mod status_led;
 
 pub use crate::parameters::Config;
 pub use button::{Held, Press};
+pub use control_set::{CONTROL_WORDS, ControlSet, PublishedControlSet};
 pub use fingerprint::fingerprint;
 pub use status_led::BlinkPattern;
 

@@ -90,6 +90,8 @@ pub struct Flash {
     cache_is_old: bool,
     /// A read of the second bank has to wait until then, ps.
     pub stall_until_ps: u64,
+    /// Loads that had to wait, and turns of loops that did nothing but ask, since power-up and while the sampling was on.
+    pub stalls: u32,
     /// When the status was read last, ps, while BSY was set.
     polled_ps: u64,
 }
@@ -108,6 +110,7 @@ impl Flash {
             journal: None,
             cache_is_old: false,
             stall_until_ps: 0,
+            stalls: 0,
             polled_ps: 0,
         };
         flash.reset();

@@ -11,6 +11,8 @@ compile_error!("this image is for the Cortex-M4F: use `cargo build-nucleo`");
 
 mod can;
 mod clock;
+#[cfg(feature = "control-loop")]
+mod control;
 #[path = "../cortex_m/mod.rs"]
 mod cortex;
 mod encoders;
@@ -170,6 +172,8 @@ impl Board {
             None => (ParameterSet::new().config(restart, serial).ok()?, None),
         };
         let device = device(&config)?;
+        #[cfg(feature = "control-loop")]
+        control::start(&config.rig);
         let bus = Bus::join(chip.FDCAN1, chip.PA11, chip.PA12, config.base)?;
         let board = Self {
             device,
@@ -226,6 +230,8 @@ impl Board {
             self.handle(now_ms, Event::Counts(sample.counts));
             self.handle(now_ms, Event::Button { down: sample.button_down });
             self.watch_bus(now_ms);
+            #[cfg(feature = "control-loop")]
+            self.serve_control_loop(now_ms);
             if now_ms.is_multiple_of(SHOWN_EVERY_MS) {
                 defmt::debug!("counts: {}", sample.counts);
             }
@@ -244,6 +250,17 @@ impl Board {
             defmt::info!("sampling: {=u32} cycles between two samples at most", sample.longest_cycles);
         }
         heard || sampled || busy || stores_on
+    }
+
+    #[cfg(feature = "control-loop")]
+    fn serve_control_loop(&mut self, now_ms: u32) {
+        /// How often the log says how the loop fares, ms.
+        const TOLD_EVERY_MS: u32 = 1_000;
+        control::publish(self.device);
+        if now_ms.is_multiple_of(TOLD_EVERY_MS) {
+            control::tell();
+            control::measure_anew();
+        }
     }
 
     fn hear_bus(&mut self) -> bool {
