@@ -43,7 +43,7 @@ impl<T: Real> ArmFrame<T> {
     }
 
     /// The frame about a mean rotation.
-    fn of_mean(mean: Matrix3<T>) -> Self {
+    pub(super) fn of_mean(mean: Matrix3<T>) -> Self {
         let home = column(&mean, 2);
         // Any axis that is not along h: the features do not depend on which.
         let other = if home.x.abs() < T::of(0.5) { Vector3::x() } else { Vector3::y() };
