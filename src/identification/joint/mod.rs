@@ -60,6 +60,8 @@ impl<T: Real> Joint<T> {
     }
 
     /// The Jacobian of a pose's lengths about this joint. For a moving centre its motion with the rotation is included.
+    // Not inlined: three copies would be 6 KB of flash (`cargo footprint --sections`).
+    #[inline(never)]
     pub fn jacobian(
         &self,
         geometry: &Geometry<T>,
@@ -75,6 +77,7 @@ impl<T: Real> Joint<T> {
     }
 
     /// The rotation that fits best about this joint, from one nearby; `None` when none is found.
+    #[inline(never)]
     pub fn track(
         &self,
         geometry: &Geometry<T>,
