@@ -79,6 +79,7 @@ fn heartbeat(m: &Heartbeat) -> Vec<Field> {
         ("guidance", m.guidance.code().into()),
         ("poses", m.poses.into()),
         ("progress", m.progress_percent.into()),
+        ("held_phase", m.flags.held_phase.into()),
         ("reason", m.reason.code().into()),
         ("live", m.flags.live.into()),
         ("still", m.flags.still.into()),
@@ -86,7 +87,6 @@ fn heartbeat(m: &Heartbeat) -> Vec<Field> {
         ("button", m.flags.button.into()),
         ("unacknowledged", m.flags.unacknowledged.into()),
         ("by_command_only", m.flags.by_command_only.into()),
-        ("held_phase", m.flags.held_phase.into()),
         ("standing", m.standing.code().into()),
         ("sequence", m.sequence.into()),
     ]
