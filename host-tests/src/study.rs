@@ -18,6 +18,7 @@ mod statistics;
 mod trials;
 
 pub mod adversarial;
+pub mod elbow;
 mod million;
 mod outliers;
 mod paper;

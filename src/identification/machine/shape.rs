@@ -73,36 +73,43 @@ impl<T: Real> ShapeModes<T> {
         }
     }
 
-    /// Gram-Schmidt: rigid motions first, then every coordinate of every point; what is linearly independent is a mode.
     fn find<const N: usize>(
         &mut self,
         points_mm: &[Vector3<T>; N],
         end: impl Fn(&[Vector3<T>; N], usize) -> Vector3<T>,
     ) {
         self.count = 0;
-        let mut basis = heapless::Vec::<[Vector3<T>; N], { 3 * CABLES }>::new();
-        let middle = points_mm.iter().fold(Vector3::zeros(), |sum, p| sum + p) / T::of_integer(N as i32);
-        let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
-        for axis in &axes {
-            let _ = orthonormal(&basis, [*axis; N]).map(|motion| basis.push(motion));
-        }
-        for axis in &axes {
-            let turned = points_mm.map(|point| axis.cross(&(point - middle)));
-            let _ = orthonormal(&basis, turned).map(|motion| basis.push(motion));
-        }
-        for point in 0..N {
-            for axis in &axes {
-                let mut unit = [Vector3::zeros(); N];
-                if let Some(moved) = unit.get_mut(point) {
-                    *moved = *axis;
-                }
-                let Some(mode) = orthonormal(&basis, unit) else { continue };
-                if let Some(kept) = self.modes.get_mut(self.count) {
-                    *kept = core::array::from_fn(|cable| end(&mode, cable));
-                    self.count += 1;
-                    let _ = basis.push(mode);
-                }
+        for_each_mode(points_mm, |mode| {
+            if let Some(kept) = self.modes.get_mut(self.count) {
+                *kept = core::array::from_fn(|cable| end(mode, cable));
+                self.count += 1;
             }
+        });
+    }
+}
+
+/// The modes of a body's points, by Gram-Schmidt: rigid motions first, then every coordinate of every point; what is
+/// linearly independent is a mode.
+pub fn for_each_mode<T: Real, const N: usize>(points_mm: &[Vector3<T>; N], mut found: impl FnMut(&[Vector3<T>; N])) {
+    let mut basis = heapless::Vec::<[Vector3<T>; N], { 3 * CABLES }>::new();
+    let middle = points_mm.iter().fold(Vector3::zeros(), |sum, p| sum + p) / T::of_integer(N as i32);
+    let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
+    for axis in &axes {
+        let _ = orthonormal(&basis, [*axis; N]).map(|motion| basis.push(motion));
+    }
+    for axis in &axes {
+        let turned = points_mm.map(|point| axis.cross(&(point - middle)));
+        let _ = orthonormal(&basis, turned).map(|motion| basis.push(motion));
+    }
+    for point in 0..N {
+        for axis in &axes {
+            let mut unit = [Vector3::zeros(); N];
+            if let Some(moved) = unit.get_mut(point) {
+                *moved = *axis;
+            }
+            let Some(mode) = orthonormal(&basis, unit) else { continue };
+            found(&mode);
+            let _ = basis.push(mode);
         }
     }
 }
