@@ -1,13 +1,13 @@
 //! The estimator: from lengths to a hinge with its covariance, or a refusal that names its cause.
 
 use super::fit::Fit;
-use super::joint::{HINGE_UNKNOWNS, Hinge};
+use super::joint::{HINGE_UNKNOWNS, Hinge, is_direction};
 use super::judge;
 use super::machine::MAX_CONSTANTS;
 use super::pose::{HingePose, MAX_UNKNOWNS};
 use super::refusal::HingeRefusal;
 use super::result::IdentifiedHinge;
-use super::rig::HingeRig;
+use super::rig::{HingeRig, MAX_CABLES};
 use super::settings::HingeSettings;
 use super::starts::{STARTS, is_on_platform_side, start};
 use crate::identification::settings::Noise;
@@ -20,19 +20,28 @@ use nalgebra::SMatrix;
 /// Fewest poses: four redundant lengths more than a hinge has unknowns, at four cables.
 pub const MIN_POSES: usize = 6;
 /// Starts that the fit goes on from, the cheapest.
-const CANDIDATES: usize = 6;
-/// Steps of the fit from a start; from a drawing; with the machine's constants.
+const CANDIDATES: usize = 16;
+/// Steps of the fit from every start; from the cheapest, or a drawing; with the machine's constants.
+const FIRST_TRIALS: usize = 8;
 const START_TRIALS: usize = 60;
-const LAST_TRIALS: usize = 30;
+const LAST_TRIALS: usize = 60;
 /// Lengths that vary by less than this, in standard deviations of the noise, show no motion.
 const NO_MOTION: f64 = 4.0;
-/// Another hinge whose χ² is larger by less than this fits as well: once in two million the true one is the worse.
-const BOTH_FIT: f64 = 25.0;
+/// Another hinge whose χ² is larger by less than this fits as well: at the most once in 250 000 the true one is worse by more.
+const BOTH_FIT: f64 = 20.0;
+/// Candidates from which outliers are looked for, the cheapest.
+const CANDIDATES_WITH_OUTLIERS: usize = 6;
+/// Two starts on their way lead to one hinge when no direction differs by more than this, rad, and no place, mm; and when
+/// they have arrived.
+const NEAR: (f64, f64) = (0.1, 10.0);
+const SAME: (f64, f64) = (0.02, 2.0);
 /// Two hinges farther apart than this many standard deviations in any unknown are two.
 const DISTINCT: f64 = 4.0;
-/// A solution this far from the drawing is not the drawn one.
-const OFF_DRAWING_RAD: f64 = 0.262;
-const OFF_DRAWING_MM: f64 = 30.0;
+/// A hinge within this of the drawing is the drawn one when the other that fits is farther than twice this from it.
+const AT_DRAWING_RAD: f64 = 0.262;
+const AT_DRAWING_MM: f64 = 30.0;
+/// Sums of the poses' χ², each cut off where it is left out, that differ by less than this do not tell two hinges apart.
+const BOTH_FIT_WITHOUT_OUTLIERS: f64 = 50.0;
 
 /// A converged hinge.
 #[derive(Clone, Copy, Debug)]
@@ -76,7 +85,7 @@ impl<T: Real> HingeEstimator<T> {
         let Some(best) = candidates.first() else { return Err(HingeRefusal::NotAHinge { residual_mm: f32::INFINITY }) };
         self.go_to(best, poses);
         if !judge::are_noise(&self.fit, poses, self.settings.noise) {
-            self.without_outliers(poses)?;
+            self.without_outliers(&candidates, poses)?;
         }
         self.require_flexion(poses)?;
         if let Noise::EstimatedUpTo(_) = self.settings.noise {
@@ -129,17 +138,22 @@ impl<T: Real> HingeEstimator<T> {
         Ok(())
     }
 
-    /// The hinges that the starts lead to, the best first; from a drawing with priors the one that it leads to.
+    /// The hinges that the starts and a drawing with priors lead to, the best first.
     fn candidates(&mut self, poses: &mut [HingePose<T>]) -> Vec<Candidate<T>, CANDIDATES> {
         let mut starts = Vec::<(Hinge<T>, T), CANDIDATES>::new();
-        if let (Some(_), Some(drawing)) = (self.fit.prior(), self.rig.drawing()) {
+        let has_prior = self.fit.prior().is_some();
+        if let Some(drawing) = self.rig.drawing().filter(|_| has_prior) {
             let _ = starts.push((drawing.hinge, T::zero()));
-        } else {
+        }
+        // Fewer cables follow the drawing.
+        if self.rig.cables().len() == MAX_CABLES {
             let mean = mean_length(poses, self.rig.cables().len());
             for index in 0..STARTS {
-                let hinge = start(&self.fit.machine, mean, index);
-                self.fit.hinge = hinge;
-                insert(&mut starts, (hinge, self.fit.place(poses, true)));
+                self.fit.hinge = start(&self.fit.machine, mean, index);
+                self.fit.minimise(poses, FIRST_TRIALS, true);
+                if is_on_platform_side(&self.fit.machine, &self.fit.hinge) {
+                    insert(&mut starts, (self.fit.hinge, self.fit.squares_mm2));
+                }
             }
         }
         let mut rough = Vec::<Candidate<T>, CANDIDATES>::new();
@@ -148,10 +162,7 @@ impl<T: Real> HingeEstimator<T> {
             self.fit.constants = false;
             self.fit.machine.set_values([T::zero(); MAX_CONSTANTS]);
             self.fit.minimise(poses, START_TRIALS, true);
-            let is_new = |known: &Candidate<T>| {
-                let (angle, distance) = judge::apart(&self.fit, &known.hinge, &self.fit.hinge);
-                angle > T::of(0.02) || distance > T::of(3.0)
-            };
+            let is_new = |known: &Candidate<T>| !are_near(&known.hinge, &self.fit.hinge, SAME);
             if is_on_platform_side(&self.fit.machine, &self.fit.hinge) && rough.iter().all(is_new) {
                 let _ = rough.push(self.candidate());
             }
@@ -187,21 +198,59 @@ impl<T: Real> HingeEstimator<T> {
         self.fit.settle(poses);
     }
 
-    /// Leaves out the poses that contradict the others; refuses by name when those that are left still do.
-    fn without_outliers(&mut self, poses: &mut [HingePose<T>]) -> Result<(), HingeRefusal> {
-        let before = self.candidate();
-        let outcome = judge::leave_out(&mut self.fit, poses, MIN_POSES);
-        if outcome.is_ok() && judge::are_noise(&self.fit, poses, self.settings.noise) {
-            return Ok(());
+    /// Leaves out the poses that contradict the others, from the candidate that leaves least; refuses by name when none
+    /// leaves few enough, or two different ones do.
+    fn without_outliers(
+        &mut self,
+        candidates: &[Candidate<T>],
+        poses: &mut [HingePose<T>],
+    ) -> Result<(), HingeRefusal> {
+        let mut outcome = Ok(());
+        let mut best: Option<Candidate<T>> = None;
+        let mut rival: Option<(Hinge<T>, T)> = None;
+        for candidate in candidates.iter().take(CANDIDATES_WITH_OUTLIERS) {
+            let left_out = self.leave_out_from(candidate, poses);
+            if left_out.is_ok() && judge::are_noise(&self.fit, poses, self.settings.noise) {
+                let found = Candidate { squares_mm2: judge::cut_off_squares(&self.fit, poses), ..self.candidate() };
+                let is_better = best.as_ref().is_none_or(|best| found.squares_mm2 < best.squares_mm2);
+                let other = if is_better { best.replace(found) } else { Some(found) };
+                let is_rival = |other: &Candidate<T>| {
+                    best.as_ref().is_some_and(|best| !are_near(&best.hinge, &other.hinge, SAME))
+                        && rival.is_none_or(|rival| other.squares_mm2 < rival.1)
+                };
+                rival = other.filter(is_rival).map(|other| (other.hinge, other.squares_mm2)).or(rival);
+            } else if left_out.is_err() && outcome.is_ok() {
+                outcome = left_out;
+            }
+        }
+        if let Some(best) = best {
+            let window = T::of(BOTH_FIT_WITHOUT_OUTLIERS) * self.fit.noise_mm * self.fit.noise_mm;
+            if let Some((rival, _)) = rival.filter(|rival| rival.1 < best.squares_mm2 + window) {
+                return Err(judge::two_axes(&self.fit, &best.hinge, &rival));
+            }
+            self.leave_out_from(&best, poses)?;
+            return if judge::are_noise(&self.fit, poses, self.settings.noise) {
+                Ok(())
+            } else {
+                Err(judge::no_hinge(&self.fit, poses, self.settings.noise))
+            };
         }
         poses.iter_mut().for_each(|pose| pose.weight = T::one());
-        self.go_to(&before, poses);
+        if let Some(first) = candidates.first() {
+            self.go_to(first, poses);
+        }
         self.require_flexion(poses)?;
         match judge::no_hinge(&self.fit, poses, self.settings.noise) {
             // A few wild poses look like anything but a second axis.
             HingeRefusal::NotAHinge { .. } if outcome.is_err() && judge::is_mostly_sound(&self.fit, poses) => outcome,
             refusal => Err(refusal),
         }
+    }
+
+    fn leave_out_from(&mut self, from: &Candidate<T>, poses: &mut [HingePose<T>]) -> Result<(), HingeRefusal> {
+        poses.iter_mut().for_each(|pose| pose.weight = T::one());
+        self.go_to(from, poses);
+        judge::leave_out(&mut self.fit, poses, MIN_POSES)
     }
 
     fn require_flexion(&self, poses: &[HingePose<T>]) -> Result<(), HingeRefusal> {
@@ -266,44 +315,49 @@ impl<T: Real> HingeEstimator<T> {
                 let _ = self.fit.finish(poses);
                 continue;
             }
-            match (self.is_drawn(&best.hinge), self.is_drawn(&self.fit.hinge)) {
-                (true, false) => {
+            let (one, two) = (self.off_drawing(&best.hinge), self.off_drawing(&self.fit.hinge));
+            match (one, two) {
+                (Some(one), Some(two)) if one < T::one() && two > T::of(2.0) => {
                     self.fit = best;
                     let _ = self.fit.finish(poses);
                 }
-                (false, true) => found = self.result(poses)?,
-                _ => {
-                    let (angle, distance) = judge::apart(&self.fit, &best.hinge, &self.fit.hinge);
-                    return Err(HingeRefusal::TwoAxesFit {
-                        angle_rad: angle.to_f32(),
-                        distance_mm: distance.to_f32(),
-                    });
-                }
+                (Some(one), Some(two)) if two < T::one() && one > T::of(2.0) => found = self.result(poses)?,
+                _ => return Err(judge::two_axes(&self.fit, &best.hinge, &self.fit.hinge)),
             }
         }
         Ok(found)
     }
 
-    /// Is a hinge near the drawing's? Nothing is without one.
-    fn is_drawn(&self, hinge: &Hinge<T>) -> bool {
-        self.rig.drawing().is_some_and(|drawing| {
-            let (angle, distance) = judge::apart(&self.fit, &drawing.hinge, hinge);
-            angle < T::of(OFF_DRAWING_RAD) && distance < T::of(OFF_DRAWING_MM)
-        })
+    /// How far a hinge is from the drawing, the limit of what counts as drawn being 1. A drawing that is a prior already
+    /// has its say in the squares.
+    fn off_drawing(&self, hinge: &Hinge<T>) -> Option<T> {
+        let drawing = self.rig.drawing().filter(|drawing| drawing.sigma.is_none())?;
+        let (angle, distance) = judge::apart(&self.fit, &drawing.hinge, hinge);
+        Some((angle / T::of(AT_DRAWING_RAD)).max(distance / T::of(AT_DRAWING_MM)))
     }
 }
 
-/// Keeps the cheapest hinges, in order.
+/// Keeps the cheapest hinges, in order; of those on the way to the same one, the cheapest.
 fn insert<T: Real>(starts: &mut Vec<(Hinge<T>, T), CANDIDATES>, new: (Hinge<T>, T)) {
-    if starts.is_full() {
-        let is_cheaper = starts.last().is_some_and(|last| new.1 < last.1);
-        if !is_cheaper {
+    if let Some(place) = starts.iter().position(|known| are_near(&known.0, &new.0, NEAR)) {
+        if starts.get(place).is_some_and(|known| known.1 <= new.1) {
+            return;
+        }
+        starts.remove(place);
+    } else if starts.is_full() {
+        if starts.last().is_some_and(|last| last.1 <= new.1) {
             return;
         }
         starts.pop();
     }
     let place = starts.iter().position(|known| new.1 < known.1).unwrap_or(starts.len());
     let _ = starts.insert(place, new);
+}
+
+/// Does no direction of two hinges differ by more than the first limit, rad, and no place by more than the second, mm?
+fn are_near<T: Real>(one: &Hinge<T>, other: &Hinge<T>, (turn_rad, move_mm): (f64, f64)) -> bool {
+    let difference = one.difference(other);
+    difference.iter().enumerate().all(|(k, x)| x.abs() < T::of(if is_direction(k) { turn_rad } else { move_mm }))
 }
 
 fn sort<T: Real>(candidates: &mut Vec<Candidate<T>, CANDIDATES>) {

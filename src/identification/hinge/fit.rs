@@ -1,6 +1,6 @@
 //! Levenberg-Marquardt on the hinge and the machine's constants, the angle eliminated pose by pose.
 
-use super::joint::{HINGE_UNKNOWNS, Hinge};
+use super::joint::{HINGE_UNKNOWNS, Hinge, is_direction};
 use super::machine::{HingeMachine, MAX_CONSTANTS};
 use super::pose::{AngleSearch, HingePose, MAX_UNKNOWNS, PoseAt};
 use super::rig::{Drawing, HingeRig};
@@ -23,8 +23,9 @@ const MAX_TURN: f64 = 0.5;
 const MAX_MOVE_MM: f64 = 60.0;
 /// Trials from a start of nobody's in which the angles are searched anew: the hinge still moves far.
 const SEARCHING_TRIALS: usize = 6;
-/// Gauss-Newton rounds for the angle of one pose.
-const ANGLE_ROUNDS: usize = 4;
+/// Gauss-Newton rounds for the angle of one pose, from where it was searched, and from its last value.
+const SEARCHED_ROUNDS: usize = 4;
+const NEXT_ROUNDS: usize = 2;
 
 /// The hinge and the machine at the present estimate.
 #[derive(Clone, Debug)]
@@ -76,13 +77,14 @@ impl<T: Real> Fit<T> {
     pub fn place(&self, poses: &mut [HingePose<T>], search: bool) -> T {
         let at = PoseAt::new(&self.hinge, &self.machine);
         let search = search.then(|| AngleSearch::new(&self.hinge, &self.machine, self.range_rad()));
+        let rounds = if search.is_some() { SEARCHED_ROUNDS } else { NEXT_ROUNDS };
         let mut squares = self.prior_squares();
         for pose in poses {
             let from = match &search {
                 Some(search) => search.nearest_rad(&pose.lengths_mm, self.machine.cables()),
                 None => pose.angle_rad,
             };
-            let (angle, left) = at.best_angle(&pose.lengths_mm, from, ANGLE_ROUNDS);
+            let (angle, left) = at.best_angle(&pose.lengths_mm, from, rounds);
             pose.trial_rad = angle;
             squares += left * pose.weight;
         }
@@ -209,7 +211,7 @@ impl<T: Real> Fit<T> {
         let mut step = damped.step();
         let mut shorter = T::one();
         for (k, x) in step.iter().enumerate().take(HINGE_UNKNOWNS) {
-            let limit = T::of(if matches!(k, 0 | 1 | 4 | 5) { MAX_TURN } else { MAX_MOVE_MM });
+            let limit = T::of(if is_direction(k) { MAX_TURN } else { MAX_MOVE_MM });
             if x.abs() > limit {
                 shorter = shorter.min(limit / x.abs());
             }

@@ -20,6 +20,11 @@ pub(super) const AXIS_IN_PLATFORM: usize = 4;
 pub(super) const FOOT_IN_PLATFORM: usize = 6;
 pub(super) const ALONG: usize = 8;
 
+/// Is unknown `k` a direction, in rad? The others are places, in mm.
+pub(super) const fn is_direction(k: usize) -> bool {
+    matches!(k, 0 | 1 | 4 | 5)
+}
+
 /// A hinge. The foot point of an axis is its point nearest to the origin of the body's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hinge<T: Real> {

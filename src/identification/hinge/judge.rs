@@ -7,17 +7,19 @@ use super::refusal::HingeRefusal;
 use super::second_axis;
 use crate::identification::settings::Noise;
 use crate::identification::statistics::{FALSE_ALARM, WIDENING, chi_square_quantile, chi_square_test};
-use crate::identification::weights::{FINAL_SCALE, INLIER_LIMIT, SCALE_STEP};
+use crate::identification::weights::{FINAL_SCALE, INLIER_LIMIT};
 use crate::linear_algebra::non_negative_root;
 use crate::scalar::Real;
 
 /// The rig's stated noise counts as this many degrees of freedom where the noise is estimated.
 const PRIOR_FREEDOM: f64 = 6.0;
 /// Steps of the fit in a pass of weights, and once the weights stand.
-const PASS_TRIALS: usize = 4;
+const PASS_TRIALS: usize = 12;
 const LAST_TRIALS: usize = 20;
 /// Passes of weights at most.
-const MAX_PASSES: usize = 20;
+const MAX_PASSES: usize = 30;
+/// The scale of the weights is lowered by this factor a pass: a hinge has weak directions, and follows slowly.
+const SCALE_STEP: f64 = 0.5;
 /// χ² of one pose with a redundancy of two, beyond which leaving out a cable does not explain it: once in 10 000.
 const EXPLAINED: f64 = 18.4;
 
@@ -97,6 +99,18 @@ pub(super) fn leave_out<T: Real>(
     Ok(())
 }
 
+/// The squares, mm², with a pose that is left out counted at the limit.
+pub(super) fn cut_off_squares<T: Real>(fit: &Fit<T>, poses: &[HingePose<T>]) -> T {
+    let out = T::of_integer(poses.iter().filter(|pose| !pose.is_used()).count() as i32);
+    fit.squares_mm2 + out * inlier_limit::<T>(fit.machine.cables()) * fit.noise_mm * fit.noise_mm
+}
+
+/// Two different hinges fit.
+pub(super) fn two_axes<T: Real>(fit: &Fit<T>, one: &Hinge<T>, other: &Hinge<T>) -> HingeRefusal {
+    let (angle, distance) = apart(fit, one, other);
+    HingeRefusal::TwoAxesFit { angle_rad: angle.to_f32(), distance_mm: distance.to_f32() }
+}
+
 /// For every pose that is left out, the cables without any one of which it fits.
 pub(super) fn isolate<T: Real>(fit: &Fit<T>, poses: &mut [HingePose<T>]) {
     let cables = fit.machine.cables();
@@ -121,8 +135,8 @@ pub(super) fn no_hinge<T: Real>(fit: &Fit<T>, poses: &mut [HingePose<T>], noise:
         Noise::Known(noise) => noise,
         Noise::EstimatedUpTo(most) => most,
     };
-    // One more angle a pose, and the direction of its axis; where its zero stands is nobody's.
-    let left = freedom_of_hinge - T::of_integer(poses.len() as i32);
+    // One more angle a pose, less its zero, which is nobody's; and the second axis.
+    let left = freedom_of_hinge - T::of_integer(poses.len() as i32 - 1 + second_axis::SECOND_UNKNOWNS as i32);
     match second_axis::find(fit, poses) {
         Some(second)
             if left >= T::one()

@@ -1,21 +1,27 @@
 //! A joint that is no hinge: does a second axis explain it, and how far does it turn about that?
 //!
-//! The second axis crosses the first next to the platform's ends and is fixed in the platform (the forearm's own axis, or
-//! the one about which a carrying angle changes). For each of some directions the hinge is fitted anew with two angles
-//! eliminated in every pose; the best direction is taken.
+//! The second axis stands at a right angle to the first, next to it, and is fixed in the platform (the forearm's own axis,
+//! or the one about which a carrying angle changes). From each of some directions the hinge is fitted anew together with
+//! the second axis' direction and place, two angles eliminated in every pose; the best is taken.
 
 use super::fit::{Equations, Fit};
 use super::joint::{ALONG, FOOT_IN_PLATFORM, HINGE_UNKNOWNS, Hinge, about, across};
-use super::pose::{HingePose, PoseAt, PoseRows};
+use super::pose::{HingePose, MAX_UNKNOWNS, PoseAt, PoseRows};
 use super::rig::MAX_CABLES;
-use crate::linear_algebra::non_negative_root;
+use crate::linear_algebra::{non_negative_root, unit};
 use crate::scalar::Real;
 use nalgebra::Vector3;
 
-/// Directions that are tried, over half a turn: 7.5 degrees apart.
-const DIRECTIONS: usize = 24;
+/// Directions that are begun from, over half a turn.
+const DIRECTIONS: usize = 8;
 /// Gauss-Newton rounds for each.
-const ROUNDS: usize = 10;
+const ROUNDS: usize = 15;
+/// Unknowns of the second axis beside the hinge's: its direction about the first (rad), its place along the first and
+/// across both (mm).
+pub(super) const SECOND_UNKNOWNS: usize = 3;
+const ALL_UNKNOWNS: usize = HINGE_UNKNOWNS + SECOND_UNKNOWNS;
+/// Largest step of the place, mm.
+const MAX_MOVE_MM: f64 = 20.0;
 /// Damping, relative: where the second angle's zero stands is not determined.
 const DAMPING: f64 = 1e-3;
 /// Largest step of an angle, rad.
@@ -35,8 +41,8 @@ struct TwoAxes<'a, T: Real> {
     fit: &'a Fit<T>,
     hinge: Hinge<T>,
     second: Vector3<T>,
-    /// Where the axes cross, in the platform, mm.
-    crossing_mm: Vector3<T>,
+    /// A point of the second axis in the platform, mm: it crosses the first there at first.
+    point_mm: Vector3<T>,
 }
 
 /// Fits a second axis to poses that refuse a hinge.
@@ -44,12 +50,12 @@ pub(super) fn find<T: Real>(fit: &Fit<T>, poses: &mut [HingePose<T>]) -> Option<
     let ends = fit.machine.end_mm().get(..fit.machine.cables())?;
     let middle = ends.iter().fold(Vector3::zeros(), |sum, end| sum + end) / T::of_integer(ends.len().max(1) as i32);
     let d = fit.hinge.axis_in_platform();
-    let crossing_mm = fit.hinge.foot_in_platform_mm() + d * d.dot(&middle);
+    let point_mm = fit.hinge.foot_in_platform_mm() + d * d.dot(&middle);
     let [f1, f2] = across(&d);
     let mut best: Option<SecondAxis<T>> = None;
     for k in 0..DIRECTIONS {
         let (sin, cos) = (T::pi() * T::of_integer(k as i32) / T::of_integer(DIRECTIONS as i32)).sin_cos();
-        let mut model = TwoAxes { fit, hinge: fit.hinge, second: f1 * cos + f2 * sin, crossing_mm };
+        let mut model = TwoAxes { fit, hinge: fit.hinge, second: f1 * cos + f2 * sin, point_mm };
         let found = model.minimise(poses);
         let better = |best: &SecondAxis<T>| found.squares_mm2 < best.squares_mm2;
         if found.squares_mm2.is_a_number() && best.as_ref().is_none_or(better) {
@@ -66,7 +72,7 @@ impl<T: Real> TwoAxes<'_, T> {
         }
         let (mut squares, mut angle_noise) = (T::zero(), T::zero());
         for round in 0..=ROUNDS {
-            let mut equations = Equations::new(HINGE_UNKNOWNS);
+            let mut equations = Equations::new(ALL_UNKNOWNS);
             (squares, angle_noise) = (T::zero(), T::zero());
             for pose in poses.iter_mut() {
                 let (mut rows, across) = self.best_angles(pose);
@@ -83,14 +89,14 @@ impl<T: Real> TwoAxes<'_, T> {
             if round == ROUNDS {
                 break;
             }
-            for k in 0..HINGE_UNKNOWNS {
+            for k in 0..ALL_UNKNOWNS {
                 let diagonal = equations.matrix().get(crate::linear_algebra::packed_index(k, k)).copied();
                 equations.add_to_entry(k, k, diagonal.unwrap_or_else(T::one) * T::of(DAMPING) + T::of(1e-9));
             }
             if equations.factor().is_err() {
                 break;
             }
-            self.hinge = self.hinge.moved(&equations.step());
+            self.take(&equations.step());
         }
         let count = T::of_integer(poses.len().max(1) as i32);
         let mean = poses.iter().fold(T::zero(), |sum, pose| sum + pose.second_rad) / count;
@@ -102,6 +108,18 @@ impl<T: Real> TwoAxes<'_, T> {
             size_rad: non_negative_root(variance - noise),
             squares_mm2: squares,
         }
+    }
+
+    fn take(&mut self, step: &[T; MAX_UNKNOWNS]) {
+        self.hinge = self.hinge.moved(step);
+        let [turn, along, across] = [0, 1, 2].map(|k| step.get(HINGE_UNKNOWNS + k).copied().unwrap_or_else(T::zero));
+        let limited = |move_mm: T| move_mm.max(-T::of(MAX_MOVE_MM)).min(T::of(MAX_MOVE_MM));
+        let d = self.hinge.axis_in_platform();
+        // The direction goes with the hinge, at a right angle to it.
+        let second = unit(&(self.second - d * d.dot(&self.second)));
+        let third = d.cross(&second);
+        self.second = unit(&(second + third * turn.max(-T::of(MAX_STEP)).min(T::of(MAX_STEP))));
+        self.point_mm += d * limited(along) + third * limited(across);
     }
 
     /// Moves both angles of a pose to their best, and gives its equations there with the derivative of the second angle
@@ -126,17 +144,25 @@ impl<T: Real> TwoAxes<'_, T> {
     /// The equations of a pose, the derivative with the second angle, and what of that the first angle leaves.
     fn rows(&self, pose: &HingePose<T>) -> (PoseRows<T>, [T; MAX_CABLES], [T; MAX_CABLES]) {
         let turn = about(&self.second, pose.second_rad);
-        let end_mm = self.fit.machine.end_mm().map(|end| self.crossing_mm + turn * (end - self.crossing_mm));
+        let end_mm = self.fit.machine.end_mm().map(|end| self.point_mm + turn * (end - self.point_mm));
         let at = PoseAt { end_mm: &end_mm, ..PoseAt::new(&self.hinge, &self.fit.machine) };
-        let rows = at.rows(&pose.lengths_mm, pose.trial_rad, false);
+        let mut rows = at.rows(&pose.lengths_mm, pose.trial_rad, false);
         let d = self.hinge.axis_in_platform();
         let [f1, f2] = across(&d);
         let mut second = [T::zero(); MAX_CABLES];
-        for ((by_second, row), end) in second.iter_mut().zip(&rows.jacobian).zip(&end_mm) {
+        let third = d.cross(&self.second);
+        let stated = self.fit.machine.end_mm();
+        for (((by_second, row), end), stated) in second.iter_mut().zip(&mut rows.jacobian).zip(&end_mm).zip(stated) {
             let of = |k: usize| row.get(k).copied().unwrap_or_else(T::zero);
             // The cable's direction in the platform, from what a shift of its foot point does.
             let cable = d * of(ALONG) - f1 * of(FOOT_IN_PLATFORM) - f2 * of(FOOT_IN_PLATFORM + 1);
-            *by_second = cable.dot(&self.second.cross(&(end - self.crossing_mm)));
+            let (arm, turned) = (stated - self.point_mm, end - self.point_mm);
+            *by_second = cable.dot(&self.second.cross(&turned));
+            // The axis turned about the hinge's, and moved.
+            let motions = [d.cross(&turned) - turn * d.cross(&arm), d - turn * d, third - turn * third];
+            for (entry, motion) in row.iter_mut().skip(HINGE_UNKNOWNS).zip(&motions) {
+                *entry = cable.dot(motion);
+            }
         }
         let own = rows.by_angle.iter().fold(T::zero(), |sum, d| sum + *d * *d).max(T::of(1e-9));
         let mixed = rows.by_angle.iter().zip(&second).fold(T::zero(), |sum, (a, b)| sum + *a * *b);

@@ -20,19 +20,17 @@ pub struct HingeSettings<T> {
 }
 
 impl<T: Real> HingeSettings<T> {
-    /// The limits for a rig. Where a drawing says the rest, what it says may stand for what the cables do not see, and the
-    /// limits of the standard deviations are wide.
+    /// The limits for a rig. Those of the standard deviations only keep out what is useless: errors along the weak
+    /// directions of a hinge hardly move what it carries.
     pub fn for_rig(rig: &HingeRig<T>) -> Self {
-        let has_prior = rig.drawing().is_some_and(|drawing| drawing.sigma.is_some());
-        let wide = T::of(if has_prior { 5.0 } else { 1.0 });
         Self {
             noise: Noise::Known(rig.length_noise_mm()),
             // 30 degrees.
             flexion_limit_rad: T::of(0.524),
-            // 2 degrees: at the wrist, 250 mm on, 9 mm.
-            axis_limit_rad: T::of(0.035) * wide,
-            place_limit_mm: T::of(2.0) * wide,
-            along_limit_mm: T::of(5.0) * wide,
+            // 5 degrees.
+            axis_limit_rad: T::of(0.087_3),
+            place_limit_mm: T::of(10.0),
+            along_limit_mm: T::of(20.0),
         }
     }
 }

@@ -10,7 +10,7 @@ use crate::scalar::Real;
 use nalgebra::{Matrix3, Vector3};
 
 /// Directions that are tried, with the platform on either side of the axis each.
-const DIRECTIONS: usize = 8;
+const DIRECTIONS: usize = 24;
 /// Number of starts.
 pub(super) const STARTS: usize = 2 * DIRECTIONS;
 
