@@ -56,7 +56,9 @@ struct Candidate<T: Real> {
 pub struct HingeEstimator<T: Real> {
     rig: HingeRig<T>,
     settings: HingeSettings<T>,
-    fit: Fit<T>,
+    pub(super) fit: Fit<T>,
+    /// Of the last result, 1σ, mm.
+    pub(super) noise_mm: T,
 }
 
 impl<T: Real> HingeEstimator<T> {
@@ -68,7 +70,7 @@ impl<T: Real> HingeEstimator<T> {
             &nalgebra::Vector3::x(),
             &nalgebra::Vector3::zeros(),
         );
-        Self { rig: rig.clone(), settings, fit: Fit::new(rig, anywhere) }
+        Self { rig: rig.clone(), settings, fit: Fit::new(rig, anywhere), noise_mm: rig.length_noise_mm() }
     }
 
     /// Identifies the hinge. The poses get their angles, χ² and weights.
@@ -90,7 +92,7 @@ impl<T: Real> HingeEstimator<T> {
         self.require_flexion(poses)?;
         if let Noise::EstimatedUpTo(_) = self.settings.noise {
             // The priors weigh against the noise that there is.
-            self.fit.noise_mm = self.noise_mm(poses);
+            self.fit.noise_mm = self.result_noise_mm(poses);
             self.fit.minimise(poses, LAST_TRIALS, false);
         }
         let found = self.result(poses)?;
@@ -261,14 +263,15 @@ impl<T: Real> HingeEstimator<T> {
         Ok(())
     }
 
-    fn noise_mm(&self, poses: &[HingePose<T>]) -> T {
+    fn result_noise_mm(&self, poses: &[HingePose<T>]) -> T {
         judge::noise_of_result_mm(&self.fit, poses, self.settings.noise, self.rig.length_noise_mm())
     }
 
     fn result(&mut self, poses: &mut [HingePose<T>]) -> Result<IdentifiedHinge<T>, HingeRefusal> {
         let weak = |_: Singular| HingeRefusal::Weak { part: super::HingePart::Axis, sigma: f32::INFINITY };
         self.fit.finish(poses).map_err(weak)?;
-        let noise_mm = self.noise_mm(poses);
+        let noise_mm = self.result_noise_mm(poses);
+        self.noise_mm = noise_mm;
         let mut covariance = SMatrix::<T, HINGE_UNKNOWNS, HINGE_UNKNOWNS>::zeros();
         for (j, mut column) in covariance.column_iter_mut().enumerate() {
             let entries = self.fit.equations.covariance_column(j, 0);

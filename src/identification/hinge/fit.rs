@@ -68,7 +68,7 @@ impl<T: Real> Fit<T> {
     }
 
     /// The range of angles that is searched: the joint's about a drawing that is a prior, else the whole circle.
-    fn range_rad(&self) -> Option<(T, T)> {
+    pub fn range_rad(&self) -> Option<(T, T)> {
         self.drawing.as_ref().filter(|drawing| drawing.sigma.is_some()).map(|drawing| drawing.range_rad)
     }
 

@@ -108,6 +108,31 @@ impl<T: Real> Hinge<T> {
         self.foot_mm + self.axis * self.axis.dot(point_mm)
     }
 
+    /// How a platform point moves with the unknowns and then with the angle, mm per unit. `rotation`: the platform's;
+    /// `arm_mm`: from the platform's foot point to the point, in {P}.
+    ///
+    /// A foot point stays at a right angle to its axis: what it gives way along the axis counts as well.
+    pub(super) fn motions(&self, rotation: &Matrix3<T>, arm_mm: &Vector3<T>) -> [Vector3<T>; HINGE_UNKNOWNS + 1] {
+        let (a, c, q) = (&self.axis, &self.foot_mm, &self.foot_in_platform_mm);
+        let d = self.axis_in_platform();
+        let ([e1, e2], [f1, f2]) = (across(a), across(&d));
+        let from_axis = a * self.along_mm + rotation * arm_mm;
+        let turned = |e: &Vector3<T>| a.cross(e).cross(&from_axis) - a * e.dot(c);
+        let turned_in_platform = |f: &Vector3<T>| a * f.dot(q) - rotation * d.cross(f).cross(arm_mm);
+        [
+            turned(&e1),
+            turned(&e2),
+            e1,
+            e2,
+            turned_in_platform(&f1),
+            turned_in_platform(&f2),
+            -(rotation * f1),
+            -(rotation * f2),
+            *a,
+            a.cross(&from_axis),
+        ]
+    }
+
     /// The same hinge with its axis named in the other direction; angles change their sign.
     #[must_use]
     pub fn reversed(mut self) -> Self {

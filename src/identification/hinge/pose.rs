@@ -1,6 +1,6 @@
 //! A pose of a hinge: its cables' lengths, its angle, and its equations with the angle eliminated.
 
-use super::joint::{ALONG, AXIS, AXIS_IN_PLATFORM, FOOT, FOOT_IN_PLATFORM, HINGE_UNKNOWNS, Hinge, across};
+use super::joint::{HINGE_UNKNOWNS, Hinge};
 use super::machine::{Constant, HingeMachine, MAX_CONSTANTS};
 use super::rig::MAX_CABLES;
 use crate::scalar::Real;
@@ -164,46 +164,26 @@ impl<'a, T: Real> PoseAt<'a, T> {
             by_angle: [zero; MAX_CABLES],
             jacobian: [[zero; MAX_UNKNOWNS]; MAX_CABLES],
         };
-        let hinge = self.hinge;
-        let (axis, foot, q) = (hinge.axis(), hinge.foot_mm(), hinge.foot_in_platform_mm());
-        let rotation = hinge.rotation(angle_rad);
-        let d = hinge.axis_in_platform();
-        let ([e1, e2], [f1, f2]) = (across(axis), across(&d));
+        let rotation = self.hinge.rotation(angle_rad);
         let outputs = rows.residual_mm.iter_mut().zip(&mut rows.by_angle).zip(&mut rows.jacobian);
         for (cable, ((residual, by_angle), row)) in outputs.enumerate() {
             let (Some(end), Some(measured)) = (self.end_mm.get(cable), lengths_mm.get(cable)) else { continue };
             if !self.takes_part(cable) {
                 continue;
             }
-            let arm = end - q;
-            let at = hinge.platform_foot_mm() + rotation * arm;
-            let span = self.machine.span(cable, &at);
+            let arm = end - self.hinge.foot_in_platform_mm();
+            let span = self.machine.span(cable, &(self.hinge.platform_foot_mm() + rotation * arm));
             let (reading, scale) = self.machine.reading(cable, span.length_mm);
             let u = span.direction * scale;
-            let from_axis = at - foot;
             *residual = *measured - reading;
-            *by_angle = u.dot(&axis.cross(&from_axis));
-            let in_platform = rotation.tr_mul(&u);
-            let along = u.dot(axis);
-            // A foot point stays at a right angle to its axis: what it gives way along the axis counts as well.
-            let turned = |e: &Vector3<T>| u.dot(&axis.cross(e).cross(&from_axis)) - along * e.dot(foot);
-            let turned_in_platform = |f: &Vector3<T>| along * f.dot(q) - in_platform.dot(&d.cross(f).cross(&arm));
+            let [of_hinge @ .., turning] = self.hinge.motions(&rotation, &arm);
+            *by_angle = u.dot(&turning);
             let (hinge_part, constant_part) = row.split_at_mut(HINGE_UNKNOWNS);
-            let mut put = |index: usize, value: T| {
-                if let Some(entry) = hinge_part.get_mut(index) {
-                    *entry = value;
-                }
-            };
-            for (k, (e, f)) in [(&e1, &f1), (&e2, &f2)].into_iter().enumerate() {
-                put(AXIS + k, turned(e));
-                put(FOOT + k, u.dot(e));
-                put(AXIS_IN_PLATFORM + k, turned_in_platform(f));
-                put(FOOT_IN_PLATFORM + k, -in_platform.dot(f));
-            }
-            put(ALONG, along);
+            hinge_part.iter_mut().zip(&of_hinge).for_each(|(entry, motion)| *entry = u.dot(motion));
             if !constants {
                 continue;
             }
+            let in_platform = rotation.tr_mul(&u);
             for ((constant, _), entry) in self.machine.constants().iter().zip(constant_part) {
                 let motion = |point: Option<&Vector3<T>>, by: &Vector3<T>| point.map_or(zero, |point| by.dot(point));
                 let of_this = |of: usize, value: T| if of == cable { value } else { zero };

@@ -121,17 +121,30 @@ impl Elbow {
 
     /// The hinge in the frames best fitted to the points as they are.
     pub fn hinge(&self) -> Hinge<f64> {
-        let of = |points: fn(&CableEnds<f64>) -> Vector3<f64>| -> Vec<Vector3<f64>> {
-            self.stated.iter().map(points).collect()
-        };
-        let (turn, shift) = best_fit(&self.base_mm, &of(|cable| cable.base_mm));
-        let (turn_platform, shift_platform) = best_fit(&self.end_mm, &of(|cable| cable.end_mm));
+        let ([turn, turn_platform], [shift, shift_platform]) = self.frames();
         Hinge::through(
             &(turn * self.axis),
             &(turn * self.point_mm + shift),
             &(turn_platform * self.axis_in_platform),
             &(turn_platform * self.point_in_platform_mm + shift_platform),
         )
+    }
+
+    /// Where a point fixed in {P} stands in {B} at this flexion, both frames best fitted to the points as they are, mm.
+    pub fn carried_mm(&self, point_mm: &Vector3<f64>, flexion_rad: f64) -> Vector3<f64> {
+        let ([turn, turn_platform], [shift, shift_platform]) = self.frames();
+        let in_body = turn_platform.transpose() * (point_mm - shift_platform);
+        turn * self.at_mm(&in_body, flexion_rad, None) + shift
+    }
+
+    /// From the bodies as built to {B} and {P}.
+    fn frames(&self) -> ([Matrix3<f64>; 2], [Vector3<f64>; 2]) {
+        let of = |points: fn(&CableEnds<f64>) -> Vector3<f64>| -> Vec<Vector3<f64>> {
+            self.stated.iter().map(points).collect()
+        };
+        let (turn, shift) = best_fit(&self.base_mm, &of(|cable| cable.base_mm));
+        let (turn_platform, shift_platform) = best_fit(&self.end_mm, &of(|cable| cable.end_mm));
+        ([turn, turn_platform], [shift, shift_platform])
     }
 
     /// A point of the platform in the base at this flexion, and turned about another axis through the elbow before that.
