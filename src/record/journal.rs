@@ -5,9 +5,9 @@
 //! ```
 //!
 //! An entry of sixteen bytes is appended for every boot, every run, and whenever the centre in use comes to be trusted or
-//! not. When the page in use is full, the other one is erased and goes on. The last entry is the one with the largest
-//! number whose CRC is right; a torn entry has none and is passed over. So at every instant the last entry that was
-//! completed is there: the page in use is never erased.
+//! not. When the page in use is full, the other one is erased and goes on, with numbers beyond all of the full one. The last
+//! entry is the last one in the page with the larger numbers whose CRC is right; a torn entry has none and is passed over.
+//! So at every instant the last entry that was completed is there: the page in use is never erased.
 //!
 //! | from | bytes | content |
 //! |---|---|---|
@@ -25,6 +25,8 @@ use embedded_storage::nor_flash::NorFlash;
 /// Bytes of an entry.
 const ENTRY_LEN: usize = 16;
 const VERSION: u8 = 1;
+/// Places that are tried for an entry.
+const MAX_TRIES: usize = 3;
 /// Goes into the CRC before the entry.
 const SALT: [u8; 4] = *b"\xA5glj";
 
@@ -74,25 +76,33 @@ impl<F: NorFlash> Journal<F> {
     pub fn append(&mut self, entry: &JournalEntry) -> Result<(), StoreError> {
         let last = self.find_last();
         let number = last.map_or(0, |(number, _, _)| number.wrapping_add(1));
-        let image = encode(number, entry);
         let page = last.map_or(0, |(_, _, place)| place / Self::ENTRIES_A_PAGE);
-        if let Some(place) = self.first_free(page) {
-            self.write(place, &image)
-        } else {
-            // full, or the first page of a new board holds something else
-            let other = if last.is_some() { 1 - page } else { page };
-            let from = self.from + (other * F::ERASE_SIZE) as u32;
-            self.flash.erase(from, from + F::ERASE_SIZE as u32).map_err(|_| StoreError::EraseRefused)?;
-            self.write(other * Self::ENTRIES_A_PAGE, &image)
+        let image = encode(number, entry);
+        let page_end = (page + 1) * Self::ENTRIES_A_PAGE;
+        // A torn word may read as erased and yet refuse to be written: then the next place serves.
+        let mut places = self.first_free(page).map_or(0..0, |free| free..page_end).take(MAX_TRIES);
+        if places.any(|place| self.write(place, &image).is_ok()) {
+            return Ok(());
         }
+        // full, or the first page of a new board holds something else
+        let other = if last.is_some() { 1 - page } else { page };
+        let from = self.from + (other * F::ERASE_SIZE) as u32;
+        self.flash.erase(from, from + F::ERASE_SIZE as u32).map_err(|_| StoreError::EraseRefused)?;
+        // beyond every number that a torn entry of the full page may have, should it read rightly some day
+        let number = number.wrapping_add(Self::ENTRIES_A_PAGE as u32);
+        self.write(other * Self::ENTRIES_A_PAGE, &encode(number, entry))
     }
 
     fn find_last(&mut self) -> Option<Found> {
         let mut last: Option<Found> = None;
         for place in 0..2 * Self::ENTRIES_A_PAGE {
             let Some((number, entry)) = self.read(place).and_then(|bytes| decode(&bytes)) else { continue };
-            // serial number arithmetic (RFC 1982)
-            if last.is_none_or(|(newest, _, _)| number.wrapping_sub(newest) as i32 > 0) {
+            // Within a page the later place counts: a torn entry may read as one or as none. Between the pages the numbers
+            // decide, by serial number arithmetic (RFC 1982).
+            let counts = last.is_none_or(|(newest, _, at)| {
+                at / Self::ENTRIES_A_PAGE == place / Self::ENTRIES_A_PAGE || number.wrapping_sub(newest) as i32 > 0
+            });
+            if counts {
                 last = Some((number, entry, place));
             }
         }

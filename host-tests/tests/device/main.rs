@@ -13,5 +13,6 @@ mod rehearse;
 mod rig_link;
 mod slcan;
 mod study;
+mod telemetry;
 mod vocabulary;
 mod wearer;
