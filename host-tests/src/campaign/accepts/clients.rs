@@ -93,12 +93,7 @@ impl Client {
 
 /// Near enough to something real to be dangerous: small runs and boots.
 fn invented(random: &mut impl Rng) -> Naming {
-    Naming {
-        run_id: random.random_range(0..4),
-        boot: random.random_range(0..4),
-        wearer: 0,
-        checksum: random.random(),
-    }
+    Naming { run_id: random.random_range(0..4), boot: random.random_range(0..4), wearer: 0, checksum: random.random() }
 }
 
 fn request(nonce: u16, naming: &Naming) -> Frame {

@@ -76,7 +76,8 @@ impl fmt::Display for Outcome {
 /// With the sequence's number, when a value is in use that nobody has chosen, or the device breaks another promise.
 pub fn run(sequences: u64) -> Result<Outcome, String> {
     let rig = Rig::shoulder(ASSUMED_BASE_RADIUS_MM as f32).map_err(|error| error.text())?;
-    let config = Config { limits: Limits::new(&rig, settings()).map_err(|error| error.to_string())?, ..Config::for_rig(rig) };
+    let config =
+        Config { limits: Limits::new(&rig, settings()).map_err(|error| error.to_string())?, ..Config::for_rig(rig) };
     let device = Device::new(config);
     let poses = poses().map_err(|error| error.text())?;
     let play = |number| {
