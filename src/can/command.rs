@@ -1,6 +1,6 @@
 //! What a client asks of the device, and how a frame becomes a command or a reason why it is none.
 
-use super::frame::{Frame, MAX_DATA_LEN};
+use super::frame::Frame;
 use super::payload::{Field, Payload};
 use crate::procedure::{Command, PoseSet, Reason};
 
@@ -176,11 +176,7 @@ impl Request {
     /// # Errors
     /// The request as far as it could be read, with [`Reason::WrongLength`] or [`Reason::ReservedNotZero`].
     pub fn unpack(data: &[u8]) -> Result<Self, (Self, Reason)> {
-        let mut bytes = [0; MAX_DATA_LEN];
-        for (target, source) in bytes.iter_mut().zip(data) {
-            *target = *source;
-        }
-        let payload = Payload::from_bytes(bytes);
+        let (payload, is_whole) = Payload::of_data(data);
         let request = Self {
             opcode: payload.get_u8(OPCODE),
             boot: payload.get_u8(BOOT),
@@ -188,7 +184,7 @@ impl Request {
             run_id: payload.get_u16(RUN_ID),
             argument: payload.get_u16(ARGUMENT),
         };
-        if data.len() != MAX_DATA_LEN {
+        if !is_whole {
             Err((request, Reason::WrongLength))
         } else if request.boot != 0 && !Opcode::from_code(request.opcode).is_some_and(Opcode::names_value) {
             Err((request, Reason::ReservedNotZero))
