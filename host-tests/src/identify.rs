@@ -6,6 +6,7 @@
 
 pub mod calculation;
 pub mod held_phase;
+pub mod hinge;
 pub mod input_error;
 mod known_keys;
 pub mod lengths_file;

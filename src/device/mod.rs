@@ -22,6 +22,7 @@ mod control_set;
 mod faults;
 mod fingerprint;
 mod live;
+mod live_joint;
 mod lock;
 mod parameters;
 mod persistence;

@@ -5,9 +5,9 @@
 //! ```
 //!
 //! An entry of sixteen bytes is appended for every boot, every run, and whenever the centre in use comes to be trusted or
-//! not. When the page in use is full, the other one is erased and goes on. The last entry is the one with the largest
-//! number whose CRC is right; a torn entry has none and is passed over. So at every instant the last entry that was
-//! completed is there: the page in use is never erased.
+//! not. When the page in use is full, the other one is erased and goes on, with numbers beyond all of the full one. The last
+//! entry is the last one in the page with the larger numbers whose CRC is right; a torn entry has none and is passed over.
+//! So at every instant the last entry that was completed is there: the page in use is never erased.
 //!
 //! | from | bytes | content |
 //! |---|---|---|

@@ -5,6 +5,9 @@ use super::flash::PageFlash;
 use super::journal::{ENTRY_LEN, JournalEntry, decode, encode};
 use embedded_storage::nor_flash::NorFlash;
 
+/// Places in the page in use that are tried for an entry: a torn word may read as erased and yet refuse to be written.
+const MAX_TRIES: usize = 3;
+
 /// The two pages of a journal, and where it ends.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct JournalPages {
@@ -28,10 +31,13 @@ type Found = (u32, JournalEntry, usize);
 /// An entry on its way into the flash.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Appending {
+    entry: JournalEntry,
     number: u32,
     place: usize,
     image: [u8; ENTRY_LEN],
     step: Step,
+    /// Places in the page in use that may still be tried; None: it goes into the other page, which is erased before.
+    tries: Option<usize>,
 }
 
 /// What is done next, once the flash is not busy with what was started last.
@@ -76,12 +82,24 @@ impl JournalPages {
         if self.end.is_none() {
             self.last(flash);
         }
+        self.aim::<F>(entry, MAX_TRIES)
+    }
+
+    /// The next place for an entry: a free one of the page in use while there are tries left, else the first of the other
+    /// page.
+    fn aim<F: NorFlash>(&self, entry: &JournalEntry, tries: usize) -> Appending {
         let End { last, free } = self.end.unwrap_or(End { last: None, free: None });
-        let number = last.map_or(0, |(number, _)| number.wrapping_add(1));
-        // The page of the last entry is never erased. On a new board the first page may be full of something else.
-        let other = last.map_or(0, |(_, page)| 1 - page) * entries_a_page::<F>();
-        let (place, step) = free.map_or((other, Step::Erase), |free| (free, Step::Write(0, false)));
-        Appending { number, place, image: encode(number, entry), step }
+        let next = last.map_or(0, |(number, _)| number.wrapping_add(1));
+        let (number, place, step, tries) = match (free, tries.checked_sub(1)) {
+            (Some(place), Some(left)) => (next, place, Step::Write(0, false), Some(left)),
+            _ => {
+                // The page of the last entry is never erased. On a new board the first page may be full of something else.
+                let other = last.map_or(0, |(_, page)| 1 - page) * entries_a_page::<F>();
+                // beyond every number that a torn entry of the full page may have, should it read rightly some day
+                (next.wrapping_add(entries_a_page::<F>() as u32), other, Step::Erase, None)
+            }
+        };
+        Appending { entry: *entry, number, place, image: encode(number, entry), step, tries }
     }
 
     /// Goes on with what [`begin`](Self::begin) has begun; true when all is done.
@@ -89,7 +107,7 @@ impl JournalPages {
     /// # Errors
     /// [`StoreError`]: the last entry is what it was before.
     pub fn go_on<F: PageFlash>(&mut self, flash: &mut F, appending: &mut Appending) -> Result<bool, StoreError> {
-        let Appending { number, place, image, step } = appending;
+        let Appending { number, place, image, step, .. } = appending;
         let result = match (flash.is_busy(), *step) {
             (Ok(true), _) => return Ok(false),
             (Err(_), Step::Write(0, true)) => Err(StoreError::EraseRefused),
@@ -106,17 +124,23 @@ impl JournalPages {
                 let word = image.get(at..next).unwrap_or_default();
                 flash.start_write(self.address(*place) + at as u32, word).map_err(|_| StoreError::WriteRefused)
             }
-            (Ok(false), Step::Check) => {
-                let is_there = self.read(flash, *place).as_ref() == Some(image);
-                self.written::<F>(*place, is_there.then_some(*number));
-                return if is_there { Ok(true) } else { Err(StoreError::ReadBackDiffers) };
+            (Ok(false), Step::Check) if self.read(flash, *place).as_ref() == Some(image) => {
+                self.written::<F>(*place, Some(*number));
+                return Ok(true);
             }
+            (Ok(false), Step::Check) => Err(StoreError::ReadBackDiffers),
         };
-        // a page that cannot be erased is tried again
-        if matches!(result, Err(error) if error != StoreError::EraseRefused) {
-            self.written::<F>(*place, None);
+        match result {
+            Ok(()) => Ok(false),
+            // a page that cannot be erased is tried again
+            Err(StoreError::EraseRefused) => Err(StoreError::EraseRefused),
+            Err(error) => {
+                self.written::<F>(*place, None);
+                let tries = appending.tries.ok_or(error)?;
+                *appending = self.aim::<F>(&appending.entry, tries);
+                Ok(false)
+            }
         }
-        result.map(|()| false)
     }
 
     /// A place was used: by the entry with this number, or in vain.
@@ -132,8 +156,12 @@ impl JournalPages {
         let mut last: Option<Found> = None;
         for place in 0..2 * entries_a_page::<F>() {
             let Some((number, entry)) = self.read(flash, place).and_then(|bytes| decode(&bytes)) else { continue };
-            // serial number arithmetic (RFC 1982)
-            if last.is_none_or(|(newest, _, _)| number.wrapping_sub(newest) as i32 > 0) {
+            // Within a page the later place counts: a torn entry may read as one or as none. Between the pages the numbers
+            // decide, by serial number arithmetic (RFC 1982).
+            let counts = last.is_none_or(|(newest, _, at)| {
+                at / entries_a_page::<F>() == place / entries_a_page::<F>() || number.wrapping_sub(newest) as i32 > 0
+            });
+            if counts {
                 last = Some((number, entry, place));
             }
         }

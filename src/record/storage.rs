@@ -139,9 +139,7 @@ impl<F: PageFlash> Storage<F> {
     pub fn go_on(&mut self) -> Option<Stored> {
         let Self { flash, record_pages, journal_pages, parameter_pages, record, parameters, .. } = self;
         let outcome = match (&mut self.under_way, record, parameters) {
-            (UnderWay::Journal(appending), _, _) => {
-                done(journal_pages.go_on(flash, appending)).map(Stored::Journal)
-            }
+            (UnderWay::Journal(appending), _, _) => done(journal_pages.go_on(flash, appending)).map(Stored::Journal),
             (UnderWay::Record, Some(RecordWork::Replace(replacement)), _) => {
                 done(record_pages.go_on(flash, replacement)).map(Stored::Record)
             }
@@ -192,9 +190,7 @@ impl<F: PageFlash> Storage<F> {
     /// time.
     pub fn is_quick(&self) -> bool {
         match (&self.under_way, &self.record, &self.parameters) {
-            (UnderWay::Nothing, record, parameters) => {
-                self.entry.is_some() || record.is_some() || parameters.is_some()
-            }
+            (UnderWay::Nothing, record, parameters) => self.entry.is_some() || record.is_some() || parameters.is_some(),
             (UnderWay::Journal(appending), _, _) => appending.is_quick(),
             (UnderWay::Record, Some(RecordWork::Replace(replacement)), _) => replacement.is_quick(),
             (UnderWay::Parameters, _, Some(replacement)) => replacement.is_quick(),

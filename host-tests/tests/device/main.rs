@@ -14,5 +14,6 @@ mod rig_link;
 mod slcan;
 mod storage;
 mod study;
+mod telemetry;
 mod vocabulary;
 mod wearer;

@@ -37,7 +37,7 @@ use cortex::{ccm_code, faults, retained_ram, stack};
 use entry::Entry;
 use flash::FileFlash;
 use log::Log;
-use losses::{Losses, Teller};
+use losses::{LossReporter, Losses};
 use uart::{CAN_LINE, Queues, RIG_LINE, Uart};
 use watchdog::Watchdog;
 
@@ -89,7 +89,7 @@ struct Board {
     rig_link: RigLink,
     outside: Outside,
     losses: Losses,
-    teller: Teller,
+    loss_reporter: LossReporter,
     clock: Clock,
     watchdog: Watchdog,
     last_tick_ms: u32,
@@ -131,7 +131,7 @@ impl Board {
                 measure_stack: false,
             },
             losses: Losses::default(),
-            teller: Teller::default(),
+            loss_reporter: LossReporter::default(),
             last_tick_ms: clock.now_ms(),
             clock,
             watchdog: Watchdog::start(),
@@ -140,7 +140,7 @@ impl Board {
     }
 
     fn power_up(&mut self, restart: &Restart, rig: u32, parameters: Option<LoadError>) {
-        tell_start(restart);
+        log_start(restart);
         let loaded = self.outside.storage.load(rig, parameters);
         self.handle(self.last_tick_ms, Event::PowerUp(loaded));
         let memory = Entry::Memory {
@@ -222,7 +222,7 @@ impl Board {
         losses.overruns = counters.overruns;
         losses.rig_link.0 = self.rig_link.refused();
         losses.dropped = outside.can.dropped();
-        self.teller.tell(now_ms, *losses, |entry| outside.log.push(now_ms, entry));
+        self.loss_reporter.report(now_ms, *losses, |entry| outside.log.push(now_ms, entry));
         if core::mem::take(&mut outside.measure_stack) {
             outside.log.push(now_ms, Entry::Stack(stack::usage()));
         }
@@ -244,7 +244,7 @@ impl Board {
 }
 
 /// Says why the board starts: at once, since a crash record would take most of the log's queue.
-fn tell_start(restart: &Restart) {
+fn log_start(restart: &Restart) {
     let cause = restart.cause.text();
     match &restart.crash_record {
         None => log::write_now(format_args!("board: started by {cause}")),

@@ -73,7 +73,11 @@ impl<T: Real> Acceptance<T> {
             self.offset_sigmas = fit.offset_sigmas(machine);
             return self.gate(fit, machine).err().map(Err);
         };
-        let variance = sigma_noise_mm * sigma_noise_mm;
+        let widened = match self.of {
+            Accepted::Ball { .. } => T::one(),
+            Accepted::Moving => fit.joint.variance_factor(),
+        };
+        let variance = sigma_noise_mm * sigma_noise_mm * widened;
         fit.write_result(machine, poses, &(self.covariance * variance), noise_mm);
         if let Some(sigmas) = self.offset_sigmas {
             fit.result.offset_sigmas_mm = sigmas.map(|sigma| sigma * sigma_noise_mm);
