@@ -7,6 +7,7 @@
 mod board_calculation;
 pub mod calculation;
 pub mod held_phase;
+pub mod hinge;
 pub mod input_error;
 mod known_keys;
 pub mod lengths_file;

@@ -1,5 +1,6 @@
 //! Host side of Glenoid.
 
+pub mod anatomy;
 pub mod campaign;
 pub mod command_line;
 pub mod commission;

@@ -19,6 +19,7 @@ mod commands;
 mod faults;
 mod fingerprint;
 mod live;
+mod live_joint;
 mod lock;
 mod numbering;
 mod parameters;

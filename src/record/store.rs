@@ -2,7 +2,7 @@
 
 use super::content::Record;
 use super::error::{LoadError, StoreError};
-use super::image::{self, IMAGE_LEN, VERSION};
+use super::image::{self, IMAGE_LEN, OLDEST, VERSION};
 use super::page::PageError;
 use super::two_pages::TwoPages;
 use embedded_storage::nor_flash::NorFlash;
@@ -42,8 +42,8 @@ impl<F: NorFlash> RecordStore<F> {
     pub fn load(&mut self, rig: u32) -> Result<Record, LoadError> {
         let (header, image) = self.pages.load(&mut self.flash)?;
         match header.version {
-            0..VERSION => return Err(LoadError::OlderVersion),
-            VERSION => {}
+            0..OLDEST => return Err(LoadError::OlderVersion),
+            OLDEST..=VERSION => {}
             _ => return Err(LoadError::FromTheFuture),
         }
         let record = image::decode(&image);

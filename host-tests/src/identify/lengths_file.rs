@@ -62,8 +62,16 @@ impl LengthsFile {
     /// # Errors
     /// [`InputError`] names the first place that cannot be read.
     pub fn read(path: &Path) -> Result<Self, InputError> {
+        Self::read_of(path, CABLES)
+    }
+
+    /// Reads a table of a rig with fewer cables. The rows' lengths beyond them repeat the first.
+    ///
+    /// # Errors
+    /// [`InputError`] names the first place that cannot be read.
+    pub fn read_of(path: &Path, cables: usize) -> Result<Self, InputError> {
         let (file, bytes) = input_error::read(path)?;
-        Self::parse(&file, &bytes)
+        Self::parse_of(&file, &bytes, cables)
     }
 
     /// Reads a log from its bytes. `file` is its name for messages.
@@ -71,12 +79,19 @@ impl LengthsFile {
     /// # Errors
     /// [`InputError`] names the first place that cannot be read.
     pub fn parse(file: &str, bytes: &[u8]) -> Result<Self, InputError> {
+        Self::parse_of(file, bytes, CABLES)
+    }
+
+    fn parse_of(file: &str, bytes: &[u8], cables: usize) -> Result<Self, InputError> {
         if let Some(kind) = foreign::kind(bytes) {
             return Err(InputError::at(file, 1, 1, foreign::complaint(kind, file)));
         }
         let text = text::decode(file, bytes)?;
-        let mut log =
-            if bus_log::is_one(&text.content) { bus_log::parse(file, &text)? } else { table::parse(file, &text)? };
+        let mut log = match bus_log::is_one(&text.content) {
+            true if cables == CABLES => bus_log::parse(file, &text)?,
+            true => return Err(InputError::at(file, 1, 1, "what candump recorded holds the lengths of six cables")),
+            false => table::parse(file, &text, cables)?,
+        };
         log.notes.splice(0..0, text.encoding.note());
         Ok(log)
     }

@@ -105,6 +105,7 @@ pub fn record(number: u16) -> Record {
         verification_poses: number as u8,
         verification_deviation_mm: value,
         verification_limit_mm: value,
+        motion: None,
     }
 }
 
