@@ -88,12 +88,14 @@ fn run(plan: &Plan) -> Result<Findings, Problem> {
         "mounts (mm)",
     ];
     let mut table = Table::new("arm", "The hand from all lengths of the arm", &columns);
-    let columns = ["machines", "upper arm: rms error (mm)", "real / reported σ", "forearm: rms error (mm)", "real / reported σ"];
+    let columns =
+        ["machines", "upper arm: rms error (mm)", "real / reported σ", "forearm: rms error (mm)", "real / reported σ"];
     let mut limbs = Table::new("arm-limbs", "Lengths of the limbs", &columns);
     let mut findings = Findings { method: METHOD.to_owned(), ..Findings::default() };
     let mut bars = [Vec::new(), Vec::new()];
     for (which, case) in CASES.iter().enumerate() {
-        let outcomes = trials::run(plan.seed, &format!("arm {}", case.name), plan.trials, |_, random| trial(case, random));
+        let outcomes =
+            trials::run(plan.seed, &format!("arm {}", case.name), plan.trials, |_, random| trial(case, random));
         let accepted: Vec<_> = outcomes.into_iter().flatten().collect();
         let ratio = |point: usize| root_mean_square(accepted.iter().map(|arm| libm::sqrt(arm.squares[point] / 3.0)));
         let module = |k: usize| root_mean_square(accepted.iter().map(|arm| arm.by_module_mm[k]));
@@ -146,11 +148,11 @@ impl Joint {
         let built = BuiltMachine::of(random, rig, &case.tolerance, case.tolerance).ok()?;
         let worn = built.worn_within(random, off_mm[0], off_mm[1]);
         let readings = built.readings(random, &worn, POSES, reach);
-        let lengths: Vec<_> = readings.iter().map(|reading| CableLengths::new(*reading)).collect::<Result<_, _>>().ok()?;
+        let lengths: Vec<_> =
+            readings.iter().map(|reading| CableLengths::new(*reading)).collect::<Result<_, _>>().ok()?;
         let rig = &built.stated;
         let machine = Machine::new(rig);
-        let settings =
-            EstimatorSettings { noise: Noise::Known(NOISE_SIGMA_MM), ..EstimatorSettings::for_rig(rig) };
+        let settings = EstimatorSettings { noise: Noise::Known(NOISE_SIGMA_MM), ..EstimatorSettings::for_rig(rig) };
         let estimation = estimate(&machine, rig, settings, &lengths);
         estimation.outcome.as_ref().ok()?;
         Some(Self { built, worn, machine, estimation })
@@ -196,7 +198,8 @@ fn trial(case: &Case, mut random: ChaCha8Rng) -> Option<Outcome> {
     hinge.run(&mut poses).ok()?;
 
     let arm = Arm { shoulder: shoulder.ball(), upper_arm, elbow: &hinge, forearm, wrist: wrist.ball() };
-    let (turn, bent, turned) = (Reach::USUAL.rotation(random), -random.random_range(5.0_f64..115.0).to_radians(), WRIST.rotation(random));
+    let (turn, bent, turned) =
+        (Reach::USUAL.rotation(random), -random.random_range(5.0_f64..115.0).to_radians(), WRIST.rotation(random));
     let six = |random: &mut ChaCha8Rng, joint: &Joint, rotation| -> Option<Pose<f64>> {
         let reading: [f64; CABLES] = joint.built.reading(random, &joint.worn, rotation);
         CableLengths::new(reading).ok().map(Pose::new)
@@ -215,7 +218,8 @@ fn trial(case: &Case, mut random: ChaCha8Rng) -> Option<Outcome> {
     let wrist_mm = through(&true_forearm, &wrist.built.centre_in_base_mm(&wrist.worn));
     let hand_mm = through(&true_forearm, &wrist.built.carried_mm(&wrist.worn, &turned, &HAND_MM));
     let errors = [found.hand.at_mm - in_base(&hand_mm), found.wrist.at_mm - in_base(&wrist_mm)];
-    let square = |error: &Vector3<f64>, covariance: &Matrix3<f64>| Some(error.dot(&(covariance.try_inverse()? * error)));
+    let square =
+        |error: &Vector3<f64>, covariance: &Matrix3<f64>| Some(error.dot(&(covariance.try_inverse()? * error)));
 
     let truth = elbow.hinge();
     let distance = |from: Vector3<f64>, axis: &Vector3<f64>| from.cross(axis).norm();
@@ -225,10 +229,7 @@ fn trial(case: &Case, mut random: ChaCha8Rng) -> Option<Outcome> {
     let true_fore_mm = distance(wrist_mm - truth.foot_in_platform_mm(), &truth.axis_in_platform());
     let segments = arm.segments();
     Some(Outcome {
-        squares: [
-            square(&errors[0], &found.hand.covariance_mm2)?,
-            square(&errors[1], &found.wrist.covariance_mm2)?,
-        ],
+        squares: [square(&errors[0], &found.hand.covariance_mm2)?, square(&errors[1], &found.wrist.covariance_mm2)?],
         error_mm: errors.map(|error| error.norm()),
         by_module_mm: found.by_module_mm,
         limbs: [

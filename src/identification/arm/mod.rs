@@ -112,13 +112,9 @@ impl<T: Real> Arm<'_, T> {
         let sum = |point: &CarriedPoint<T>| point.covariance_mm2.trace();
         let added = |after: &CarriedPoint<T>, before: &CarriedPoint<T>| sum(after) - sum(before);
         let mounts = added(&on_forearm, &on_wrist_base) + added(&on_upper_arm, &on_elbow_base);
-        let by_module_mm = [
-            added(&in_base, &on_upper_arm),
-            added(&on_elbow_base, &on_forearm),
-            added(&on_wrist_base, &hand),
-            mounts,
-        ]
-        .map(non_negative_root);
+        let by_module_mm =
+            [added(&in_base, &on_upper_arm), added(&on_elbow_base, &on_forearm), added(&on_wrist_base, &hand), mounts]
+                .map(non_negative_root);
         Ok(ArmPosition { elbow, wrist, hand: in_base, by_module_mm })
     }
 

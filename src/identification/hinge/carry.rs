@@ -38,9 +38,8 @@ impl<T: Real> HingeEstimator<T> {
         let mut carrying = [[T::zero(); MAX_UNKNOWNS]; 3];
         for unknown in 0..fit.unknowns() {
             let pairs = rows.by_angle.iter().zip(&rows.jacobian);
-            let gradient = pairs.fold(T::zero(), |sum, (d, row)| {
-                sum + *d * row.get(unknown).copied().unwrap_or_else(T::zero)
-            });
+            let gradient =
+                pairs.fold(T::zero(), |sum, (d, row)| sum + *d * row.get(unknown).copied().unwrap_or_else(T::zero));
             let direct = of_hinge.get(unknown).copied().unwrap_or_else(Vector3::zeros);
             put(&mut carrying, unknown, &(direct - turning * (gradient / information)));
         }
@@ -111,4 +110,3 @@ fn put<T: Real>(rows: &mut Rows<T>, unknown: usize, motion: &Vector3<T>) {
         }
     }
 }
-

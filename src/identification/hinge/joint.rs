@@ -208,12 +208,7 @@ impl<T: Real> Hinge<T> {
             }
         };
         body(&self.axis, &other.axis, &other.foot_mm, AXIS);
-        body(
-            &self.axis_in_platform(),
-            &other.axis_in_platform(),
-            &other.foot_in_platform_mm,
-            AXIS_IN_PLATFORM,
-        );
+        body(&self.axis_in_platform(), &other.axis_in_platform(), &other.foot_in_platform_mm, AXIS_IN_PLATFORM);
         jacobian
     }
 }

@@ -41,9 +41,8 @@ impl<T: Real> HingeRig<T> {
     /// [`RigError`]: a number that is none, a pulley or noise that cannot be, ends that coincide; also for fewer than two
     /// cables, which have no length to spare for an angle.
     pub fn new(cables: &[CableEnds<T>], length_noise_mm: T) -> Result<Self, RigError> {
-        let finite = |cable: &CableEnds<T>| {
-            cable.base_mm.iter().chain(cable.end_mm.iter()).all(|number| number.is_a_number())
-        };
+        let finite =
+            |cable: &CableEnds<T>| cable.base_mm.iter().chain(cable.end_mm.iter()).all(|number| number.is_a_number());
         if !cables.iter().all(finite) {
             return Err(RigError::NotFinite);
         }
@@ -82,7 +81,11 @@ impl<T: Real> HingeRig<T> {
     ///
     /// # Errors
     /// [`RigError::ToleranceImpossible`].
-    pub fn with_tolerance(mut self, tolerance: Tolerance<T>, home_length_mm: [T; MAX_CABLES]) -> Result<Self, RigError> {
+    pub fn with_tolerance(
+        mut self,
+        tolerance: Tolerance<T>,
+        home_length_mm: [T; MAX_CABLES],
+    ) -> Result<Self, RigError> {
         if !tolerance.is_possible() || !home_length_mm.iter().all(|length| length.is_a_number()) {
             return Err(RigError::ToleranceImpossible);
         }

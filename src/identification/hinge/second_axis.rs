@@ -128,9 +128,8 @@ impl<T: Real> TwoAxes<'_, T> {
         let limited = |step: T| step.max(-T::of(MAX_STEP)).min(T::of(MAX_STEP));
         for _ in 0..3 {
             let (rows, second, across) = self.rows(pose);
-            let dot = |a: &[T; MAX_CABLES], b: &[T; MAX_CABLES]| {
-                a.iter().zip(b).fold(T::zero(), |sum, (a, b)| sum + *a * *b)
-            };
+            let dot =
+                |a: &[T; MAX_CABLES], b: &[T; MAX_CABLES]| a.iter().zip(b).fold(T::zero(), |sum, (a, b)| sum + *a * *b);
             let least = T::of(1e-9);
             let second_step = dot(&across, &rows.residual_mm) / dot(&across, &across).max(least);
             let left = dot(&rows.by_angle, &rows.residual_mm) - dot(&rows.by_angle, &second) * second_step;

@@ -63,11 +63,7 @@ pub fn run(request: &Request) -> Result<Option<Finding>, InputError> {
 ///
 /// # Errors
 /// [`InputError`] for a rig that a precision cannot hold.
-pub fn solve<T: Real>(
-    rig: &HingeRig<f64>,
-    log: &LengthsFile,
-    noise_mm: Option<f64>,
-) -> Result<Solved<T>, InputError> {
+pub fn solve<T: Real>(rig: &HingeRig<f64>, log: &LengthsFile, noise_mm: Option<f64>) -> Result<Solved<T>, InputError> {
     let rig = in_precision::<T>(rig).map_err(|error| InputError::Request(error.text().to_owned()))?;
     let noise = match noise_mm {
         Some(noise) => Noise::Known(T::of(noise)),

@@ -44,13 +44,19 @@ pub(super) fn remedy(refusal: &RefusalReport) -> &'static str {
         RefusalReport::TooFewCables { .. } => {
             "Add cables; or give what the drawing knows of the hinge in the section [hinge], with sigma_deg and sigma_mm."
         }
-        RefusalReport::TooLittleFlexion { .. } => "Bend further: the axis shows only in the arc that the forearm describes.",
+        RefusalReport::TooLittleFlexion { .. } => {
+            "Bend further: the axis shows only in the arc that the forearm describes."
+        }
         RefusalReport::TwoAxesFit { .. } => {
             "Bend further, hold more poses; or say in the section [hinge] where the drawing puts the axis. A machine whose \
              ends are turned by turns to one side and the other tells the two apart best."
         }
-        RefusalReport::Weak { .. } => "Bend further and hold more poses; or give the drawing as a prior in the section [hinge].",
-        RefusalReport::TooManyOutliers { .. } => "Look for a cable that jams or an encoder that loses counts, and record again.",
+        RefusalReport::Weak { .. } => {
+            "Bend further and hold more poses; or give the drawing as a prior in the section [hinge]."
+        }
+        RefusalReport::TooManyOutliers { .. } => {
+            "Look for a cable that jams or an encoder that loses counts, and record again."
+        }
         RefusalReport::SecondAxis { .. } => {
             "Keep the forearm from turning about that axis (pronation, a loose cuff) while the elbow bends, and record again. An \
              elbow whose carrying angle changes so much is no hinge."

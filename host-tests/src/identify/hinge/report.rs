@@ -165,10 +165,9 @@ impl RefusalReport {
                 Self::Weak { part: name, sigma_deg, sigma_mm: (!is_direction).then(|| sigma.into()) }
             }
             HingeRefusal::TooManyOutliers { rejected, poses } => Self::TooManyOutliers { rejected, poses },
-            HingeRefusal::SecondAxis { axis_in_platform, size_rad } => Self::SecondAxis {
-                axis_in_platform: axis_in_platform.map(f64::from),
-                size_deg: degrees(size_rad),
-            },
+            HingeRefusal::SecondAxis { axis_in_platform, size_rad } => {
+                Self::SecondAxis { axis_in_platform: axis_in_platform.map(f64::from), size_deg: degrees(size_rad) }
+            }
             HingeRefusal::NotAHinge { residual_mm } => Self::NotAHinge { residual_mm: residual_mm.into() },
         }
     }

@@ -92,7 +92,10 @@ impl Header {
             _ => {
                 let numbers = text.split([',', ';', '\t', ' ']).all(|cell| bare(cell).parse::<f64>().is_ok());
                 let message = if numbers {
-                    format!("the first line holds numbers; the header {} is wanted before them", NAMES[..cables].join(","))
+                    format!(
+                        "the first line holds numbers; the header {} is wanted before them",
+                        NAMES[..cables].join(",")
+                    )
                 } else if let Some(separator) = named {
                     let called = separator.called();
                     format!("no column is called l1 to l6, if {called} separate them as the line sep= says")
@@ -105,13 +108,7 @@ impl Header {
         }
     }
 
-    fn with(
-        file: &str,
-        line: usize,
-        text: &str,
-        separator: Separator,
-        cables: usize,
-    ) -> Result<Self, InputError> {
+    fn with(file: &str, line: usize, text: &str, separator: Separator, cables: usize) -> Result<Self, InputError> {
         let error = |column: usize, message: String| Err(InputError::at(file, line, column + 1, message));
         let mut cells = Vec::new();
         separator.cells(text, &mut cells);

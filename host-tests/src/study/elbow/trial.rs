@@ -1,7 +1,7 @@
 //! One elbow: what is drawn for it, what becomes of it, and what many of them say.
 
 use super::bound;
-use super::scene::{Elbow, NOISE_MM, drawn, flexions_rad};
+use super::scene::{Elbow, NOISE_MM, across, drawn, flexions_rad};
 use crate::study::scene::{normal, symmetric};
 use crate::study::statistics::root_mean_square;
 use glenoid::identification::hinge::{
@@ -79,7 +79,7 @@ impl Case {
                 }
             }
             Fault::SecondAxis(degrees) => {
-                let [first, _] = bound::across(elbow.axis_in_platform());
+                let [first, _] = across(elbow.axis_in_platform());
                 let about = Rotation3::from_axis_angle(
                     &nalgebra::Unit::new_normalize(*elbow.axis_in_platform()),
                     random.random_range(0.0..std::f64::consts::PI),
@@ -89,7 +89,8 @@ impl Case {
                 let mean = angles.iter().sum::<f64>() / angles.len() as f64;
                 size = root_mean_square(angles.iter().map(|angle| angle - mean));
                 for ((reading, flexion), angle) in readings.iter_mut().zip(&flexions).zip(&angles) {
-                    *reading = elbow.reading_mm(*flexion, Some((axis, *angle))).map(|l| l + symmetric(random, NOISE_MM));
+                    *reading =
+                        elbow.reading_mm(*flexion, Some((axis, *angle))).map(|l| l + symmetric(random, NOISE_MM));
                 }
             }
         }
@@ -170,7 +171,9 @@ impl Cell {
 
     /// Root mean square of each error over its own reported 1σ.
     pub fn ratio(&self) -> f64 {
-        root_mean_square(self.accepted().flat_map(|[error, sigma, _]| std::array::from_fn::<_, 9, _>(|k| error[k] / sigma[k])))
+        root_mean_square(
+            self.accepted().flat_map(|[error, sigma, _]| std::array::from_fn::<_, 9, _>(|k| error[k] / sigma[k])),
+        )
     }
 
     /// Accepted with an unknown beyond 5 σ + 0.05 mm, of a direction beyond 5 σ + 0.3 mrad.
@@ -184,7 +187,8 @@ impl Cell {
 
     /// Mean of a figure over the outcomes that have one.
     pub fn mean(&self, of: impl Fn(&Outcome) -> f64) -> f64 {
-        let (sum, count) = self.outcomes.iter().map(of).filter(|x| x.is_finite()).fold((0.0, 0), |(s, n), x| (s + x, n + 1));
+        let (sum, count) =
+            self.outcomes.iter().map(of).filter(|x| x.is_finite()).fold((0.0, 0), |(s, n), x| (s + x, n + 1));
         sum / f64::from(count)
     }
 }
