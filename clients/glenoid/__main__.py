@@ -17,6 +17,7 @@ from .device import Device, DeviceError, NoAnswer, open_device
 from .interrupt import after_interrupt
 from .parameters import Parameters
 from .recording import read_poses, read_runs, write_csv
+from .rig import parameters_of
 from .watching import record, watch
 
 ACCEPTED, TROUBLE, NOT_ACCEPTED, INTERRUPTED = 0, 1, 2, 130
@@ -72,6 +73,8 @@ def _parser() -> argparse.ArgumentParser:
     setting = actions.add_parser("set", help="prepare a value; nothing changes before save")
     setting.add_argument("name")
     setting.add_argument("value", type=float)
+    loading = actions.add_parser("load", help="prepare what a rig's file says; nothing changes before save")
+    loading.add_argument("file", help="RIG.toml, as cargo identify reads it")
     actions.add_parser("save", help="check the prepared values together and store them; the board starts anew")
     actions.add_parser("discard", help="forget the prepared values")
 
@@ -151,6 +154,11 @@ def _parameters(options: argparse.Namespace) -> int:
         elif options.action == "set":
             parameters.set(options.name, options.value)
             _say(f"{options.name} is prepared; python -m glenoid parameters save makes it so")
+        elif options.action == "load":
+            values = parameters_of(options.file)
+            for name, value in values.items():
+                parameters.set(name, value)
+            _say(f"{len(values)} parameters are prepared; python -m glenoid parameters save makes it so")
         elif options.action == "save":
             parameters.save()
             _say("saved; the board starts anew with it")

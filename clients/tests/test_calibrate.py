@@ -152,6 +152,18 @@ def test_silent_encoders_are_told_and_waited_for(board: Board) -> None:
     assert client.end() == 0, client.said
 
 
+def test_a_board_that_stands_still_now_and_then_calibrates_all_the_same(board: Board) -> None:
+    """As on a machine with too much to do: neither samples that pile up nor an arm that leaps come of it."""
+    client = Client(board, "--yes")
+    client.wait_for("has begun")
+    for seconds in (0.3, 1.2, 0.4, 2.0, 0.6, 0.9):
+        board.stall(seconds)
+        time.sleep(1.3)
+    assert client.end(180) == 0, client.said
+    assert "EncoderJumped" not in client.said, client.said
+    assert_near_truth(centre_said(client), board)
+
+
 def test_a_board_that_is_switched_off_is_told(board: Board) -> None:
     client = Client(board, "--yes")
     client.wait_for("pose 2 taken")

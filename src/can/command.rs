@@ -1,6 +1,6 @@
 //! What a client asks of the device, and how a frame becomes a command or a reason why it is none.
 
-use super::frame::{Frame, MAX_DATA_LEN};
+use super::frame::Frame;
 use super::payload::{Field, Payload};
 use crate::procedure::{Command, PoseSet, Reason};
 
@@ -12,6 +12,10 @@ const RUN_ID: Field = Field::integer(32, 16);
 const ARGUMENT: Field = Field::integer(48, 16);
 /// One step of the argument of [`Opcode::SetZeroPrior`], mm: 2^-10.
 pub const ZERO_PRIOR_STEP_MM: f32 = 1.0 / 1024.0;
+/// In the argument of [`Opcode::Start`]: poses are captured by command only.
+pub const BY_COMMAND_ONLY: u16 = 1;
+/// In the argument of [`Opcode::Start`]: two phases, the first with the shoulder blade held.
+pub const HELD_FIRST: u16 = 2;
 /// In the argument of [`Opcode::ReadPose`]: the second set is meant.
 const HELD_OUT: u16 = 0x100;
 
@@ -20,7 +24,8 @@ const HELD_OUT: u16 = 0x100;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum Opcode {
-    /// Start a run. Argument bit 0: poses are captured by command only.
+    /// Start a run. Argument bit 0: poses are captured by command only; bit 1: two phases, the first with the shoulder
+    /// blade held.
     Start = 1,
     /// Take the pose in which the arm is now.
     Capture = 2,
@@ -171,11 +176,7 @@ impl Request {
     /// # Errors
     /// The request as far as it could be read, with [`Reason::WrongLength`] or [`Reason::ReservedNotZero`].
     pub fn unpack(data: &[u8]) -> Result<Self, (Self, Reason)> {
-        let mut bytes = [0; MAX_DATA_LEN];
-        for (target, source) in bytes.iter_mut().zip(data) {
-            *target = *source;
-        }
-        let payload = Payload::from_bytes(bytes);
+        let (payload, is_whole) = Payload::of_data(data);
         let request = Self {
             opcode: payload.get_u8(OPCODE),
             boot: payload.get_u8(BOOT),
@@ -183,7 +184,7 @@ impl Request {
             run_id: payload.get_u16(RUN_ID),
             argument: payload.get_u16(ARGUMENT),
         };
-        if data.len() != MAX_DATA_LEN {
+        if !is_whole {
             Err((request, Reason::WrongLength))
         } else if request.boot != 0 && !Opcode::from_code(request.opcode).is_some_and(Opcode::names_value) {
             Err((request, Reason::ReservedNotZero))
@@ -210,8 +211,10 @@ impl Request {
             return Err(Reason::StaleRun);
         }
         let order = match (opcode, self.argument) {
-            (Opcode::Start, 0) => Order::Procedure(Command::Start { by_command_only: false }),
-            (Opcode::Start, 1) => Order::Procedure(Command::Start { by_command_only: true }),
+            (Opcode::Start, 0..=3) => Order::Procedure(Command::Start {
+                by_command_only: self.argument & BY_COMMAND_ONLY != 0,
+                held_first: self.argument & HELD_FIRST != 0,
+            }),
             (Opcode::ReadPose, argument) if argument < 2 * HELD_OUT => Order::ReadPose {
                 set: if argument & HELD_OUT == 0 { PoseSet::Identification } else { PoseSet::HeldOut },
                 index: (argument & 0xFF) as u8,

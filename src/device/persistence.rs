@@ -68,7 +68,7 @@ impl Device {
 
     fn live_checksum(&self) -> Option<u32> {
         let live = self.procedure.live()?;
-        Some(image::checksum(&image::encode(&record(live, self.serial, self.fingerprint), 0)))
+        Some(image::stated_checksum(&image::encode(&record(live, self.serial, self.fingerprint), 0)))
     }
 
     /// The board has tried to store.
@@ -106,7 +106,7 @@ pub(super) fn reason_of_store(error: StoreError) -> Reason {
 
 /// What is kept of a centre.
 fn record(live: &Candidate, serial: u32, rig: u32) -> Record {
-    let Candidate { run_id, boot, wearer, identified, verification } = live;
+    let Candidate { run_id, boot, wearer, identified, motion, verification } = live;
     let mut rejected = [Rejected { pose: 0, cables: 0 }; MAX_REJECTED];
     for (place, entry) in rejected.iter_mut().zip(&identified.rejected) {
         *place = *entry;
@@ -134,6 +134,7 @@ fn record(live: &Candidate, serial: u32, rig: u32) -> Record {
         verification_poses: verification.poses,
         verification_deviation_mm: verification.deviation_mm,
         verification_limit_mm: verification.limit_mm,
+        motion: *motion,
     }
 }
 
@@ -162,6 +163,7 @@ fn candidate(record: &Record) -> Candidate {
             offsets_mm: record.zeros_mm,
             offset_sigmas_mm: record.zero_sigmas_mm,
         },
+        motion: record.motion,
         verification: Verification {
             deviation_mm: record.verification_deviation_mm,
             limit_mm: record.verification_limit_mm,
@@ -173,6 +175,7 @@ fn candidate(record: &Record) -> Candidate {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::identification::joint::ShownMotion;
     use crate::rig::Parameters;
 
     /// Every field has a value of its own, so that none can be taken for another.
@@ -196,6 +199,9 @@ mod tests {
                 offsets_mm: [20.0, 21.0, 22.0, 23.0, 24.0, 25.0],
                 offset_sigmas_mm: [30.0, 31.0, 32.0, 33.0, 34.0, 35.0],
             },
+            motion: Some(ShownMotion::from_parts(core::array::from_fn(|k| {
+                [k as i16 + 50, k as i16 + 60, k as i16 + 70]
+            }))),
             verification: Verification { deviation_mm: 17.0, limit_mm: 18.0, poses: 19 },
         }
     }
@@ -226,7 +232,8 @@ mod tests {
         let loaded = Ok(record(&plausible(), 0, device.fingerprint));
         device.handle(0, crate::device::Event::PowerUp(loaded.into()), &mut |_| {});
         assert_eq!(stops(&mut device), 0, "with a sound one");
-        let spoilt: [fn(&mut Candidate); 4] = [
+        let spoilt: [fn(&mut Candidate); 5] = [
+            |live| live.motion = None,
             |live| {
                 live.identified.parameters.centre_mm.x =
                     f32::from_bits(live.identified.parameters.centre_mm.x.to_bits() ^ 1)

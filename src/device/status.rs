@@ -98,6 +98,7 @@ impl Device {
                 button: self.button.held() != Held::Not,
                 unacknowledged: self.reporter.is_unacknowledged(),
                 by_command_only: self.procedure.by_command_only(),
+                held_phase: self.procedure.is_held_phase(),
             },
             standing,
             sequence: self.pace.sequence,

@@ -9,7 +9,7 @@
 //! | the base strap slipped | the same δO in every sample |
 //! | the arm's cuff slipped | the same δC in every sample, turning with the arm |
 //! | a cable slipped or stretched | the same error of one length |
-//! | not a ball joint | δO that grows with the arm's elevation |
+//! | not a ball joint, or the centre moves otherwise than it did | δO that grows with the arm's elevation |
 //!
 //! ```text
 //! quiet ──► suspicious ──► warned ──► quiet (rearmed)
@@ -25,9 +25,10 @@ mod evidence;
 pub use self::evidence::{Cause, Warning};
 
 use self::evidence::Evidence;
+use crate::identification::joint::Joint;
 use crate::identification::marginal_information::MarginalInformation;
 use crate::kinematics::rotation::rotation_of;
-use crate::kinematics::{AttitudeSolver, CableLengths, CableSet, Geometry, JointCentre, LengthJacobian};
+use crate::kinematics::{AttitudeSolver, CableLengths, CableSet, Geometry, JointCentre};
 use crate::rig::{CABLES, Parameters, Rig};
 use crate::scalar::Real;
 use nalgebra::{UnitQuaternion, Vector3};
@@ -67,6 +68,7 @@ pub enum DetectorState {
 #[derive(Clone, Debug)]
 pub struct SlipDetector<T: Real> {
     geometry: Geometry<T>,
+    joint: Joint<T>,
     centre: JointCentre<T>,
     offsets_mm: [T; CABLES],
     variance_mm2: T,
@@ -85,12 +87,20 @@ pub struct SlipDetector<T: Real> {
 impl<T: Real> SlipDetector<T> {
     /// A detector for the centre `parameters` with the encoder offsets `offsets_mm` (0 when they are known), in mm.
     ///
-    /// `noise_mm`: standard deviation of a length, mm, encoder quantisation included.
-    pub fn new(rig: &Rig<T>, parameters: &Parameters<T>, offsets_mm: &[T; CABLES], noise_mm: T) -> Self {
+    /// `noise_mm`: standard deviation of a length, mm, encoder quantisation included. `joint`: a ball, or how the centre
+    /// moves with the arm; what it predicts is no alarm, and its scatter is none either.
+    pub fn new(
+        rig: &Rig<T>,
+        parameters: &Parameters<T>,
+        offsets_mm: &[T; CABLES],
+        noise_mm: T,
+        joint: Joint<T>,
+    ) -> Self {
         let geometry = Geometry::new(rig);
         Self {
             centre: JointCentre::from_parameters(parameters, &geometry),
             geometry,
+            joint,
             offsets_mm: *offsets_mm,
             variance_mm2: noise_mm * noise_mm,
             attitude: None,
@@ -146,19 +156,12 @@ impl<T: Real> SlipDetector<T> {
         }
         self.counted = Some(*lengths);
         let lengths = lengths.less(&self.offsets_mm).ok()?;
-        let solver = AttitudeSolver { geometry: &self.geometry, centre: &self.centre };
-        let fit = match self.attitude {
-            Some(before) => solver.track(before, &lengths, CableSet::ALL),
-            None => solver.solve(&lengths, CableSet::ALL),
-        };
-        let Some(fit) = fit else {
-            self.attitude = None;
-            return None;
-        };
-        self.attitude = Some(fit.attitude);
-        let rotation = rotation_of(&fit.attitude);
-        let jacobian = LengthJacobian::new(&self.geometry, &self.centre, &rotation, &lengths);
-        let pose = MarginalInformation::new(&jacobian).ok()?;
+        self.attitude = self.attitude_of(&lengths);
+        let attitude = self.attitude?;
+        let rotation = rotation_of(&attitude);
+        let jacobian = self.joint.jacobian(&self.geometry, &self.centre, &rotation, &lengths);
+        let mut pose = MarginalInformation::new(&jacobian).ok()?;
+        pose.add_scatter(self.joint.scatter_mm2() / self.variance_mm2);
         let chi_square = pose.squares_mm2() / (self.variance_mm2 * T::of(3.0));
         self.chi_square += (chi_square - self.chi_square) * T::of(SHARE);
         if self.state == DetectorState::Quiet {
@@ -168,18 +171,29 @@ impl<T: Real> SlipDetector<T> {
             DetectorState::Quiet if self.chi_square > T::of(SUSPICIOUS) => {
                 self.state = DetectorState::Suspicious;
                 self.evidence = Evidence::new();
-                self.first = fit.attitude.scaled_axis();
+                self.first = attitude.scaled_axis();
                 self.span = T::zero();
                 None
             }
             DetectorState::Suspicious => {
-                let turned = (fit.attitude.scaled_axis() - self.first).norm();
+                let turned = (attitude.scaled_axis() - self.first).norm();
                 self.span = self.span.max(turned);
                 self.evidence.add(&rotation, &pose);
                 self.judge()
             }
             DetectorState::Quiet | DetectorState::Warned => None,
         }
+    }
+
+    /// The arm's rotation in a sample: from that in the sample before, else without a start.
+    fn attitude_of(&self, lengths: &CableLengths<T>) -> Option<UnitQuaternion<T>> {
+        let track = |start| self.joint.track(&self.geometry, &self.centre, start, lengths);
+        if let Some(before) = self.attitude {
+            return track(before);
+        }
+        let solver = AttitudeSolver { geometry: &self.geometry, centre: &self.centre };
+        let attitude = solver.solve(lengths, CableSet::ALL)?.attitude;
+        if self.joint == Joint::Ball { Some(attitude) } else { track(attitude) }
     }
 
     fn has_moved(&self, lengths: &CableLengths<T>) -> bool {

@@ -152,6 +152,7 @@ reasons! {
     RadiusImplausible = 73, "a distance from the centre to an end-point cannot be", "check the cuff and the rig parameters, then calibrate again";
     SigmaImplausible = 74, "the stated uncertainty is zero or too large", "capture more and wider poses";
     OffsetImplausible = 75, "the named encoder's offset is larger than homing can leave", "home the encoders, then calibrate again";
+    MotionImplausible = 76, "the joint centre moves further with the arm than that of any joint", "look for a loose strap, cuff or cable, then calibrate again";
 
     VerificationFailed = 80, "the second set of poses deviates too much", "calibrate again; tighten strap and cables before";
     VerificationDoesNotClose = 81, "a pose of the second set does not fit the identified centre", "look for a slack cable, calibrate again";

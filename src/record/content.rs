@@ -1,6 +1,7 @@
 //! What is kept of a calibration.
 
 use crate::identification::Rejected;
+use crate::identification::joint::ShownMotion;
 use crate::identification::outcome::MAX_REJECTED;
 use crate::identification::outcome::RESULT_PACKED;
 use crate::linear_algebra::packed_index;
@@ -51,6 +52,8 @@ pub struct Record {
     pub verification_deviation_mm: f32,
     /// The limit that it was held against, mm.
     pub verification_limit_mm: f32,
+    /// How the centre moves with the arm; `None` for a ball.
+    pub motion: Option<ShownMotion>,
 }
 
 /// A record whose numbers cannot be those of a calibration.
@@ -83,7 +86,8 @@ impl Record {
                 .chain(&self.zeros_mm)
                 .all(|n| n.is_finite())
             && singles.iter().chain(&self.zero_sigmas_mm).chain(&self.variances()).all(not_negative)
-            && radii.iter().all(|radius| *radius > 0.0);
+            && radii.iter().all(|radius| *radius > 0.0)
+            && self.motion.is_none_or(|motion| motion.is_sound());
         if fit { Ok(()) } else { Err(Unfit) }
     }
 

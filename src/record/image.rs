@@ -18,8 +18,12 @@
 //! | 204 | 25 · 2 | poses left out: pose, faulty cables |
 //! | 254 | 2 + 2 | boot, wearer |
 //! | 258 | 4 | serial number of the board |
-//! | 262 | 54 | zero; for later versions |
+//! | 262 | 1 + 1 | joint: 0 ball, 1 moving centre; zero |
+//! | 264 | 8 · 3 · 2 | how the centre moves: the integers of [`ShownMotion`]; zero for a ball |
+//! | 312 | 4 | zero; for later versions |
 //! | 316 | 4 | CRC-32 of a constant and all bytes before |
+//!
+//! Version 2 has zeros from 262 on: its joint is a ball.
 //!
 //! What every version and every kind of image has is in `sealed`.
 
@@ -27,17 +31,22 @@ use super::content::Record;
 use super::sealed;
 pub use super::sealed::{Broken, Header};
 use crate::identification::Rejected;
+use crate::identification::joint::{MOTION_PARTS, ShownMotion};
 use crate::rig::Parameters;
 
 /// Length of the image, bytes: 40 flash words of the drive board.
 pub const IMAGE_LEN: usize = 320;
 
 /// Version of the table above.
-pub const VERSION: u16 = 2;
+pub const VERSION: u16 = 3;
+/// The oldest version that is read.
+pub(super) const OLDEST: u16 = 2;
 
 /// The kind of the image.
 pub(super) const MAGIC: [u8; 4] = *b"GLNR";
-const RESERVED_LEN: usize = 54;
+const RESERVED_LEN: usize = 4;
+/// Of the field that says which joint it is.
+const MOVING: u8 = 1;
 
 /// The image of a record.
 pub type Image = [u8; IMAGE_LEN];
@@ -68,6 +77,11 @@ pub fn encode(record: &Record, sequence: u32) -> Image {
     writer.put(record.boot.to_le_bytes());
     writer.put(record.wearer.to_le_bytes());
     writer.put(record.serial.to_le_bytes());
+    writer.put([if record.motion.is_some() { MOVING } else { 0 }, 0]);
+    let parts = record.motion.map_or([[0; 3]; MOTION_PARTS], |motion| *motion.parts());
+    for number in parts.as_flattened() {
+        writer.put(number.to_le_bytes());
+    }
     writer.put([0; RESERVED_LEN]);
     sealed::seal(&mut writer.image);
     writer.image
@@ -106,6 +120,8 @@ pub fn decode(image: &Image) -> Record {
     let boot = u16::from_le_bytes(reader.take());
     let wearer = u16::from_le_bytes(reader.take());
     let serial = u32::from_le_bytes(reader.take());
+    let [joint, _] = reader.take();
+    let parts = core::array::from_fn(|_| core::array::from_fn(|_| i16::from_le_bytes(reader.take())));
     Record {
         run_id,
         boot,
@@ -128,12 +144,18 @@ pub fn decode(image: &Image) -> Record {
         verification_poses,
         verification_deviation_mm,
         verification_limit_mm,
+        motion: (joint == MOVING).then(|| ShownMotion::from_parts(parts)),
     }
 }
 
 /// The image's CRC-32.
 pub fn checksum(image: &Image) -> u32 {
     sealed::checksum(image)
+}
+
+/// The CRC-32 at the image's end, which [`encode`] has made.
+pub fn stated_checksum(image: &Image) -> u32 {
+    sealed::stated_checksum(image)
 }
 
 struct Writer {

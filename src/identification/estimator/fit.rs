@@ -15,7 +15,7 @@ use crate::identification::settings::{EstimatorSettings, Noise};
 use crate::identification::weights::Weights;
 use crate::kinematics::rotation::turned;
 use crate::kinematics::{AttitudeSolver, CableLengths, CableSet, JointCentre, LengthJacobian};
-use crate::linear_algebra::Singular;
+use crate::linear_algebra::{Singular, block};
 use crate::rig::Parameters;
 use crate::scalar::Real;
 use nalgebra::{Matrix3, Matrix6, Vector3};
@@ -44,6 +44,8 @@ pub(super) struct Fit<T: Real> {
     pub ball_refusal: Option<Refusal>,
     /// The joint centre in the platform from a held phase: a prior.
     pub held: Option<HeldCentre<T>>,
+    /// 1σ of a moving centre's path over the poses, across the arm and in all, mm.
+    pub path_sigmas_mm: [T; 2],
     /// Residuals of the last pass.
     pub residuals: Residuals<T>,
     /// The result, filled in as the stages find it.
@@ -99,6 +101,7 @@ impl<T: Real> Fit<T> {
             centre_information: Matrix6::zeros(),
             ball_refusal: None,
             held: None,
+            path_sigmas_mm: [T::zero(); 2],
             residuals: Residuals::none(noise_mm, machine.noise_mm()),
             result: Identified::empty(*nominal),
         }
@@ -216,12 +219,7 @@ impl<T: Real> Fit<T> {
 
     /// The Jacobian of a pose at the present estimate. For a moving centre its motion with the rotation is included.
     pub fn jacobian(&self, rotation: &Matrix3<T>, lengths: &CableLengths<T>) -> LengthJacobian<T> {
-        let centre = self.joint.centre_at(&self.centre, rotation);
-        let geometry = self.estimate.geometry();
-        match self.joint.turning(rotation) {
-            None => LengthJacobian::new(geometry, &centre, rotation, lengths),
-            Some(turning) => LengthJacobian::new(geometry, &centre, rotation, lengths).with_moving_centre(&turning),
-        }
+        self.joint.jacobian(self.estimate.geometry(), &self.centre, rotation, lengths)
     }
 
     /// A pose at the present estimate, rotation and scatter eliminated; `None` without a rotation.
@@ -253,19 +251,13 @@ impl<T: Real> Fit<T> {
         if !pose.is_placed() {
             placed.place(machine.platform());
         }
-        let centre = self.joint.centre_at(&self.centre, &placed.rotation());
-        let solver = AttitudeSolver { geometry: self.estimate.geometry(), centre: &centre };
-        let fit = solver.track(*placed.attitude(), &lengths, CableSet::ALL);
-        let fit = fit.or_else(|| solver.solve(&lengths, CableSet::ALL))?;
-        placed.set_attitude(fit.attitude);
-        if matches!(self.joint, Joint::Moving(_)) {
-            // The centre moves with the rotation: two more Gauss-Newton steps with that included.
-            for _ in 0..2 {
-                let jacobian = self.jacobian(&placed.rotation(), &lengths);
-                let turn = MarginalInformation::new(&jacobian).ok()?.turn;
-                placed.refine_attitude(turned(placed.attitude(), &turn));
-            }
-        }
+        let geometry = self.estimate.geometry();
+        let track = |start| self.joint.track(geometry, &self.centre, start, &lengths);
+        let attitude = track(*placed.attitude()).or_else(|| {
+            let centre = self.joint.centre_at(&self.centre, &placed.rotation());
+            track(AttitudeSolver { geometry, centre: &centre }.solve(&lengths, CableSet::ALL)?.attitude)
+        });
+        placed.set_attitude(attitude?);
         Some(placed)
     }
 
@@ -308,6 +300,12 @@ impl<T: Real> Fit<T> {
     fn freedom(&self, used: usize) -> T {
         let unknown = CENTRE_UNKNOWNS as i32 + self.joint.free_parameters();
         T::of_integer((3 * used as i32 - unknown).max(1))
+    }
+
+    /// C and its covariance, once factored.
+    pub fn centre_in_platform(&self) -> HeldCentre<T> {
+        let covariance = self.centre_covariance() * self.variance_mm2();
+        HeldCentre { in_platform_mm: self.centre.in_platform_mm, covariance_mm2: block::<T, 3, 3>(&covariance) }
     }
 
     /// Covariance of O and C, for a noise of 1 mm, once factored.

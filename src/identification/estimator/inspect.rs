@@ -158,11 +158,23 @@ impl<T: Real> Inspect<T> {
     fn judge(&self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &[Pose<T>]) -> Stage<T> {
         match self.refusal(fit) {
             Some(refusal) => Stage::Done(Err(refusal)),
-            None => fit.accept_moving(machine, poses),
+            None => {
+                fit.path_sigmas_mm = [self.across_mm2, self.all_mm2].map(|sum| self.sigma_mm(fit, sum));
+                fit.accept_moving(machine, poses)
+            }
         }
     }
 
+    /// 1σ of the path from the sum of its variances by the fit, with what the model does not explain.
+    fn sigma_mm(&self, fit: &Fit<T>, variances_mm2: T) -> T {
+        let mean = variances_mm2 / T::of_integer(self.seen as i32);
+        non_negative_root(mean * fit.joint.variance_factor() + fit.joint.lack_of_fit_mm2())
+    }
+
     fn refusal(&self, fit: &Fit<T>) -> Option<Refusal> {
+        if let Some(distance) = fit.held.and_then(|held| held.contradiction_mm(&fit.centre_in_platform())) {
+            return Some(Refusal::HeldOfAnotherWearing { distance_mm: distance.to_f32() });
+        }
         let freedom = fit.residuals.freedom;
         if let Some(split) = &self.best {
             let gain = split.gain.min(freedom - T::of(7.0));

@@ -52,7 +52,8 @@ impl<T: Real> Fit<T> {
         let covariance = self.centre_covariance();
         let noise_mm = self.residuals.noise_mm;
         let offset_sigmas = self.offset_sigmas(machine);
-        self.write_result(machine, poses, &(covariance * self.variance_mm2()), noise_mm);
+        let variance = self.variance_mm2() * self.joint.variance_factor();
+        self.write_result(machine, poses, &(covariance * variance), noise_mm);
         if let Some(sigmas) = offset_sigmas {
             self.result.offset_sigmas_mm = sigmas.map(|sigma| sigma * noise_mm);
         }

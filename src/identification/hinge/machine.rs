@@ -190,20 +190,11 @@ fn displace<T: Real>(points: &mut Points<T>, mode: Option<&Points<T>>, value: T)
     }
 }
 
+/// The modes of the first `cables` points.
 fn modes<T: Real>(points: &Points<T>, cables: usize) -> Vec<Points<T>, MAX_MODES> {
-    match cables {
-        2 => of_first::<T, 2>(points),
-        3 => of_first::<T, 3>(points),
-        _ => of_first::<T, MAX_CABLES>(points),
-    }
-}
-
-/// The modes of the first `N` points.
-fn of_first<T: Real, const N: usize>(points: &Points<T>) -> Vec<Points<T>, MAX_MODES> {
     let at = |points: &[Vector3<T>], index: usize| points.get(index).copied().unwrap_or_else(Vector3::zeros);
-    let first: [Vector3<T>; N] = core::array::from_fn(|index| at(points, index));
     let mut modes = Vec::new();
-    for_each_mode(&first, |mode| {
+    for_each_mode(&core::array::from_fn(|index| at(points, index)), cables, |mode| {
         let _ = modes.push(core::array::from_fn(|index| at(mode, index)));
     });
     modes

@@ -15,6 +15,21 @@ const BY_PYTHON: &str = "\
     1e11201222132414261528162a172c182e1930151417161b1a19180000000000000000000000000000000000000000\
     00000000000000000000000000000000000000000000000000000000000000000000def48bba";
 
+/// The same of version 3, with 1 at byte 262, `pack('<24h', *[(k - 12) * 700 for k in range(24)])` from 264 on, 4 zeros.
+const MOVING_BY_PYTHON: &str = "\
+    474c4e5203000201060504030a0908070c0b030001020311021300000000c9420000cb420000cd420000cf420000d1\
+    420000d3420000803e0000a03f0000104000005040000088400000a8400000c8400000e84000000441000014410000\
+    244100003441000044410000544100006441000074410000824100008a410000924100009a410000a241000080bf00\
+    0000c0000040c0000080c00000a0c00000c0c00000004000000840000010400000184000002040000028400000803d\
+    0000003e0000403f0000c03e0000003f01000202030404060508060a070c080e09100a120b140c160d180e1a0f1c10\
+    1e11201222132414261528162a172c182e1930151417161b1a1918010030dfece1a8e464e720eadcec98ef54f210f5\
+    ccf788fa44fd0000bc0278053408f00aac0d68102413e0159c18581b141e0000000025fcbd3a";
+
+/// What [`BY_PYTHON`] holds: a ball, as the version before kept it.
+fn ball() -> Record {
+    Record { motion: None, ..record() }
+}
+
 fn record() -> Record {
     Record {
         run_id: 0x0102,
@@ -38,11 +53,23 @@ fn record() -> Record {
         verification_poses: 0x13,
         verification_deviation_mm: 0.375,
         verification_limit_mm: 0.5,
+        motion: Some(motion()),
     }
 }
 
+/// -8400, -7700, ... 7700.
+fn motion() -> ShownMotion {
+    ShownMotion::from_parts(core::array::from_fn(|part| {
+        core::array::from_fn(|k| (part as i16 * 3 + k as i16 - 12) * 700)
+    }))
+}
+
 fn by_python() -> Image {
-    let digits: Vec<u8> = BY_PYTHON.bytes().collect();
+    bytes_of(MOVING_BY_PYTHON)
+}
+
+fn bytes_of(digits: &str) -> Image {
+    let digits: Vec<u8> = digits.bytes().collect();
     let bytes: Vec<u8> =
         digits.chunks(2).map(|pair| u8::from_str_radix(core::str::from_utf8(pair).unwrap(), 16).unwrap()).collect();
     bytes.try_into().unwrap()
@@ -55,8 +82,16 @@ fn the_bytes_never_change() {
 
 #[test]
 fn what_was_written_is_read() {
-    assert_eq!(header(&by_python()), Ok(Header { version: 2, sequence: 0x0304_0506 }));
+    assert_eq!(header(&by_python()), Ok(Header { version: 3, sequence: 0x0304_0506 }));
     assert_eq!(decode(&by_python()), record());
+}
+
+#[test]
+fn a_record_of_the_version_before_is_a_ball() {
+    let before = bytes_of(BY_PYTHON);
+    assert_eq!(header(&before), Ok(Header { version: 2, sequence: 0x0304_0506 }));
+    assert_eq!(decode(&before), ball());
+    assert!(OLDEST == 2 && VERSION == 3);
 }
 
 /// A CRC-32 finds every burst of up to 32 bits, so every wrong byte.
@@ -84,8 +119,12 @@ fn equal_bytes_are_no_record() {
 
 #[test]
 fn a_record_without_sense_is_told() {
+    let record = || Record { motion: Some(ShownMotion::from_parts([[1; 3]; MOTION_PARTS])), ..record() };
     assert_eq!(record().check(), Ok(()));
-    let spoilt: [fn(&mut Record); 9] = [
+    assert_eq!(ball().check(), Ok(()));
+    let spoilt: [fn(&mut Record); 11] = [
+        |r| r.motion = Some(ShownMotion::from_parts(core::array::from_fn(|k| [if k == 6 { -1 } else { 1 }; 3]))),
+        |r| r.motion = Some(ShownMotion::from_parts(core::array::from_fn(|k| [if k == 7 { 6_000 } else { 1 }; 3]))),
         |r| r.run_id = 0,
         |r| r.left_out = 26,
         |r| r.parameters.centre_mm.y = f32::NAN,

@@ -4,6 +4,7 @@ use crate::study::findings::Problem;
 use crate::study::scene::{Reach, Scene, normal, symmetric, with_noise};
 use crate::study::solve::{Answer, Knowledge, solve_with_zeros};
 use crate::wearer::{Encoder, rotation};
+use glenoid::identification::joint::Joint;
 use glenoid::kinematics::CableLengths;
 use glenoid::monitor::SlipDetector;
 use glenoid::rig::{CABLES, Parameters, RigError};
@@ -118,7 +119,7 @@ impl Therapy {
     fn watch(&self, answer: &Answer) -> Result<SlipDetector<f32>, RigError> {
         let rig = self.scene.rig_single();
         let parameters = Parameters::from_array(answer.parameters_mm.map(|x| x as f32));
-        Ok(SlipDetector::new(rig, &parameters, &answer.zeros_mm.map(|x| x as f32), rig.length_noise_mm()))
+        Ok(SlipDetector::new(rig, &parameters, &answer.zeros_mm.map(|x| x as f32), rig.length_noise_mm(), Joint::Ball))
     }
 
     /// What the device makes of six true lengths: noise, then whole counts, mm.

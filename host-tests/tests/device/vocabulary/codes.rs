@@ -106,6 +106,7 @@ fn reasons_are_never_renumbered() {
         (73, "RadiusImplausible"),
         (74, "SigmaImplausible"),
         (75, "OffsetImplausible"),
+        (76, "MotionImplausible"),
         (80, "VerificationFailed"),
         (81, "VerificationDoesNotClose"),
         (96, "Accepted"),

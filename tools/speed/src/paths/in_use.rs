@@ -2,6 +2,7 @@
 
 use core::hint::black_box;
 
+use glenoid::identification::joint::Joint;
 use glenoid::kinematics::rotation::{nearest_attitude, rotation_of, turned};
 use glenoid::kinematics::{CableLengths, JointCentre};
 use glenoid::monitor::SlipDetector;
@@ -43,7 +44,8 @@ pub fn new_detector<T: Number>(bench: &mut Bench<T>) -> Option<()> {
     }
     let rig = &bench.problem.rig;
     let offsets = [T::zero(); CABLES];
-    bench.held = Held::Detector(SlipDetector::new(rig, &bench.problem.truth, &offsets, rig.length_noise_mm()));
+    bench.held =
+        Held::Detector(SlipDetector::new(rig, &bench.problem.truth, &offsets, rig.length_noise_mm(), Joint::Ball));
     Some(())
 }
 
