@@ -5,6 +5,7 @@
 //! that is printed as JSON or as a [`summary`] with a remedy for every refusal.
 
 pub mod calculation;
+pub mod causes;
 pub mod held_phase;
 pub mod input_error;
 mod known_keys;

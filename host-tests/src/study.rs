@@ -5,7 +5,7 @@
 //! the order of the trials, so that the bytes are the same on one core and on many.
 
 mod bound;
-mod built;
+pub(crate) mod built;
 mod commissioning;
 mod cramer_rao;
 mod degenerate;
@@ -22,6 +22,7 @@ mod million;
 mod outliers;
 mod paper;
 mod precision;
+mod pulley;
 mod wander;
 mod watch;
 mod zeros;
@@ -60,4 +61,5 @@ pub const ALL: &[Study] = &[
     watch::STUDY,
     machine::STUDY,
     commissioning::STUDY,
+    pulley::STUDY,
 ];

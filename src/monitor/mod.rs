@@ -25,10 +25,11 @@ mod evidence;
 pub use self::evidence::{Cause, Warning};
 
 use self::evidence::Evidence;
+use crate::identification::machine::{Machine, MachineDeviation};
 use crate::identification::marginal_information::MarginalInformation;
 use crate::kinematics::rotation::rotation_of;
 use crate::kinematics::{AttitudeSolver, CableLengths, CableSet, Geometry, JointCentre, LengthJacobian};
-use crate::rig::{CABLES, Parameters, Rig};
+use crate::rig::{CABLES, Correction, Parameters};
 use crate::scalar::Real;
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -68,7 +69,9 @@ pub enum DetectorState {
 pub struct SlipDetector<T: Real> {
     geometry: Geometry<T>,
     centre: JointCentre<T>,
-    offsets_mm: [T; CABLES],
+    home_mm: [T; CABLES],
+    /// What was found with the centre: reading = home + scale (L - home) + offset.
+    found: Correction<T>,
     variance_mm2: T,
     attitude: Option<UnitQuaternion<T>>,
     counted: Option<CableLengths<T>>,
@@ -83,15 +86,24 @@ pub struct SlipDetector<T: Real> {
 }
 
 impl<T: Real> SlipDetector<T> {
-    /// A detector for the centre `parameters` with the encoder offsets `offsets_mm` (0 when they are known), in mm.
+    /// A detector for the centre `parameters`, mm, on the machine as it was found with it: what is not as drawn is no
+    /// slip.
     ///
-    /// `noise_mm`: standard deviation of a length, mm, encoder quantisation included.
-    pub fn new(rig: &Rig<T>, parameters: &Parameters<T>, offsets_mm: &[T; CABLES], noise_mm: T) -> Self {
-        let geometry = Geometry::new(rig);
+    /// * `offsets_mm`: encoder offsets found, mm; 0 when they are known.
+    /// * `noise_mm`: standard deviation of a length, mm, encoder quantisation included.
+    pub fn new(
+        machine: &Machine<T>,
+        deviation: &MachineDeviation<T>,
+        parameters: &Parameters<T>,
+        offsets_mm: &[T; CABLES],
+        noise_mm: T,
+    ) -> Self {
+        let geometry = machine.geometry_with(deviation);
         Self {
             centre: JointCentre::from_parameters(parameters, &geometry),
             geometry,
-            offsets_mm: *offsets_mm,
+            home_mm: *machine.home_mm(),
+            found: Correction { offset_mm: *offsets_mm, scale: deviation.scale.map(|scale| T::one() + scale) },
             variance_mm2: noise_mm * noise_mm,
             attitude: None,
             counted: None,
@@ -145,7 +157,7 @@ impl<T: Real> SlipDetector<T> {
             return None;
         }
         self.counted = Some(*lengths);
-        let lengths = lengths.less(&self.offsets_mm).ok()?;
+        let lengths = lengths.corrected_by(&self.found, &self.home_mm).ok()?;
         let solver = AttitudeSolver { geometry: &self.geometry, centre: &self.centre };
         let fit = match self.attitude {
             Some(before) => solver.track(before, &lengths, CableSet::ALL),

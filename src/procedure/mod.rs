@@ -140,7 +140,7 @@ pub struct Procedure {
     /// The boot that is under way, and the wearer that the next run is made for.
     boot: u16,
     wearer: u16,
-    /// How well the encoder zeros are known in the runs to come, 1σ, mm; 0 = exactly.
+    /// How well the encoder zeros are known in the runs to come, 1σ, mm; 0 = as the rig's tolerance says.
     zero_prior_mm: f32,
     arm: Arm,
     state: State,
@@ -164,11 +164,12 @@ impl Procedure {
     // Inlined so that it is built where it stays: 13 KB of temporary copies on the stack otherwise.
     #[inline(always)]
     pub fn new(rig: Rig<f32>, limits: Limits) -> Self {
-        let machine = Machine::with_offset_prior(&rig, limits.settings().zero_prior_mm);
+        let zero_prior_mm = limits.settings().zero_prior_mm;
+        let machine = Machine::with_offset_prior(&rig, offset_prior_mm(&rig, zero_prior_mm));
         Self {
             arm: Arm::new(&limits),
             work: Work::new(&machine, &rig),
-            zero_prior_mm: limits.settings().zero_prior_mm,
+            zero_prior_mm,
             accuracy: PredictedAccuracy::new(&machine, rig.nominal()),
             machine,
             predicted_sigma_mm: None,
@@ -231,7 +232,7 @@ impl Procedure {
         &self.limits
     }
 
-    /// How well the encoder zeros are known in the runs to come, 1σ, mm; 0 = exactly.
+    /// How well the encoder zeros are known in the runs to come, 1σ, mm; 0 = as the rig's tolerance says.
     pub const fn zero_prior_mm(&self) -> f32 {
         self.zero_prior_mm
     }
@@ -242,8 +243,8 @@ impl Procedure {
         limits.check(self.rig.nominal(), &identified.parameters, &identified.sigma_mm(), &identified.offsets_mm)
     }
 
-    /// Sets how well the encoder zeros are known in the runs to come, 1σ, mm, until power-down; 0 = exactly. Not while a
-    /// run is under way: its poses were collected for another question.
+    /// Sets how well the encoder zeros are known in the runs to come, 1σ, mm, until power-down; 0 = as the
+    /// rig's tolerance says. Not while a run is under way: its poses were collected for another question.
     ///
     /// Every run begins from the raw lengths, never from lengths corrected by the zeros in use: an error in these cannot
     /// get into the next centre, and the standard deviation of a run depends on its own poses and the stated prior alone.
@@ -257,7 +258,7 @@ impl Procedure {
             return Reason::BadArgument;
         }
         self.zero_prior_mm = prior_mm;
-        self.machine = Machine::with_offset_prior(&self.rig, prior_mm);
+        self.machine = Machine::with_offset_prior(&self.rig, offset_prior_mm(&self.rig, prior_mm));
         Reason::Fine
     }
 
@@ -265,6 +266,11 @@ impl Procedure {
     fn enough_poses(&self) -> u8 {
         let settings = self.limits.settings();
         if self.zero_prior_mm > 0.0 { settings.enough_poses_with_zeros } else { settings.enough_poses }
+    }
+
+    /// The machine as the estimator sees it.
+    pub const fn machine(&self) -> &Machine<f32> {
+        &self.machine
     }
 
     /// The machine.
@@ -389,4 +395,9 @@ impl Procedure {
             self.ending = Some(Ending { run_id: self.run.id, detail });
         }
     }
+}
+
+/// How well the encoder offsets are known, 1σ, mm: homing is never better than the rig's tolerance.
+fn offset_prior_mm(rig: &Rig<f32>, zero_prior_mm: f32) -> f32 {
+    zero_prior_mm.max(rig.tolerance().offset_mm)
 }

@@ -1,6 +1,7 @@
 //! What is kept of a calibration.
 
 use crate::identification::Rejected;
+use crate::identification::machine::MachineDeviation;
 use crate::identification::outcome::MAX_REJECTED;
 use crate::identification::outcome::RESULT_PACKED;
 use crate::linear_algebra::packed_index;
@@ -51,6 +52,8 @@ pub struct Record {
     pub verification_deviation_mm: f32,
     /// The limit that it was held against, mm.
     pub verification_limit_mm: f32,
+    /// How the machine was found to differ from what is stated.
+    pub machine: MachineDeviation<f32>,
 }
 
 /// A record whose numbers cannot be those of a calibration.
@@ -81,6 +84,9 @@ impl Record {
                 .iter()
                 .chain(&self.covariance_mm2)
                 .chain(&self.zeros_mm)
+                .chain(&self.machine.base_mm)
+                .chain(&self.machine.ends_mm)
+                .chain(&self.machine.scale)
                 .all(|n| n.is_finite())
             && singles.iter().chain(&self.zero_sigmas_mm).chain(&self.variances()).all(not_negative)
             && radii.iter().all(|radius| *radius > 0.0);

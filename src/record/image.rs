@@ -18,8 +18,10 @@
 //! | 204 | 25 · 2 | poses left out: pose, faulty cables |
 //! | 254 | 2 + 2 | boot, wearer |
 //! | 258 | 4 | serial number of the board |
-//! | 262 | 54 | zero; for later versions |
-//! | 316 | 4 | CRC-32 of a constant and all bytes before |
+//! | 262 | 48 + 48 | how the base and the platform differ from what is stated: coefficients of their shape modes, mm |
+//! | 358 | 24 | by how much each drum pays out more than stated, relative |
+//! | 382 | 254 | zero; for later versions |
+//! | 636 | 4 | CRC-32 of a constant and all bytes before |
 //!
 //! What every version and every kind of image has is in `sealed`.
 
@@ -27,17 +29,18 @@ use super::content::Record;
 use super::sealed;
 pub use super::sealed::{Broken, Header};
 use crate::identification::Rejected;
+use crate::identification::machine::MachineDeviation;
 use crate::rig::Parameters;
 
-/// Length of the image, bytes: 40 flash words of the drive board.
-pub const IMAGE_LEN: usize = 320;
+/// Length of the image, bytes: 80 flash words of the drive board.
+pub const IMAGE_LEN: usize = 640;
 
 /// Version of the table above.
-pub const VERSION: u16 = 2;
+pub const VERSION: u16 = 3;
 
 /// The kind of the image.
 pub(super) const MAGIC: [u8; 4] = *b"GLNR";
-const RESERVED_LEN: usize = 54;
+const RESERVED_LEN: usize = 254;
 
 /// The image of a record.
 pub type Image = [u8; IMAGE_LEN];
@@ -68,6 +71,9 @@ pub fn encode(record: &Record, sequence: u32) -> Image {
     writer.put(record.boot.to_le_bytes());
     writer.put(record.wearer.to_le_bytes());
     writer.put(record.serial.to_le_bytes());
+    writer.put_numbers(&record.machine.base_mm);
+    writer.put_numbers(&record.machine.ends_mm);
+    writer.put_numbers(&record.machine.scale);
     writer.put([0; RESERVED_LEN]);
     sealed::seal(&mut writer.image);
     writer.image
@@ -106,6 +112,11 @@ pub fn decode(image: &Image) -> Record {
     let boot = u16::from_le_bytes(reader.take());
     let wearer = u16::from_le_bytes(reader.take());
     let serial = u32::from_le_bytes(reader.take());
+    let machine = MachineDeviation {
+        base_mm: reader.take_numbers(),
+        ends_mm: reader.take_numbers(),
+        scale: reader.take_numbers(),
+    };
     Record {
         run_id,
         boot,
@@ -128,6 +139,7 @@ pub fn decode(image: &Image) -> Record {
         verification_poses,
         verification_deviation_mm,
         verification_limit_mm,
+        machine,
     }
 }
 

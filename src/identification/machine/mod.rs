@@ -5,12 +5,15 @@
 //! fitted to the points as they are, and every σ of a centre is meant in that frame. Each constant takes part when its
 //! tolerance is not zero, with that as its prior standard deviation (maximum a posteriori).
 
+mod deviation;
 mod estimate;
 mod shape;
 
+pub use deviation::MachineDeviation;
 pub use estimate::MachineEstimate;
+pub use shape::MAX_MODES;
 
-use self::shape::{MAX_MODES, ShapeModes};
+use self::shape::ShapeModes;
 use crate::kinematics::{Geometry, PlatformSolver};
 use crate::linear_algebra::packed_index;
 use crate::rig::{CABLES, Rig, Tolerance};
@@ -122,6 +125,11 @@ impl<T: Real> Machine<T> {
     /// Standard deviation of one length, mm.
     pub fn noise_mm(&self) -> T {
         self.noise_mm
+    }
+
+    /// Length of each cable at count zero, mm.
+    pub fn home_mm(&self) -> &[T; CABLES] {
+        &self.home_mm
     }
 
     /// The tolerances, 1σ.

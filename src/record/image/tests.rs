@@ -4,16 +4,24 @@ extern crate std;
 use super::*;
 use std::vec::Vec;
 
-/// `b'GLNR' + pack('<HHIIH', 2, 0x102, 0x3040506, 0x708090A, 0xB0C) + bytes([3, 0, 1, 2, 3, 0x11, 2, 0x13, 0, 0])`,
-/// then the 44 numbers of [`record`] as `<f`, 25 times `bytes([k + 1, 2 * k])`, `pack('<HHI', 0x1415, 0x1617, 0x18191A1B)`, 54 zeros, and `zlib.crc32(b'\xa5gle' + all that)` as `<I`.
+/// `b'GLNR' + pack('<HHIIH', 3, 0x102, 0x3040506, 0x708090A, 0xB0C) + bytes([3, 0, 1, 2, 3, 0x11, 2, 0x13, 0, 0])`,
+/// then the 44 numbers of [`record`] as `<f`, 25 times `bytes([k + 1, 2 * k])`, `pack('<HHI', 0x1415, 0x1617, 0x18191A1B)`,
+/// the 30 numbers of the machine as `<f`, 254 zeros, and `zlib.crc32(b'\xa5gle' + all that)` as `<I`.
 const BY_PYTHON: &str = "\
-    474c4e5202000201060504030a0908070c0b030001020311021300000000c9420000cb420000cd420000cf420000d1\
+    474c4e5203000201060504030a0908070c0b030001020311021300000000c9420000cb420000cd420000cf420000d1\
     420000d3420000803e0000a03f0000104000005040000088400000a8400000c8400000e84000000441000014410000\
     244100003441000044410000544100006441000074410000824100008a410000924100009a410000a241000080bf00\
     0000c0000040c0000080c00000a0c00000c0c00000004000000840000010400000184000002040000028400000803d\
     0000003e0000403f0000c03e0000003f01000202030404060508060a070c080e09100a120b140c160d180e1a0f1c10\
-    1e11201222132414261528162a172c182e1930151417161b1a19180000000000000000000000000000000000000000\
-    00000000000000000000000000000000000000000000000000000000000000000000def48bba";
+    1e11201222132414261528162a172c182e1930151417161b1a1918000000bf0000c0bf000020c0000060c0000090c0\
+    0000b0c00000d0c00000f0c0000008c1000018c1000028c1000038c10000a2410000aa410000b2410000ba410000c2\
+    410000ca410000d2410000da410000e2410000ea410000f2410000fa410000803d0000003e0000403e0000803e0000\
+    a03e0000c03e0000000000000000000000000000000000000000000000000000000000000000000000000000000000\
+    0000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000\
+    0000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000\
+    0000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000\
+    0000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000\
+    00000000000000000000000000000000000000000000000000087ae59a";
 
 fn record() -> Record {
     Record {
@@ -38,6 +46,11 @@ fn record() -> Record {
         verification_poses: 0x13,
         verification_deviation_mm: 0.375,
         verification_limit_mm: 0.5,
+        machine: MachineDeviation {
+            base_mm: core::array::from_fn(|k| -0.5 - k as f32),
+            ends_mm: core::array::from_fn(|k| 20.25 + k as f32),
+            scale: core::array::from_fn(|k| 0.0625 * (k as f32 + 1.0)),
+        },
     }
 }
 
@@ -55,7 +68,7 @@ fn the_bytes_never_change() {
 
 #[test]
 fn what_was_written_is_read() {
-    assert_eq!(header(&by_python()), Ok(Header { version: 2, sequence: 0x0304_0506 }));
+    assert_eq!(header(&by_python()), Ok(Header { version: 3, sequence: 0x0304_0506 }));
     assert_eq!(decode(&by_python()), record());
 }
 
@@ -85,7 +98,7 @@ fn equal_bytes_are_no_record() {
 #[test]
 fn a_record_without_sense_is_told() {
     assert_eq!(record().check(), Ok(()));
-    let spoilt: [fn(&mut Record); 9] = [
+    let spoilt: [fn(&mut Record); 11] = [
         |r| r.run_id = 0,
         |r| r.left_out = 26,
         |r| r.parameters.centre_mm.y = f32::NAN,
@@ -95,6 +108,8 @@ fn a_record_without_sense_is_told() {
         |r| r.zeros_mm[5] = f32::NEG_INFINITY,
         |r| r.zero_sigmas_mm[0] = -1.0,
         |r| r.verification_limit_mm = f32::NAN,
+        |r| r.machine.ends_mm[11] = f32::NAN,
+        |r| r.machine.scale[5] = f32::INFINITY,
     ];
     for (index, spoil) in spoilt.into_iter().enumerate() {
         let mut record = record();
