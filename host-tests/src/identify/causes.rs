@@ -93,6 +93,17 @@ struct Scored {
     score: f64,
 }
 
+impl CauseKind {
+    /// Largest size that is told by the linear model: mm, of a drum per cent.
+    const fn largest(self) -> f64 {
+        match self {
+            Self::DrumScale => 20.0,
+            Self::Hysteresis => 10.0,
+            _ => 30.0,
+        }
+    }
+}
+
 impl Cause {
     const fn of(kind: CauseKind) -> Self {
         Self { kind, cable: None, other_cable: None, pose: None, size: 0.0, explains: false }
@@ -100,7 +111,11 @@ impl Cause {
 }
 
 impl Scored {
-    /// From the fit without it: `gain` is what it takes off χ².
+    /// From the fit without it: `gain` is what it takes off χ². `None` for a size beyond which the fit says nothing of it.
+    fn within(cause: Cause, fit: &AllPosesFit, gain: f64, cost: f64) -> Option<Self> {
+        (cause.size.abs() <= cause.kind.largest()).then(|| Self::new(cause, fit, gain, cost))
+    }
+
     fn new(cause: Cause, fit: &AllPosesFit, gain: f64, cost: f64) -> Self {
         let left = fit.chi_square - gain;
         let explains = left <= chi_square_quantile(fit.freedom, FALSE_ALARM);
@@ -119,9 +134,12 @@ pub fn find(
         return Some(Causes { best, or: None });
     }
     let still = Freedom { scatters: false, moves: false };
-    let compared = AllPosesFit::new(machine, lengths, noise_mm, still)
-        .map(|fit| compare(rig, machine, lengths, noise_mm, &fit))
-        .unwrap_or_default();
+    let fit = AllPosesFit::new(machine, lengths, noise_mm, still);
+    if let Some(fit) = fit.as_ref().filter(|fit| fit.chi_square <= chi_square_quantile(fit.freedom, FALSE_ALARM)) {
+        // The stated machine can take it up; but as far as that?
+        return contradiction_in(machine, fit).map(|best| Causes { best, or: None });
+    }
+    let compared = fit.map(|fit| compare(rig, machine, lengths, noise_mm, &fit)).unwrap_or_default();
     // A scatter explains everything: it counts when it is one that a joint can have.
     let is_settled = |scored: &Scored| match scored.cause.kind {
         CauseKind::Loose => false,
@@ -175,7 +193,10 @@ fn compare(
 /// further from what was stated than the tolerance lets it be.
 pub fn contradiction(machine: &Machine<f64>, lengths: &[CableLengths<f64>], noise_mm: f64) -> Option<Cause> {
     let still = Freedom { scatters: false, moves: false };
-    let fit = AllPosesFit::new(machine, lengths, noise_mm, still)?;
+    contradiction_in(machine, &AllPosesFit::new(machine, lengths, noise_mm, still)?)
+}
+
+fn contradiction_in(machine: &Machine<f64>, fit: &AllPosesFit) -> Option<Cause> {
     let tolerance = machine.tolerance();
     let off = |index: usize| {
         let (kind, cable, sigma) = match machine.parameter(index) {

