@@ -41,34 +41,27 @@ const FRACTION_STEPS: f32 = 32_767.0;
 
 impl Real for f32 {
     type Fraction = i16;
-    #[inline(always)]
     fn to_fraction(self) -> i16 {
         (self * FRACTION_STEPS) as i32 as i16
     }
-    #[inline(always)]
     fn of_fraction(fraction: i16) -> Self {
         f32::from(fraction) * (1.0 / FRACTION_STEPS)
     }
-    #[inline(always)]
     fn of(value: f64) -> Self {
         value as f32
     }
-    #[inline(always)]
     fn of_integer(value: i32) -> Self {
         value as f32
     }
     fn to_f64(self) -> f64 {
         f64::from(self)
     }
-    #[inline(always)]
     fn to_f32(self) -> f32 {
         self
     }
-    #[inline(always)]
     fn root(self) -> Self {
         sqrt_f32(self)
     }
-    #[inline(always)]
     fn is_a_number(self) -> bool {
         self.is_finite()
     }
@@ -76,19 +69,15 @@ impl Real for f32 {
 
 impl Real for f64 {
     type Fraction = f64;
-    #[inline(always)]
     fn to_fraction(self) -> f64 {
         self
     }
-    #[inline(always)]
     fn of_fraction(fraction: f64) -> Self {
         fraction
     }
-    #[inline(always)]
     fn of(value: f64) -> Self {
         value
     }
-    #[inline(always)]
     fn of_integer(value: i32) -> Self {
         f64::from(value)
     }
@@ -98,11 +87,9 @@ impl Real for f64 {
     fn to_f32(self) -> f32 {
         self as f32
     }
-    #[inline(always)]
     fn root(self) -> Self {
         libm::sqrt(self)
     }
-    #[inline(always)]
     fn is_a_number(self) -> bool {
         self.is_finite()
     }

@@ -10,6 +10,11 @@ use glenoid::can::Frame;
 use glenoid::line::LineBuffer;
 use glenoid::slcan::{self, Command};
 
+/// Whether a read that failed found no bytes in time, and may be tried again: a signal may interrupt it at any moment.
+pub fn nothing_came(error: &io::Error) -> bool {
+    matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted)
+}
+
 /// What python-can sends to open a channel at 500 kbit/s.
 pub const PYTHON_CAN_OPENING: &[u8] = b"C\rS6\r\rO\rO\r";
 
@@ -157,7 +162,7 @@ impl SlcanClient {
         let len = match self.stream.read(&mut bytes) {
             Ok(0) => return Err(ClientError::Closed),
             Ok(len) => len,
-            Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => 0,
+            Err(error) if nothing_came(&error) => 0,
             Err(error) => return Err(error.into()),
         };
         for &byte in &bytes[..len] {

@@ -77,7 +77,7 @@ pub enum EccVerdict {
     /// It was not the flash.
     NotFlash,
     /// A word of the second bank, where the record lies and nothing else: torn by a power cut, or worn. Whoever reads the
-    /// record is told, and the program goes on.
+    /// record is reported, and the program goes on.
     RecordWord,
     /// A word of the program, or of the system memory: nothing that is read from there can be trusted.
     ProgramWord,

@@ -2,6 +2,7 @@
 
 use super::port::{Line, serve_line};
 use super::shared_bus::SharedBus;
+use crate::slcan_client::nothing_came;
 use std::io::{self, ErrorKind, Write};
 use std::net::{TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
@@ -114,11 +115,7 @@ impl Line for Socket {
             Ok(Message::Text(text)) => Ok(text.as_bytes().to_vec()),
             Ok(Message::Close(_)) => Err(ErrorKind::UnexpectedEof.into()),
             Ok(_) => Ok(Vec::new()),
-            Err(tungstenite::Error::Io(error))
-                if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) =>
-            {
-                Ok(Vec::new())
-            }
+            Err(tungstenite::Error::Io(error)) if nothing_came(&error) => Ok(Vec::new()),
             Err(error) => Err(io::Error::other(error.to_string())),
         }
     }

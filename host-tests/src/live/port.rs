@@ -1,6 +1,7 @@
 //! A client's end of the shared bus: an SLCAN adapter of its own on any line of bytes.
 
 use super::{Port, SharedBus};
+use crate::slcan_client::nothing_came;
 use glenoid::slcan::Adapter;
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{TcpListener, TcpStream};
@@ -37,7 +38,7 @@ impl Line for Plain {
         match self.0.read(&mut bytes) {
             Ok(0) => Err(ErrorKind::UnexpectedEof.into()),
             Ok(len) => Ok(bytes[..len].to_vec()),
-            Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => Ok(Vec::new()),
+            Err(error) if nothing_came(&error) => Ok(Vec::new()),
             Err(error) => Err(error),
         }
     }

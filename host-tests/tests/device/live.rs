@@ -3,7 +3,7 @@
 use glenoid::can::Frame;
 use glenoid::slcan::Adapter;
 use host_tests::live::{SharedBus, serve_page, serve_slcan};
-use host_tests::slcan_client::SlcanClient;
+use host_tests::slcan_client::{SlcanClient, nothing_came};
 use std::io::{Read, Write};
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
 use std::sync::mpsc::{self, Receiver, Sender};
@@ -96,6 +96,17 @@ fn a_client_that_leaves_or_does_not_read_disturbs_nobody() {
     }
     assert!(begin.elapsed() < PATIENCE);
     drop(deaf);
+}
+
+#[test]
+fn a_read_that_a_signal_interrupts_is_tried_again() {
+    use std::io::ErrorKind;
+    for kind in [ErrorKind::WouldBlock, ErrorKind::TimedOut, ErrorKind::Interrupted] {
+        assert!(nothing_came(&kind.into()), "{kind:?}");
+    }
+    for kind in [ErrorKind::ConnectionReset, ErrorKind::UnexpectedEof, ErrorKind::BrokenPipe] {
+        assert!(!nothing_came(&kind.into()), "{kind:?}");
+    }
 }
 
 /// Asks the page's server for something, and gives the head and the body of its answer.

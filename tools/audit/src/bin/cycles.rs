@@ -59,24 +59,20 @@ fn measure(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     let consent = if arguments.yes { Consent::Given } else { Consent::Ask };
     emulator::ensure_installed(consent)?;
     let toolchain = firmware::choose_toolchain(consent)?;
+    if let Some(name) = &arguments.profile {
+        profile_path(toolchain, name)?;
+        return Ok(true);
+    }
     // Each image takes the place of the one before.
     let mut double = run::paths(&flash::build(toolchain, flash::DOUBLE)?)?;
     let mut device = run::paths(&flash::build(toolchain, flash::DEVICE)?)?;
     let image = flash::build(toolchain, flash::SINGLE)?;
-    let mut paths = run::paths(&image)?;
-    paths.retain(|path| path.precision == flash::SINGLE);
+    let paths = single_precision_paths(&image)?;
     double.retain(|path| path.precision == flash::DOUBLE);
     device.retain(|path| path.name.starts_with(flash::DEVICE));
     // Neither is traced.
     double.append(&mut device);
-    let trace = trace::single_precision(&image)?;
-    let traced = agreement::assign(&paths, &trace)?;
-    if let Some(name) = &arguments.profile {
-        let at = paths.iter().position(|path| path.name == *name).ok_or("there is no such path")?;
-        let counts = traced[at].as_ref().map(|traced| traced.counts.clone()).unwrap_or_default();
-        print_profile(&image, &trace, counts)?;
-        return Ok(true);
-    }
+    let traced = agreement::assign(&paths, &trace::single_precision(&image)?)?;
     let modules = flash::by_module(&image)?;
     let parts = flash::parts(toolchain)?;
     let (literal, traced_literal) = literal_for_speed(toolchain)?;
@@ -100,6 +96,25 @@ fn literal_for_speed(toolchain: Toolchain) -> Result<Counted, Box<dyn Error>> {
     Ok(rows
         .map(|(path, traced)| (figures::Path { name: figures::LITERAL_FOR_SPEED.to_owned(), ..path }, traced))
         .unzip())
+}
+
+fn single_precision_paths(image: &Path) -> Result<Vec<figures::Path>, Box<dyn Error>> {
+    let mut paths = run::paths(image)?;
+    paths.retain(|path| path.precision == flash::SINGLE);
+    Ok(paths)
+}
+
+/// Where the instructions of one path in single precision go. Builds that image alone.
+fn profile_path(toolchain: Toolchain, name: &str) -> Result<(), Box<dyn Error>> {
+    let image = flash::build(toolchain, flash::SINGLE)?;
+    let paths = single_precision_paths(&image)?;
+    let at = paths.iter().position(|path| path.name == name).ok_or_else(|| {
+        let names: Vec<_> = paths.iter().map(|path| path.name.as_str()).collect();
+        format!("there is no path \"{name}\"; there are:\n  {}", names.join("\n  "))
+    })?;
+    let trace = trace::single_precision(&image)?;
+    let counts = agreement::assign(&paths, &trace)?[at].as_ref().map(|traced| traced.counts.clone());
+    print_profile(&image, &trace, counts.unwrap_or_default())
 }
 
 fn print_profile(image: &Path, trace: &Trace, counts: Range<usize>) -> Result<(), Box<dyn Error>> {
