@@ -4,7 +4,7 @@ use super::default_rig;
 use super::source::Source;
 use crate::identify::input_error::InputError;
 use glenoid::identification::Machine;
-use glenoid::rig::{CABLES, Correction, Drum, Rig, Tolerance};
+use glenoid::rig::{CABLES, Correction, Drum, Rig, RigError, Tolerance};
 use toml::Spanned;
 use toml::de::DeTable;
 
@@ -26,13 +26,22 @@ impl<'a> Source<'a> {
     pub(super) fn known_machine(&self, table: &DeTable<'a>, rig: Rig<f64>) -> Result<Rig<f64>, InputError> {
         let mut rig = rig;
         if let Some(section) = table.get("tolerance") {
-            let of = |key: &str| match section.get_ref().as_table().and_then(|section| section.get(key)) {
-                Some(value) => self.number(value, key),
-                None => Ok(0.0),
-            };
-            let tolerance =
-                Tolerance { base_mm: of("base")?, edges_mm: of("edges")?, offset_mm: of("zero")?, drum: of("drum")? };
-            rig = rig.with_tolerance(tolerance).map_err(|error| self.error(section.span(), error.text()))?;
+            // Set one by one, so that a complaint is about one of them.
+            type Set = fn(&mut Tolerance<f64>, f64);
+            let keys: [(&str, Set); 4] = [
+                ("base", |tolerance, value| tolerance.base_mm = value),
+                ("edges", |tolerance, value| tolerance.edges_mm = value),
+                ("zero", |tolerance, value| tolerance.offset_mm = value),
+                ("drum", |tolerance, value| tolerance.drum = value),
+            ];
+            let mut tolerance = Tolerance::exact();
+            for (key, set) in keys {
+                let Some(value) = section.get_ref().as_table().and_then(|section| section.get(key)) else { continue };
+                let number = self.number(value, key)?;
+                set(&mut tolerance, number);
+                let complaint = |error: RigError| self.error(value.span(), format!("{key} = {number}: {}", error.text()));
+                rig = rig.with_tolerance(tolerance).map_err(complaint)?;
+            }
         }
         let offsets = self.six(table, "zeros", "mm")?;
         let scales = self.six(table, "drum", "scale")?;
