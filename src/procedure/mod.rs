@@ -248,8 +248,6 @@ impl Procedure {
     ///
     /// Every run begins from the raw lengths, never from lengths corrected by the zeros in use: an error in these cannot
     /// get into the next centre, and the standard deviation of a run depends on its own poses and the stated prior alone.
-    // Not inlined: the machine is large, and its copies would lie on the stack under every command (`cargo stack --ways`).
-    #[inline(never)]
     pub fn set_zero_prior(&mut self, prior_mm: f32) -> Reason {
         if !matches!(self.state, State::Idle | State::Failed) {
             return Reason::AlreadyRunning;
@@ -258,7 +256,7 @@ impl Procedure {
             return Reason::BadArgument;
         }
         self.zero_prior_mm = prior_mm;
-        self.machine = Machine::with_offset_prior(&self.rig, offset_prior_mm(&self.rig, prior_mm));
+        self.machine.set_offset_prior(offset_prior_mm(&self.rig, prior_mm));
         Reason::Fine
     }
 

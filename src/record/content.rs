@@ -74,21 +74,16 @@ impl Record {
             self.verification_deviation_mm,
             self.verification_limit_mm,
         ];
-        let not_negative = |number: &f32| number.is_finite() && *number >= 0.0;
-        let [_, _, _, radii @ ..] = self.parameters.to_array();
+        let parameters = self.parameters.to_array();
+        let variances = self.variances();
+        let MachineDeviation { base_mm, ends_mm, scale } = &self.machine;
+        let numbers: [&[f32]; 6] = [&parameters, &self.covariance_mm2, &self.zeros_mm, base_mm, ends_mm, scale];
+        let not_negative: [&[f32]; 3] = [&singles, &self.zero_sigmas_mm, &variances];
+        let [_, _, _, radii @ ..] = parameters;
         let fit = self.run_id != 0
             && usize::from(self.left_out) <= MAX_REJECTED
-            && self
-                .parameters
-                .to_array()
-                .iter()
-                .chain(&self.covariance_mm2)
-                .chain(&self.zeros_mm)
-                .chain(&self.machine.base_mm)
-                .chain(&self.machine.ends_mm)
-                .chain(&self.machine.scale)
-                .all(|n| n.is_finite())
-            && singles.iter().chain(&self.zero_sigmas_mm).chain(&self.variances()).all(not_negative)
+            && numbers.iter().all(|numbers| numbers.iter().all(|number| number.is_finite()))
+            && not_negative.iter().all(|numbers| numbers.iter().all(|number| number.is_finite() && *number >= 0.0))
             && radii.iter().all(|radius| *radius > 0.0);
         if fit { Ok(()) } else { Err(Unfit) }
     }

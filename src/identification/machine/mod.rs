@@ -88,18 +88,31 @@ impl<T: Real> Machine<T> {
             (true, true) => machine.ends.set_edges(&rig.platform_mm()),
             (true, false) => machine.ends.set_six(&geometry.end_mm),
         }
-        for index in 0..machine.parameters() {
-            let sigma = match machine.parameter(index) {
+        machine.state_tolerances();
+        machine
+    }
+
+    /// Changes how well the encoder offsets are known, 1σ, mm; 0 = exactly. In place: the shapes stay as they are.
+    pub fn set_offset_prior(&mut self, offset_mm: T) {
+        self.tolerance.offset_mm = offset_mm;
+        self.state_tolerances();
+    }
+
+    /// Each constant's prior is its own tolerance.
+    fn state_tolerances(&mut self) {
+        self.precision = [T::zero(); MACHINE_PACKED];
+        let tolerance = self.tolerance;
+        for index in 0..self.parameters() {
+            let sigma = match self.parameter(index) {
                 MachineParameter::Base(_) => tolerance.base_mm,
                 MachineParameter::Ends(_) => tolerance.edges_mm,
                 MachineParameter::Offset(_) => tolerance.offset_mm,
                 MachineParameter::Scale(_) => tolerance.drum / T::of(SCALE_UNIT),
             };
-            if let Some(entry) = machine.precision.get_mut(packed_index(index, index)) {
+            if let Some(entry) = self.precision.get_mut(packed_index(index, index)) {
                 *entry = T::one() / (sigma * sigma);
             }
         }
-        machine
     }
 
     /// The same machine with priors that are correlated, as commissioning leaves them: the packed lower triangle of
