@@ -216,6 +216,8 @@ pub struct Device {
     bus_off: FaultReporter,
     restarted: FaultReporter,
     slip_monitor: SlipMonitor,
+    /// It is to be made anew for the centre in use.
+    monitor_is_due: bool,
     slip: FaultReporter,
     /// The firmware stopped before this start, and nobody has asked about it yet.
     restart_is_news: bool,
@@ -276,6 +278,7 @@ impl Device {
             bus_off: FaultReporter::new(),
             restarted: FaultReporter::new(),
             slip_monitor: SlipMonitor::default(),
+            monitor_is_due: false,
             slip: FaultReporter::new(),
             restart_is_news: config.restart.cause.is_fault(),
             answered: Answered::new(),
@@ -352,12 +355,16 @@ impl Device {
     fn tick(&mut self, now_ms: u32, out: &mut impl FnMut(Action)) {
         self.lock.tick(now_ms);
         self.restart_when_saved(now_ms, out);
+        if core::mem::take(&mut self.monitor_is_due) {
+            self.slip_monitor = SlipMonitor::over(self.procedure.rig(), self.procedure.live());
+        }
         if let Some(notice) = self.procedure.tick(now_ms) {
             self.note_pose(now_ms, &notice, out);
         }
         self.tick_button(now_ms, out);
         self.report_fault(now_ms, out);
         if self.pace.heartbeat_is_due(now_ms) {
+            self.check_live(out);
             self.send_heartbeat(now_ms, out);
         }
         self.send_report(now_ms, out);
