@@ -24,6 +24,7 @@ mod fingerprint;
 mod live;
 mod live_joint;
 mod lock;
+mod numbering;
 mod parameters;
 mod persistence;
 mod report;
@@ -58,6 +59,7 @@ use button::Button;
 use button_commands::ConfirmingPresses;
 use faults::FaultReporter;
 use lock::Lock;
+use numbering::Numbering;
 use parameters::Saving;
 use persistence::Persistence;
 use report::Reporter;
@@ -243,6 +245,7 @@ pub struct Device {
     /// A second copy of what the procedure goes by, to notice memory that changes.
     constants: (Rig<f32>, Limits),
     lock: Lock,
+    numbering: Numbering,
     /// The parameters in use, those that are being prepared, and what saving them waits for.
     in_use: ParameterSet,
     prepared: ParameterSet,
@@ -296,6 +299,7 @@ impl Device {
             confirming: ConfirmingPresses::default(),
             constants: (config.rig, config.limits),
             lock: Lock::new(config.lock_key),
+            numbering: Numbering::new(config.numbering_check),
             in_use: config.parameters,
             prepared: config.parameters,
             saving: Saving::Nothing,
@@ -314,6 +318,7 @@ impl Device {
             Event::Tick => self.tick(now_ms, out),
             Event::Counts(counts) => {
                 self.counts = Some(counts);
+                self.numbering.sample(&counts, self.procedure.rig().drum().mm_per_count());
                 self.procedure.sample(now_ms, &counts);
                 self.monitor_sample(now_ms, &counts, out);
             }
@@ -356,7 +361,7 @@ impl Device {
         self.lock.tick(now_ms);
         self.restart_when_saved(now_ms, out);
         if core::mem::take(&mut self.monitor_is_due) {
-            self.slip_monitor = SlipMonitor::over(self.procedure.rig(), self.procedure.live());
+            self.renew_monitor();
         }
         if let Some(notice) = self.procedure.tick(now_ms) {
             self.note_pose(now_ms, &notice, out);
@@ -370,6 +375,12 @@ impl Device {
         self.send_report(now_ms, out);
         self.send_sets(now_ms, out);
         self.show(now_ms, out);
+    }
+
+    // Not inlined: a monitor would lie on the stack under every tick (`cargo stack --ways`).
+    #[inline(never)]
+    fn renew_monitor(&mut self) {
+        self.slip_monitor = SlipMonitor::over(self.procedure.machine(), self.procedure.live());
     }
 
     /// Sends a message; a value that does not fit becomes a fault instead of a number.

@@ -3,13 +3,13 @@
 use super::Stage;
 use super::check::Check;
 use super::fit::Fit;
-use crate::identification::parameters::CENTRE_UNKNOWNS;
-use crate::identification::refusal::Refusal;
 use crate::identification::gates::{Accuracy, require_accuracy};
 use crate::identification::leave_one_out::{Candidates, candidates};
 use crate::identification::machine::Machine;
 use crate::identification::outcome::Rejected;
+use crate::identification::parameters::CENTRE_UNKNOWNS;
 use crate::identification::pose::Pose;
+use crate::identification::refusal::Refusal;
 use crate::identification::uncertainty::{parameters_of, worst_direction_of_point};
 use crate::linear_algebra::normal_equations::smallest_pivot;
 use crate::linear_algebra::{block, inverse_of_eliminated, non_negative_root};
@@ -132,6 +132,7 @@ impl<T: Real> Fit<T> {
         result.iterations = result.rms_residuals_mm.len() as u8;
         result.poses = poses.len() as u32;
         result.offsets_mm = self.estimate.offsets_mm(machine);
+        result.machine = self.estimate.deviation(machine);
         result.rejected.clear();
         for (index, pose) in poses.iter().enumerate().filter(|(_, pose)| !pose.is_used()) {
             // The list holds the first; the poses' own states hold all.
