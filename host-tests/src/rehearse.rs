@@ -16,6 +16,7 @@ mod replay;
 mod report;
 mod restart;
 mod session;
+mod shoulder;
 mod slip;
 mod slip_charts;
 mod transcript;
@@ -30,11 +31,13 @@ pub use inbox::Inbox;
 pub use options::Options;
 pub use report::{Found, Report, Settings, Status};
 pub use session::Session;
+pub use shoulder::ShoulderReport;
 pub use slip::{Exercise, Slip, SlipReport};
 pub use transcript::{Captured, SessionError, Transcript};
 pub use verdict::{NAMES, Verdict};
 pub use zeros::Zeros;
 
+use crate::anatomy::Shoulder;
 use crate::emulator::{self, Emulator};
 use crate::firmware::{self, Image};
 use crate::packages::Consent;
@@ -88,6 +91,10 @@ pub fn rehearse(
     display: &Display,
     plots: Option<&Path>,
 ) -> Report {
+    if let Some(person) = options.shoulder {
+        wearer.wear(Shoulder::new(person, options.follow));
+        return shoulder::rehearse(bench, wearer, rig, options, display);
+    }
     let truth = wearer.truth();
     let mut session = Session::new(bench, wearer, rig.drum().fastest_mm_per_s, display);
     let calibrated = session.calibrate(options.poses, options.verification_poses(), options.zero_prior_steps());

@@ -93,6 +93,7 @@ pub fn judge(
         true_radii_mm: truth.radii_mm,
         found: Some(found),
         slip: None,
+        shoulder: None,
         plots: files,
     })
 }

@@ -11,6 +11,7 @@ mod power_cut;
 mod procedure;
 mod rehearse;
 mod rig_link;
+mod shoulder;
 mod slcan;
 mod study;
 mod vocabulary;

@@ -6,6 +6,7 @@ mod bench;
 mod by_button;
 mod calibrations;
 mod guidance;
+mod moving_joint;
 mod parameters;
 mod persistence;
 mod random_events;
