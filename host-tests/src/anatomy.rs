@@ -199,7 +199,8 @@ mod tests {
         let (_, tip) = shoulder.bones(&Vector3::x());
         // Clavicle about y: -4.983 - 0.242 · 90 - 0.851 · 28.573 = -51.0786; about z: 3.917 + 0.123 · 90 + 0.493 · 11.680 = 20.7452.
         let (about_y, about_z) = (51.0786f64.to_radians(), 20.7452f64.to_radians());
-        let expected = Vector3::new(about_y.cos() * about_z.cos(), about_z.sin(), about_y.sin() * about_z.cos()) * 100.0;
+        let expected =
+            Vector3::new(about_y.cos() * about_z.cos(), about_z.sin(), about_y.sin() * about_z.cos()) * 100.0;
         assert!((tip - expected).norm() < 1e-3, "{tip} {expected}");
     }
 }

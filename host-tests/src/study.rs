@@ -22,6 +22,7 @@ mod million;
 mod outliers;
 mod paper;
 mod precision;
+mod shoulder;
 mod wander;
 mod watch;
 mod zeros;
@@ -60,4 +61,5 @@ pub const ALL: &[Study] = &[
     watch::STUDY,
     machine::STUDY,
     commissioning::STUDY,
+    shoulder::STUDY,
 ];

@@ -122,11 +122,7 @@ impl MotionPart {
     pub(super) fn unpack(payload: Payload) -> Self {
         // the sign's bit, 15th of the field, to the 16th and back
         let number = |field| ((payload.get_u16(field) << 1) as i16) >> 1;
-        Self {
-            run_id: payload.get_u16(RUN),
-            part: payload.get_u8(motion::PART),
-            numbers: motion::NUMBERS.map(number),
-        }
+        Self { run_id: payload.get_u16(RUN), part: payload.get_u8(motion::PART), numbers: motion::NUMBERS.map(number) }
     }
 
     /// The three numbers as the DBC scales them.

@@ -199,7 +199,9 @@ mod tests {
                 offsets_mm: [20.0, 21.0, 22.0, 23.0, 24.0, 25.0],
                 offset_sigmas_mm: [30.0, 31.0, 32.0, 33.0, 34.0, 35.0],
             },
-            motion: Some(ShownMotion::from_parts(core::array::from_fn(|k| [k as i16 + 50, k as i16 + 60, k as i16 + 70]))),
+            motion: Some(ShownMotion::from_parts(core::array::from_fn(|k| {
+                [k as i16 + 50, k as i16 + 60, k as i16 + 70]
+            }))),
             verification: Verification { deviation_mm: 17.0, limit_mm: 18.0, poses: 19 },
         }
     }

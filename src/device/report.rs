@@ -180,9 +180,7 @@ fn part(position: u8, parts: Parts, procedure: &Procedure, about: &About) -> Opt
         STOP_TEXT..LIVE if parts.device => {
             StopText::of(about.crash_record?, position - STOP_TEXT).map(Message::StopText)
         }
-        LIVE..LIVE_NAMING if parts.live => {
-            shown::message(Kind::Live, &Value::of(procedure.live()?), position - LIVE)
-        }
+        LIVE..LIVE_NAMING if parts.live => shown::message(Kind::Live, &Value::of(procedure.live()?), position - LIVE),
         LIVE_NAMING if parts.live => shown::naming(procedure.live()?).map(Message::LiveNaming),
         CANDIDATE..=OUTCOME if parts.run => part_of_run(position, procedure),
         _ => None,

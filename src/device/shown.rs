@@ -30,11 +30,7 @@ pub(super) struct Value<'a> {
 impl<'a> Value<'a> {
     /// The value of a candidate.
     pub fn of(candidate: &'a Candidate) -> Self {
-        Self {
-            run_id: candidate.run_id,
-            identified: &candidate.identified,
-            motion: candidate.motion.as_ref(),
-        }
+        Self { run_id: candidate.run_id, identified: &candidate.identified, motion: candidate.motion.as_ref() }
     }
 }
 

@@ -2,9 +2,7 @@
 
 use super::reason::Reason;
 use crate::identification::joint::{HeldCentre, Joint, MissingMotion, ShownMotion};
-use crate::identification::{
-    Estimator, EstimatorSettings, Identified, JointChoice, Machine, Pose, Progress, Refusal,
-};
+use crate::identification::{Estimator, EstimatorSettings, Identified, JointChoice, Machine, Pose, Progress, Refusal};
 use crate::rig::Rig;
 
 /// The estimator at work, and how much it has worked.

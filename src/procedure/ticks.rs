@@ -177,7 +177,9 @@ impl Procedure {
 
     /// Holds the next pose of the second set against the fit; after the last one, the verdict by χ².
     fn judge_one(&mut self, now_ms: u32) {
-        let State::Verifying(Verifying { identified, motion, judging: Some(judging) }) = &mut self.state else { return };
+        let State::Verifying(Verifying { identified, motion, judging: Some(judging) }) = &mut self.state else {
+            return;
+        };
         if let Some(pose) = self.held_out.poses().get(usize::from(judging.next)) {
             match self.work.estimator().verify(&self.machine, pose) {
                 Some(residual) => {

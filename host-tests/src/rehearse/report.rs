@@ -1,7 +1,7 @@
 //! What a rehearsal found, for people (text) and for programs (JSON).
 
 use super::options::Options;
-use super::shoulder::ShoulderReport;
+use super::shoulder_report::ShoulderReport;
 use super::slip::SlipReport;
 use super::transcript::Transcript;
 use super::verdict::{NAMES, Verdict};

@@ -156,7 +156,8 @@ fn a_warning_is_given_once_until_the_detector_is_rearmed() {
 fn known_offsets_are_no_slip() {
     let worn = shoulder();
     let offsets = [4.0, -7.0, 2.0, 9.0, -1.0, -5.0f32];
-    let mut detector = SlipDetector::new(&rig::<f32>(&worn), &as_parameters(&worn.truth()), &offsets, NOISE_MM as f32, Joint::Ball);
+    let mut detector =
+        SlipDetector::new(&rig::<f32>(&worn), &as_parameters(&worn.truth()), &offsets, NOISE_MM as f32, Joint::Ball);
     let shifted = |arm: &Rotation3<f64>| {
         let lengths = worn.lengths_mm(arm);
         std::array::from_fn(|k| lengths[k] + f64::from(offsets[k]))

@@ -14,8 +14,8 @@ pub use moving_centre::{MAX_JOINT, MovingCentre};
 pub use scatter::Scatter;
 pub use shown_motion::{MOTION_PARTS, ShownMotion};
 
-use super::parameters::{Column, Equations, PoseAt};
 use super::marginal_information::MarginalInformation;
+use super::parameters::{Column, Equations, PoseAt};
 use crate::kinematics::rotation::{rotation_of, turned};
 use crate::kinematics::{AttitudeSolver, CableLengths, CableSet, Geometry, JointCentre, LengthJacobian};
 use crate::scalar::Real;

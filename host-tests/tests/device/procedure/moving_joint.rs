@@ -103,8 +103,7 @@ fn two_phases_by_the_button_lead_to_a_centre_that_moves() {
         let found = model.displacement_mm(&(arm.matrix().map(|x| x as f32) * platform)).map(f64::from);
         (found, bench.wearer.centre_at(&arm))
     };
-    let ((found_a, true_a), (found_b, true_b)) =
-        (off(Vector3::new(0.5, 0.0, 0.0)), off(Vector3::new(-0.5, 0.0, 0.0)));
+    let ((found_a, true_a), (found_b, true_b)) = (off(Vector3::new(0.5, 0.0, 0.0)), off(Vector3::new(-0.5, 0.0, 0.0)));
     let (found, truth) = (found_a - found_b, true_a - true_b);
     assert!(truth.norm() > 8.0, "{truth}");
     assert!((found - truth).norm() < 0.25 * truth.norm(), "{found} {truth}");
@@ -118,10 +117,8 @@ fn an_accept_names_the_motion_too() {
     assert!(parts >= 8, "{parts}");
     let naming = bench.naming().unwrap();
     let frames = bench.messages.iter().filter_map(|message| {
-        let value = matches!(
-            message,
-            Message::CandidateCentre(_) | Message::CandidateRadius(_) | Message::CandidateZero(_)
-        );
+        let value =
+            matches!(message, Message::CandidateCentre(_) | Message::CandidateRadius(_) | Message::CandidateZero(_));
         value.then(|| message.pack(glenoid::can::BaseId::DEFAULT).unwrap().data().try_into().unwrap())
     });
     let of_ball = frames.take(12).collect::<Vec<[u8; 8]>>();
@@ -132,7 +129,7 @@ fn an_accept_names_the_motion_too() {
 
 #[test]
 fn the_motion_outlives_a_restart() {
-    let mut bench = in_use(3);
+    let mut bench = in_use(4);
     let before = bench.procedure().live().unwrap().clone();
     assert!(before.motion.is_some());
     let record = *bench.records.last().unwrap();

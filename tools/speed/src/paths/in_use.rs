@@ -44,7 +44,8 @@ pub fn new_detector<T: Number>(bench: &mut Bench<T>) -> Option<()> {
     }
     let rig = &bench.problem.rig;
     let offsets = [T::zero(); CABLES];
-    bench.held = Held::Detector(SlipDetector::new(rig, &bench.problem.truth, &offsets, rig.length_noise_mm(), Joint::Ball));
+    bench.held =
+        Held::Detector(SlipDetector::new(rig, &bench.problem.truth, &offsets, rig.length_noise_mm(), Joint::Ball));
     Some(())
 }
 
