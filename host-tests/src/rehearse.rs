@@ -12,7 +12,7 @@ mod expected;
 mod inbox;
 mod judgement;
 mod options;
-mod replay;
+pub(crate) mod replay;
 mod report;
 mod restart;
 mod session;

@@ -13,6 +13,8 @@ mod rehearse;
 mod rig_link;
 mod shoulder;
 mod slcan;
+mod storage;
 mod study;
+mod telemetry;
 mod vocabulary;
 mod wearer;

@@ -38,6 +38,7 @@
 //!
 //! Every call of [`Estimator::advance`] does a bounded slice of work.
 
+mod carry;
 mod check;
 mod excite;
 mod fit;

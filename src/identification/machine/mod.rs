@@ -9,6 +9,7 @@ mod estimate;
 mod shape;
 
 pub use estimate::MachineEstimate;
+pub(super) use shape::for_each_mode;
 
 use self::shape::{MAX_MODES, ShapeModes};
 use crate::kinematics::{Geometry, PlatformSolver};

@@ -72,47 +72,54 @@ impl<T: Real> ShapeModes<T> {
         }
     }
 
-    /// Gram-Schmidt over the first `count` points: rigid motions first, then every coordinate of every point; what is
-    /// linearly independent is a mode. `of_cable`: the point at which each cable ends.
-    fn find(&mut self, points_mm: &[Vector3<T>; CABLES], count: usize, of_cable: &[usize]) {
+    /// The modes of the first `count` points. `of_cable`: the point at which each cable ends.
+    fn find(&mut self, points_mm: &Points<T>, count: usize, of_cable: &[usize]) {
         self.count = 0;
-        let mut basis = heapless::Vec::<[Vector3<T>; CABLES], { 3 * CABLES }>::new();
-        let points = points_mm.get(..count).unwrap_or_default();
-        let middle = points.iter().fold(Vector3::zeros(), |sum, p| sum + p) / T::of_integer(count as i32);
-        let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
-        let moved = |motion: &dyn Fn(&Vector3<T>) -> Vector3<T>| {
-            let mut all = [Vector3::zeros(); CABLES];
-            all.iter_mut().zip(points).for_each(|(moved, point)| *moved = motion(point));
-            all
-        };
-        for axis in &axes {
-            let _ = orthonormal(&basis, moved(&|_| *axis)).map(|motion| basis.push(motion));
-        }
-        for axis in &axes {
-            let turned = moved(&|point| axis.cross(&(point - middle)));
-            let _ = orthonormal(&basis, turned).map(|motion| basis.push(motion));
-        }
-        for point in 0..count {
-            for axis in &axes {
-                let mut unit = [Vector3::zeros(); CABLES];
-                if let Some(moved) = unit.get_mut(point) {
-                    *moved = *axis;
+        for_each_mode(points_mm, count, |mode| {
+            if let Some(kept) = self.modes.get_mut(self.count) {
+                for (end, point) in kept.iter_mut().zip(of_cable) {
+                    *end = mode.get(*point).copied().unwrap_or_else(Vector3::zeros);
                 }
-                let Some(mode) = orthonormal(&basis, unit) else { continue };
-                if let Some(kept) = self.modes.get_mut(self.count) {
-                    for (end, point) in kept.iter_mut().zip(of_cable) {
-                        *end = mode.get(*point).copied().unwrap_or_else(Vector3::zeros);
-                    }
-                    self.count += 1;
-                    let _ = basis.push(mode);
-                }
+                self.count += 1;
             }
-        }
+        });
     }
 }
 
-/// Displacements of six points.
+/// Displacements of up to six points.
 type Points<T> = [Vector3<T>; CABLES];
+
+/// The modes of the first `count` of some points, by Gram-Schmidt: rigid motions first, then every coordinate of every
+/// point; what is linearly independent is a mode.
+pub fn for_each_mode<T: Real>(points_mm: &Points<T>, count: usize, mut found: impl FnMut(&Points<T>)) {
+    let mut basis = heapless::Vec::<Points<T>, { 3 * CABLES }>::new();
+    let points = points_mm.get(..count).unwrap_or_default();
+    let middle = points.iter().fold(Vector3::zeros(), |sum, p| sum + p) / T::of_integer(count as i32);
+    let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
+    let moved = |motion: &dyn Fn(&Vector3<T>) -> Vector3<T>| {
+        let mut all = [Vector3::zeros(); CABLES];
+        all.iter_mut().zip(points).for_each(|(moved, point)| *moved = motion(point));
+        all
+    };
+    for axis in &axes {
+        let _ = orthonormal(&basis, moved(&|_| *axis)).map(|motion| basis.push(motion));
+    }
+    for axis in &axes {
+        let turned = moved(&|point| axis.cross(&(point - middle)));
+        let _ = orthonormal(&basis, turned).map(|motion| basis.push(motion));
+    }
+    for point in 0..points.len() {
+        for axis in &axes {
+            let mut unit = [Vector3::zeros(); CABLES];
+            if let Some(moved) = unit.get_mut(point) {
+                *moved = *axis;
+            }
+            let Some(mode) = orthonormal(&basis, unit) else { continue };
+            found(&mode);
+            let _ = basis.push(mode);
+        }
+    }
+}
 
 /// The part of `vector` orthogonal to the basis, normalised; `None` when hardly anything is left.
 // Not inlined: three copies would be 3 KB of flash (`cargo footprint --sections`).

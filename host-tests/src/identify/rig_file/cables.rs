@@ -34,7 +34,7 @@ impl<'a> Source<'a> {
             .map_err(|error| self.error(tables.span(), which(&error, &ends)))
     }
 
-    fn cable(&self, value: &Spanned<DeValue<'a>>) -> Result<CableEnds<f64>, InputError> {
+    pub(super) fn cable(&self, value: &Spanned<DeValue<'a>>) -> Result<CableEnds<f64>, InputError> {
         let Some(table) = value.get_ref().as_table() else {
             return Err(self.error(value.span(), "cable: a table [[cable]] is wanted"));
         };

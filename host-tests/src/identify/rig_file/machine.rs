@@ -6,7 +6,7 @@ use crate::identify::input_error::InputError;
 use glenoid::identification::Machine;
 use glenoid::rig::{CABLES, Correction, Drum, Rig, Tolerance};
 use toml::Spanned;
-use toml::de::DeTable;
+use toml::de::{DeTable, DeValue};
 
 impl<'a> Source<'a> {
     /// The shoulder's drive with the file's home lengths.
@@ -25,13 +25,7 @@ impl<'a> Source<'a> {
     /// The rig with its tolerances and what commissioning has found.
     pub(super) fn known_machine(&self, table: &DeTable<'a>, rig: Rig<f64>) -> Result<Rig<f64>, InputError> {
         let mut rig = rig;
-        if let Some(section) = table.get("tolerance") {
-            let of = |key: &str| match section.get_ref().as_table().and_then(|section| section.get(key)) {
-                Some(value) => self.number(value, key),
-                None => Ok(0.0),
-            };
-            let tolerance =
-                Tolerance { base_mm: of("base")?, edges_mm: of("edges")?, offset_mm: of("zero")?, drum: of("drum")? };
+        if let Some((section, tolerance)) = self.tolerance(table)? {
             rig = rig.with_tolerance(tolerance).map_err(|error| self.error(section.span(), error.text()))?;
         }
         let offsets = self.six(table, "zeros", "mm")?;
@@ -43,6 +37,21 @@ impl<'a> Source<'a> {
         let correction =
             Correction { offset_mm: offsets.unwrap_or([0.0; CABLES]), scale: scales.unwrap_or([1.0; CABLES]) };
         rig.with_correction(correction).map_err(|error| self.error(place, error.text()))
+    }
+
+    /// The section `[tolerance]`, and what it says; what it leaves out is exact.
+    pub(super) fn tolerance<'t>(
+        &self,
+        table: &'t DeTable<'a>,
+    ) -> Result<Option<(&'t Spanned<DeValue<'a>>, Tolerance<f64>)>, InputError> {
+        let Some(section) = table.get("tolerance") else { return Ok(None) };
+        let of = |key: &str| match section.get_ref().as_table().and_then(|section| section.get(key)) {
+            Some(value) => self.number(value, key),
+            None => Ok(0.0),
+        };
+        let tolerance =
+            Tolerance { base_mm: of("base")?, edges_mm: of("edges")?, offset_mm: of("zero")?, drum: of("drum")? };
+        Ok(Some((section, tolerance)))
     }
 
     fn six(&self, table: &DeTable<'a>, section: &str, key: &str) -> Result<Option<[f64; CABLES]>, InputError> {

@@ -2,11 +2,12 @@
 
 mod accepting;
 mod bad_input;
-mod bench;
+pub mod bench;
 mod by_button;
 mod calibrations;
 mod guidance;
 mod moving_joint;
+mod numbering;
 mod parameters;
 mod persistence;
 mod random_events;
