@@ -74,18 +74,15 @@ impl Record {
             self.verification_deviation_mm,
             self.verification_limit_mm,
         ];
-        let not_negative = |number: &f32| number.is_finite() && *number >= 0.0;
         let [_, _, _, radii @ ..] = self.parameters.to_array();
         let fit = self.run_id != 0
             && usize::from(self.left_out) <= MAX_REJECTED
-            && self
-                .parameters
-                .to_array()
-                .iter()
-                .chain(&self.covariance_mm2)
-                .chain(&self.zeros_mm)
-                .all(|n| n.is_finite())
-            && singles.iter().chain(&self.zero_sigmas_mm).chain(&self.variances()).all(not_negative)
+            && are_finite(&self.parameters.to_array())
+            && are_finite(&self.covariance_mm2)
+            && are_finite(&self.zeros_mm)
+            && are_not_negative(&singles)
+            && are_not_negative(&self.zero_sigmas_mm)
+            && are_not_negative(&self.variances())
             && radii.iter().all(|radius| *radius > 0.0)
             && self.motion.is_none_or(|motion| motion.is_sound());
         if fit { Ok(()) } else { Err(Unfit) }
@@ -95,4 +92,15 @@ impl Record {
     fn variances(&self) -> [f32; 6] {
         core::array::from_fn(|i| self.covariance_mm2.get(packed_index(i, i)).copied().unwrap_or(f32::NAN))
     }
+}
+
+// Not inlined: six copies and a chain of iterators would be 2 KB of flash (`cargo footprint --sections`).
+#[inline(never)]
+fn are_finite(numbers: &[f32]) -> bool {
+    numbers.iter().all(|number| number.is_finite())
+}
+
+#[inline(never)]
+fn are_not_negative(numbers: &[f32]) -> bool {
+    numbers.iter().all(|number| number.is_finite() && *number >= 0.0)
 }
