@@ -75,8 +75,7 @@ impl<T: Real> ShapeModes<T> {
     /// The modes of the first `count` points. `of_cable`: the point at which each cable ends.
     fn find(&mut self, points_mm: &Points<T>, count: usize, of_cable: &[usize]) {
         self.count = 0;
-        // Opaque: the optimiser would make a copy for three points and one for six, 2 KB (`cargo footprint --sections`).
-        for_each_mode(points_mm, core::hint::black_box(count), |mode| {
+        for_each_mode(points_mm, count, |mode| {
             if let Some(kept) = self.modes.get_mut(self.count) {
                 for (end, point) in kept.iter_mut().zip(of_cable) {
                     *end = mode.get(*point).copied().unwrap_or_else(Vector3::zeros);
