@@ -10,12 +10,15 @@
 //!   and [`Action::EraseRecord`], [`Event::JournalFailed`] after an [`Action::Journal`] that failed;
 //! * [`Event::Bus`] when the CAN controller's counters have changed;
 //!
-//! and carries out the actions at once. One event never causes more than [`MAX_FRAMES`] frames.
+//! and carries out the actions in order; what is to be stored may take its time ([`Storage`](crate::record::Storage)), and
+//! frames wait meanwhile, so that whoever gets the next answer can rely on what was stored. One event never causes more than
+//! [`MAX_FRAMES`] frames.
 
 mod answered;
 pub mod button;
 mod button_commands;
 mod commands;
+mod control_set;
 mod faults;
 mod fingerprint;
 mod live;
@@ -29,11 +32,13 @@ mod requests;
 mod sets;
 mod shown;
 mod slip_monitor;
+pub mod snapshot;
 mod status;
 pub mod status_led;
 
 pub use crate::parameters::Config;
 pub use button::{Held, Press};
+pub use control_set::{CONTROL_WORDS, ControlSet, PublishedControlSet};
 pub use fingerprint::fingerprint;
 pub use status_led::BlinkPattern;
 
@@ -46,7 +51,7 @@ use crate::can::{BaseId, Frame, Message, ParameterAnswer, ParameterRequest};
 use crate::kinematics::PlatformSolver;
 use crate::parameters::ParameterSet;
 use crate::procedure::{Limits, PoseNotice, Procedure, Reason, StateName};
-use crate::record::{JournalEntry, Loaded, Record, StoreError};
+use crate::record::{JournalEntry, Loaded, Record, StoreError, Stored};
 use crate::restart::{CrashRecord, ResetCause};
 use crate::rig::{CABLES, Rig};
 use answered::Answered;
@@ -98,6 +103,17 @@ pub enum Event {
     JournalFailed(StoreError),
     /// How the CAN controller fares.
     Bus(BusHealth),
+}
+
+impl Event {
+    /// What the device is to hear of something that was stored; None if nothing.
+    pub fn of(stored: Stored) -> Option<Self> {
+        match stored {
+            Stored::Record(result) => Some(Self::Stored(result)),
+            Stored::Parameters(result) | Stored::Erased(result) => Some(Self::ParametersStored(result)),
+            Stored::Journal(result) => result.err().map(Self::JournalFailed),
+        }
+    }
 }
 
 /// What the board shall do.

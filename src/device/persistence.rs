@@ -68,7 +68,7 @@ impl Device {
 
     fn live_checksum(&self) -> Option<u32> {
         let live = self.procedure.live()?;
-        Some(image::checksum(&image::encode(&record(live, self.serial, self.fingerprint), 0)))
+        Some(image::stated_checksum(&image::encode(&record(live, self.serial, self.fingerprint), 0)))
     }
 
     /// The board has tried to store.

@@ -16,6 +16,9 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 /// Maximum number of Gauss-Newton steps from one start.
 const MAX_STEPS: usize = 12;
 
+/// Largest turn from sample to sample that a single step follows, rad: 1100 degrees a second at 1 kHz.
+const MAX_FOLLOWED_RAD: f64 = 0.02;
+
 /// Which cables take part: bit k is cable k + 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CableSet(u8);
@@ -68,27 +71,49 @@ impl<T: Real> AttitudeSolver<'_, T> {
         // Single precision: 3e-4 rad. The error after a step is about its square.
         let settled = T::default_epsilon();
         for _ in 0..MAX_STEPS {
-            let jacobian = LengthJacobian::new(self.geometry, self.centre, &rotation_of(&attitude), lengths);
-            let mut information = Matrix3::zeros();
-            let mut gradient = Vector3::zeros();
-            let mut squares_mm2 = T::zero();
-            for (cable, row) in jacobian.rows.iter().enumerate() {
-                if cables.has(cable) {
-                    let g = &row.rotation_mm;
-                    information += g * g.transpose();
-                    gradient += g * row.residual_mm;
-                    squares_mm2 += row.residual_mm * row.residual_mm;
-                }
-            }
-            let turn = inverse_of_positive_definite(&information, rounding())? * gradient;
-            attitude = turned(&attitude, &turn);
+            let (fit, turn) = self.step(&attitude, lengths, cables)?;
             if turn.norm_squared() <= settled {
-                // The squares after the step by the linear model, without another evaluation.
-                let squares_mm2 = (squares_mm2 - gradient.dot(&turn)).max(T::zero());
-                return Some(AttitudeFit { attitude, squares_mm2 });
+                return Some(fit);
             }
+            attitude = fit.attitude;
         }
         None
+    }
+
+    /// The rotation by a single step from that of the sample before: for a control loop. The error that is left is about the square of the turn from sample to sample:
+    /// 0.7 µrad at 50 degrees a second, 12 µrad at 200, with 1000 samples a second; the next sample takes it away.
+    ///
+    /// `None` at a singularity, and when the platform has turned by more than 20 mrad: [`track`](Self::track) goes on then.
+    #[cfg_attr(feature = "ccm", inline(never), unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
+    pub fn follow(&self, before: &UnitQuaternion<T>, lengths: &CableLengths<T>) -> Option<AttitudeFit<T>> {
+        let (fit, turn) = self.step(before, lengths, CableSet::ALL)?;
+        (turn.norm_squared() <= T::of(MAX_FOLLOWED_RAD * MAX_FOLLOWED_RAD)).then_some(fit)
+    }
+
+    /// One Gauss-Newton step: where it leads, with the squares there by the linear model, and how far it turns.
+    #[inline(always)]
+    fn step(
+        &self,
+        attitude: &UnitQuaternion<T>,
+        lengths: &CableLengths<T>,
+        cables: CableSet,
+    ) -> Option<(AttitudeFit<T>, Vector3<T>)> {
+        let jacobian = LengthJacobian::new(self.geometry, self.centre, &rotation_of(attitude), lengths);
+        let mut information = Matrix3::zeros();
+        let mut gradient = Vector3::zeros();
+        let mut squares_mm2 = T::zero();
+        for (cable, row) in jacobian.rows.iter().enumerate() {
+            if cables.has(cable) {
+                let g = &row.rotation_mm;
+                information += g * g.transpose();
+                gradient += g * row.residual_mm;
+                squares_mm2 += row.residual_mm * row.residual_mm;
+            }
+        }
+        let turn = inverse_of_positive_definite(&information, rounding())? * gradient;
+        // The squares after the step by the linear model, without another evaluation.
+        let squares_mm2 = (squares_mm2 - gradient.dot(&turn)).max(T::zero());
+        Some((AttitudeFit { attitude: turned(attitude, &turn), squares_mm2 }, turn))
     }
 
     /// Best rotation without a start: two end-points by trilateration from the known centre and their base points, on

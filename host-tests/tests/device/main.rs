@@ -12,6 +12,7 @@ mod procedure;
 mod rehearse;
 mod rig_link;
 mod slcan;
+mod storage;
 mod study;
 mod telemetry;
 mod vocabulary;

@@ -27,7 +27,7 @@ use cortex_m::interrupt::free;
 use cortex_m::{Peripherals, asm, singleton};
 use glenoid::device::{Action, BlinkPattern, Config, Device, Event, LogEntry, fingerprint};
 use glenoid::identification::{Estimator, PoseBuffer};
-use glenoid::record::{LoadError, Storage};
+use glenoid::record::{LoadError, Storage, StoreError};
 use glenoid::restart::{CrashRecord, ResetCause, Restart};
 use glenoid::rig_link::{RigLink, Signal};
 use glenoid::slcan::Adapter;
@@ -51,8 +51,8 @@ struct Outside {
     led: Option<BlinkPattern>,
     log: Log<Entry>,
     storage: Storage<FileFlash>,
-    /// How the last storing went, which the device is still to hear.
-    stored: Option<Event>,
+    /// The record that was refused, which the device is still to hear.
+    refused: Option<StoreError>,
     /// The deepest calls of this firmware lie just behind us.
     measure_stack: bool,
 }
@@ -70,16 +70,10 @@ impl Outside {
                 self.led = Some(pattern);
                 self.log.push(now_ms, Entry::StatusLed(pattern));
             }
-            Action::Store(record) => self.stored = Some(Event::Stored(self.storage.store(&record))),
-            Action::StoreParameters(set) => {
-                self.stored = Some(Event::ParametersStored(self.storage.store_parameters(&set)));
-            }
-            Action::EraseRecord => self.stored = Some(Event::ParametersStored(self.storage.erase_record())),
-            Action::Journal(entry) => {
-                if let Err(error) = self.storage.append(&entry) {
-                    self.stored = Some(Event::JournalFailed(error));
-                }
-            }
+            Action::Store(record) => self.refused = self.storage.store(&record).err(),
+            Action::StoreParameters(set) => self.storage.store_parameters(&set),
+            Action::EraseRecord => self.storage.erase_record(),
+            Action::Journal(entry) => self.storage.append(&entry),
             Action::Stop(cause) => faults::stop(cause, 0, 0, format_args!("{}", cause.text())),
             Action::Log(entry) => {
                 self.measure_stack |= matches!(entry, LogEntry::Identified { .. });
@@ -133,7 +127,7 @@ impl Board {
                 led: None,
                 log: Log::new(),
                 storage,
-                stored: None,
+                refused: None,
                 measure_stack: false,
             },
             losses: Losses::default(),
@@ -161,23 +155,26 @@ impl Board {
 
     fn handle(&mut self, now_ms: u32, event: Event) {
         let Self { device, outside, .. } = self;
-        let mut next = Some(event);
-        while let Some(event) = next {
-            device.handle(now_ms, event, &mut |action| outside.carry_out(now_ms, action));
-            next = outside.stored.take();
+        device.handle(now_ms, event, &mut |action| outside.carry_out(now_ms, action));
+        if let Some(error) = outside.refused.take() {
+            device.handle(now_ms, Event::Stored(Err(error)), &mut |action| outside.carry_out(now_ms, action));
         }
     }
 
     /// One turn of the main loop; false if there was nothing to do.
     fn turn(&mut self) -> bool {
         self.watchdog.feed();
-        let heard = self.hear_can() | self.hear_rig();
-        let busy = self.device.is_busy();
+        // While something is stored, commands wait: whoever gets the next answer can rely on it.
+        let heard = (!self.outside.storage.is_storing() && self.hear_can()) | self.hear_rig();
+        let busy = self.device.is_busy() | self.outside.storage.is_quick();
         let now_ms = self.clock.now_ms();
         let ticked = now_ms != self.last_tick_ms;
         if ticked || busy {
             self.last_tick_ms = now_ms;
             self.handle(now_ms, Event::Tick);
+        }
+        if let Some(event) = self.outside.storage.go_on().and_then(Event::of) {
+            self.handle(now_ms, event);
         }
         heard || busy || ticked || self.write_log(now_ms)
     }
