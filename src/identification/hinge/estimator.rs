@@ -1,40 +1,28 @@
 //! The estimator: from lengths to a hinge with its covariance, or a refusal that names its cause.
 
+use super::candidates::{Candidate, LAST_TRIALS, SAME, are_near};
 use super::fit::Fit;
-use super::joint::{HINGE_UNKNOWNS, Hinge, is_direction};
+use super::joint::{HINGE_UNKNOWNS, Hinge};
 use super::judge;
-use super::machine::MAX_CONSTANTS;
 use super::pose::{HingePose, MAX_UNKNOWNS};
 use super::refusal::HingeRefusal;
 use super::result::IdentifiedHinge;
-use super::rig::{HingeRig, MAX_CABLES};
+use super::rig::HingeRig;
 use super::settings::HingeSettings;
-use super::starts::{STARTS, is_on_platform_side, start};
 use crate::identification::settings::Noise;
 use crate::kinematics::LengthFault;
 use crate::linear_algebra::{Singular, non_negative_root};
 use crate::scalar::Real;
-use heapless::Vec;
 use nalgebra::SMatrix;
 
 /// Fewest poses: four redundant lengths more than a hinge has unknowns, at four cables.
 pub const MIN_POSES: usize = 6;
-/// Starts that the fit goes on from, the cheapest.
-const CANDIDATES: usize = 16;
-/// Steps of the fit from every start; from the cheapest, or a drawing; with the machine's constants.
-const FIRST_TRIALS: usize = 8;
-const START_TRIALS: usize = 60;
-const LAST_TRIALS: usize = 60;
 /// Lengths that vary by less than this, in standard deviations of the noise, show no motion.
 const NO_MOTION: f64 = 4.0;
 /// Another hinge whose χ² is larger by less than this fits as well: at the most once in 250 000 the true one is worse by more.
 const BOTH_FIT: f64 = 20.0;
 /// Candidates from which outliers are looked for, the cheapest.
 const CANDIDATES_WITH_OUTLIERS: usize = 6;
-/// Two starts on their way lead to one hinge when no direction differs by more than this, rad, and no place, mm; and when
-/// they have arrived.
-const NEAR: (f64, f64) = (0.1, 10.0);
-const SAME: (f64, f64) = (0.02, 2.0);
 /// Two hinges farther apart than this many standard deviations in any unknown are two.
 const DISTINCT: f64 = 4.0;
 /// A hinge within this of the drawing is the drawn one when the other that fits is farther than twice this from it.
@@ -42,14 +30,6 @@ const AT_DRAWING_RAD: f64 = 0.262;
 const AT_DRAWING_MM: f64 = 30.0;
 /// Sums of the poses' χ², each cut off where it is left out, that differ by less than this do not tell two hinges apart.
 const BOTH_FIT_WITHOUT_OUTLIERS: f64 = 50.0;
-
-/// A converged hinge.
-#[derive(Clone, Copy, Debug)]
-struct Candidate<T: Real> {
-    hinge: Hinge<T>,
-    values: [T; MAX_CONSTANTS],
-    squares_mm2: T,
-}
 
 /// The estimator of a hinge.
 #[derive(Clone, Debug)]
@@ -83,7 +63,7 @@ impl<T: Real> HingeEstimator<T> {
         if let Noise::Known(noise) = self.settings.noise {
             self.fit.noise_mm = noise;
         }
-        let candidates = self.candidates(poses);
+        let candidates = self.fit.candidates(poses);
         let Some(best) = candidates.first() else { return Err(HingeRefusal::NotAHinge { residual_mm: f32::INFINITY }) };
         self.go_to(best, poses);
         if !judge::are_noise(&self.fit, poses, self.settings.noise) {
@@ -140,55 +120,6 @@ impl<T: Real> HingeEstimator<T> {
         Ok(())
     }
 
-    /// The hinges that the starts and a drawing with priors lead to, the best first.
-    fn candidates(&mut self, poses: &mut [HingePose<T>]) -> Vec<Candidate<T>, CANDIDATES> {
-        let mut starts = Vec::<(Hinge<T>, T), CANDIDATES>::new();
-        let has_prior = self.fit.prior().is_some();
-        if let Some(drawing) = self.rig.drawing().filter(|_| has_prior) {
-            let _ = starts.push((drawing.hinge, T::zero()));
-        }
-        // Fewer cables follow the drawing.
-        if self.rig.cables().len() == MAX_CABLES {
-            let mean = mean_length(poses, self.rig.cables().len());
-            for index in 0..STARTS {
-                self.fit.hinge = start(&self.fit.machine, mean, index);
-                self.fit.minimise(poses, FIRST_TRIALS, true);
-                if is_on_platform_side(&self.fit.machine, &self.fit.hinge) {
-                    insert(&mut starts, (self.fit.hinge, self.fit.squares_mm2));
-                }
-            }
-        }
-        let mut rough = Vec::<Candidate<T>, CANDIDATES>::new();
-        for (hinge, _) in &starts {
-            self.fit.hinge = *hinge;
-            self.fit.constants = false;
-            self.fit.machine.set_values([T::zero(); MAX_CONSTANTS]);
-            self.fit.minimise(poses, START_TRIALS, true);
-            let is_new = |known: &Candidate<T>| !are_near(&known.hinge, &self.fit.hinge, SAME);
-            if is_on_platform_side(&self.fit.machine, &self.fit.hinge) && rough.iter().all(is_new) {
-                let _ = rough.push(self.candidate());
-            }
-        }
-        if self.fit.machine.constants().is_empty() {
-            sort(&mut rough);
-            return rough;
-        }
-        let mut candidates = Vec::new();
-        self.fit.constants = true;
-        for start in &rough {
-            self.fit.hinge = start.hinge;
-            self.fit.machine.set_values(start.values);
-            self.fit.minimise(poses, LAST_TRIALS, true);
-            let _ = candidates.push(self.candidate());
-        }
-        sort(&mut candidates);
-        candidates
-    }
-
-    fn candidate(&self) -> Candidate<T> {
-        Candidate { hinge: self.fit.hinge, values: *self.fit.machine.values(), squares_mm2: self.fit.squares_mm2 }
-    }
-
     fn go_to(&mut self, candidate: &Candidate<T>, poses: &mut [HingePose<T>]) {
         self.fit.hinge = candidate.hinge;
         self.fit.machine.set_values(candidate.values);
@@ -209,7 +140,8 @@ impl<T: Real> HingeEstimator<T> {
         for candidate in candidates.iter().take(CANDIDATES_WITH_OUTLIERS) {
             let left_out = self.leave_out_from(candidate, poses);
             if left_out.is_ok() && judge::are_noise(&self.fit, poses, self.settings.noise) {
-                let found = Candidate { squares_mm2: judge::cut_off_squares(&self.fit, poses), ..self.candidate() };
+                let squares_mm2 = judge::cut_off_squares(&self.fit, poses);
+                let found = Candidate { squares_mm2, ..self.fit.candidate() };
                 let is_better = best.as_ref().is_none_or(|best| found.squares_mm2 < best.squares_mm2);
                 let other = if is_better { best.replace(found) } else { Some(found) };
                 let is_rival = |other: &Candidate<T>| {
@@ -234,15 +166,33 @@ impl<T: Real> HingeEstimator<T> {
             };
         }
         poses.iter_mut().for_each(|pose| pose.weight = T::one());
+        self.why_not(outcome, candidates, poses)
+    }
+
+    /// Why no candidate is a hinge that explains the poses: a second axis beside one of them, a few wild poses, or another
+    /// joint.
+    fn why_not(
+        &mut self,
+        outliers: Result<(), HingeRefusal>,
+        candidates: &[Candidate<T>],
+        poses: &mut [HingePose<T>],
+    ) -> Result<(), HingeRefusal> {
+        for candidate in candidates.iter().take(CANDIDATES_WITH_OUTLIERS) {
+            self.go_to(candidate, poses);
+            self.require_flexion(poses)?;
+            let refusal = judge::no_hinge(&self.fit, poses, self.settings.noise);
+            if matches!(refusal, HingeRefusal::SecondAxis { .. }) {
+                return Err(refusal);
+            }
+        }
         if let Some(first) = candidates.first() {
             self.go_to(first, poses);
         }
-        self.require_flexion(poses)?;
-        match judge::no_hinge(&self.fit, poses, self.settings.noise) {
-            // A few wild poses look like anything but a second axis.
-            HingeRefusal::NotAHinge { .. } if outcome.is_err() && judge::is_mostly_sound(&self.fit, poses) => outcome,
-            refusal => Err(refusal),
+        // A few wild poses leave the others nearly sound.
+        if outliers.is_err() && judge::is_mostly_sound(&self.fit, poses) {
+            return outliers;
         }
+        Err(judge::not_a_hinge(&self.fit, poses))
     }
 
     fn leave_out_from(&mut self, from: &Candidate<T>, poses: &mut [HingePose<T>]) -> Result<(), HingeRefusal> {
@@ -310,21 +260,26 @@ impl<T: Real> HingeEstimator<T> {
             let difference = found.hinge.difference(&self.fit.hinge);
             let is_other = difference.iter().zip(&sigmas).any(|(x, sigma)| x.abs() > *sigma * T::of(DISTINCT));
             if !(is_other && self.fit.squares_mm2 < limit) {
-                self.fit = best;
-                let _ = self.fit.finish(poses);
+                self.return_to(best, poses);
                 continue;
             }
             let (one, two) = (self.off_drawing(&best.hinge), self.off_drawing(&self.fit.hinge));
             match (one, two) {
                 (Some(one), Some(two)) if one < T::one() && two > T::of(2.0) => {
-                    self.fit = best;
-                    let _ = self.fit.finish(poses);
+                    self.return_to(best, poses);
                 }
                 (Some(one), Some(two)) if two < T::one() && one > T::of(2.0) => found = self.result(poses)?,
                 _ => return Err(judge::two_axes(&self.fit, &best.hinge, &self.fit.hinge)),
             }
         }
         Ok(found)
+    }
+
+    /// Back to a finished fit; the poses have the angles of another one.
+    fn return_to(&mut self, finished: Fit<T>, poses: &mut [HingePose<T>]) {
+        self.fit = finished;
+        self.fit.place(poses, true);
+        self.fit.settle(poses);
     }
 
     /// How far a hinge is from the drawing, the limit of what counts as drawn being 1. A drawing that is a prior already
@@ -334,39 +289,6 @@ impl<T: Real> HingeEstimator<T> {
         let (angle, distance) = judge::apart(&self.fit, &drawing.hinge, hinge);
         Some((angle / T::of(AT_DRAWING_RAD)).max(distance / T::of(AT_DRAWING_MM)))
     }
-}
-
-/// Keeps the cheapest hinges, in order; of those on the way to the same one, the cheapest.
-fn insert<T: Real>(starts: &mut Vec<(Hinge<T>, T), CANDIDATES>, new: (Hinge<T>, T)) {
-    if let Some(place) = starts.iter().position(|known| are_near(&known.0, &new.0, NEAR)) {
-        if starts.get(place).is_some_and(|known| known.1 <= new.1) {
-            return;
-        }
-        starts.remove(place);
-    } else if starts.is_full() {
-        if starts.last().is_some_and(|last| last.1 <= new.1) {
-            return;
-        }
-        starts.pop();
-    }
-    let place = starts.iter().position(|known| new.1 < known.1).unwrap_or(starts.len());
-    let _ = starts.insert(place, new);
-}
-
-/// Does no direction of two hinges differ by more than the first limit, rad, and no place by more than the second, mm?
-fn are_near<T: Real>(one: &Hinge<T>, other: &Hinge<T>, (turn_rad, move_mm): (f64, f64)) -> bool {
-    let difference = one.difference(other);
-    difference.iter().enumerate().all(|(k, x)| x.abs() < T::of(if is_direction(k) { turn_rad } else { move_mm }))
-}
-
-fn sort<T: Real>(candidates: &mut Vec<Candidate<T>, CANDIDATES>) {
-    candidates.sort_unstable_by(|a, b| a.squares_mm2.partial_cmp(&b.squares_mm2).unwrap_or(core::cmp::Ordering::Equal));
-}
-
-fn mean_length<T: Real>(poses: &[HingePose<T>], cables: usize) -> T {
-    let lengths = poses.iter().flat_map(|pose| pose.lengths_mm.iter().take(cables));
-    let (sum, count) = lengths.fold((T::zero(), 0), |(sum, count), length| (sum + *length, count + 1));
-    sum / T::of_integer(count.max(1))
 }
 
 /// Standard deviation of the lengths of a cable (from 0), mm.

@@ -129,14 +129,12 @@ pub(super) fn isolate<T: Real>(fit: &Fit<T>, poses: &mut [HingePose<T>]) {
 
 /// Why poses refuse a hinge: a second axis that explains them, or the hinge at all.
 pub(super) fn no_hinge<T: Real>(fit: &Fit<T>, poses: &mut [HingePose<T>], noise: Noise<T>) -> HingeRefusal {
-    let freedom_of_hinge = freedom(fit, poses);
-    let residual_mm = non_negative_root(fit.squares_mm2 / freedom_of_hinge).to_f32();
     let most_mm = match noise {
         Noise::Known(noise) => noise,
         Noise::EstimatedUpTo(most) => most,
     };
     // One more angle a pose, less its zero, which is nobody's; and the second axis.
-    let left = freedom_of_hinge - T::of_integer(poses.len() as i32 - 1 + second_axis::SECOND_UNKNOWNS as i32);
+    let left = freedom(fit, poses) - T::of_integer(poses.len() as i32 - 1 + second_axis::SECOND_UNKNOWNS as i32);
     match second_axis::find(fit, poses) {
         Some(second)
             if left >= T::one() && chi_square_test(second.squares_mm2, left, most_mm * most_mm, T::of(FALSE_ALARM)) =>
@@ -147,8 +145,13 @@ pub(super) fn no_hinge<T: Real>(fit: &Fit<T>, poses: &mut [HingePose<T>], noise:
                 size_rad: second.size_rad.to_f32(),
             }
         }
-        _ => HingeRefusal::NotAHinge { residual_mm },
+        _ => not_a_hinge(fit, poses),
     }
+}
+
+/// The hinge does not explain the poses.
+pub(super) fn not_a_hinge<T: Real>(fit: &Fit<T>, poses: &[HingePose<T>]) -> HingeRefusal {
+    HingeRefusal::NotAHinge { residual_mm: non_negative_root(fit.squares_mm2 / freedom(fit, poses)).to_f32() }
 }
 
 /// From the smallest to the largest angle of the poses used, rad. Angles stand on a circle: the largest gap between two

@@ -38,6 +38,7 @@
 //! assert!(error.iter().all(|error| error.abs() < 1e-4), "{error:?}");
 //! ```
 
+mod candidates;
 mod carry;
 mod estimator;
 mod fit;

@@ -1,7 +1,7 @@
 //! The Cramér-Rao bound of a hinge, computed without the library's model: central differences of the lengths, and the
 //! whole information matrix of the nine unknowns and every pose's angle, inverted at once.
 
-use super::scene::NOISE_SIGMA_MM;
+use super::scene::{NOISE_SIGMA_MM, across};
 use glenoid::identification::hinge::{HINGE_UNKNOWNS, Hinge};
 use glenoid::rig::CableEnds;
 use nalgebra::{DMatrix, Rotation3, SMatrix, Unit, Vector3};
@@ -14,13 +14,6 @@ const MOVE_MM: f64 = 1e-3;
 struct Moved<'a> {
     about: &'a Hinge<f64>,
     by: [f64; HINGE_UNKNOWNS],
-}
-
-/// Two directions across an axis: those of the library, whose choice is part of what its covariance means.
-pub fn across(axis: &Vector3<f64>) -> [Vector3<f64>; 2] {
-    let other = if axis.x.abs() < 0.7 { Vector3::x() } else { Vector3::y() };
-    let first = (other - axis * axis.dot(&other)).normalize();
-    [first, axis.cross(&first)]
 }
 
 impl Moved<'_> {

@@ -1,6 +1,6 @@
 //! A virtual elbow: a built machine, the hinge of the arm in it, and what the encoders read.
 
-use crate::study::scene::{normal, symmetric, symmetric_vector};
+use crate::study::scene::{normal, symmetric};
 use glenoid::identification::hinge::{Hinge, HingeRig, MAX_CABLES};
 use glenoid::rig::{CableEnds, Pulley, RigError, Tolerance};
 use nalgebra::{Matrix3, Rotation3, Unit, UnitQuaternion, Vector3};
@@ -17,8 +17,8 @@ const BASE_RADIUS_MM: f64 = 60.0;
 const END_RADIUS_MM: f64 = 45.0;
 const ALTERNATING_DEG: f64 = 25.0;
 /// The axis beyond the one ring and before the other, mm.
-pub const AXIS_BEYOND_MM: f64 = 160.0;
-pub const AXIS_BEFORE_MM: f64 = 70.0;
+const AXIS_BEYOND_MM: f64 = 160.0;
+const AXIS_BEFORE_MM: f64 = 70.0;
 /// Lengths at count zero, mm.
 pub const HOME_MM: [f64; MAX_CABLES] = [230.0; MAX_CABLES];
 
@@ -165,7 +165,7 @@ impl Elbow {
     /// Rotation of the platform at this flexion.
     pub fn rotation(&self, flexion_rad: f64) -> Rotation3<f64> {
         let align = Rotation3::rotation_between(&self.axis_in_platform, &self.axis).unwrap_or_else(|| {
-            Rotation3::from_axis_angle(&Unit::new_normalize(super::bound::across(&self.axis)[0]), std::f64::consts::PI)
+            Rotation3::from_axis_angle(&Unit::new_normalize(across(&self.axis)[0]), std::f64::consts::PI)
         });
         Rotation3::from_axis_angle(&Unit::new_normalize(self.axis), flexion_rad) * align
     }
@@ -196,19 +196,16 @@ impl Elbow {
     }
 }
 
+/// Two directions across an axis: those of the library, whose choice is part of what its covariance means.
+pub fn across(axis: &Vector3<f64>) -> [Vector3<f64>; 2] {
+    let other = if axis.x.abs() < 0.7 { Vector3::x() } else { Vector3::y() };
+    let first = (other - axis * axis.dot(&other)).normalize();
+    [first, axis.cross(&first)]
+}
+
 /// Flexions, uniform from 0 to `most_deg`; an elbow bends to one side.
 pub fn flexions_rad(random: &mut impl Rng, poses: usize, most_deg: f64) -> Vec<f64> {
     (0..poses).map(|_| -random.random_range(0.0..=most_deg).to_radians()).collect()
-}
-
-/// A direction, uniform over the sphere.
-pub fn direction(random: &mut impl Rng) -> Vector3<f64> {
-    loop {
-        let v = symmetric_vector(random, 1.0);
-        if (0.01..=1.0).contains(&v.norm_squared()) {
-            return v.normalize();
-        }
-    }
 }
 
 /// The rigid motion that brings `from` nearest to `to` (Kabsch 1976). Of two points, the smallest rotation.

@@ -1,7 +1,7 @@
 //! One elbow: what is drawn for it, what becomes of it, and what many of them say.
 
 use super::bound;
-use super::scene::{Elbow, NOISE_MM, drawn, flexions_rad};
+use super::scene::{Elbow, NOISE_MM, across, drawn, flexions_rad};
 use crate::study::scene::{normal, symmetric};
 use crate::study::statistics::root_mean_square;
 use glenoid::identification::hinge::{
@@ -79,7 +79,7 @@ impl Case {
                 }
             }
             Fault::SecondAxis(degrees) => {
-                let [first, _] = bound::across(elbow.axis_in_platform());
+                let [first, _] = across(elbow.axis_in_platform());
                 let about = Rotation3::from_axis_angle(
                     &nalgebra::Unit::new_normalize(*elbow.axis_in_platform()),
                     random.random_range(0.0..std::f64::consts::PI),
