@@ -30,14 +30,17 @@ fn quoted(text: &str) -> BTreeSet<&str> {
 /// Names of tests have several words; nothing else in these documents looks like that.
 fn tests_in(text: &str) -> BTreeSet<&str> {
     let is_test = |name: &&str| {
-        name.matches('_').count() >= 2 && !name.starts_with('_') && name.chars().all(|c| c.is_ascii_lowercase() || c == '_' || c.is_ascii_digit())
+        name.matches('_').count() >= 2
+            && !name.starts_with('_')
+            && name.chars().all(|c| c.is_ascii_lowercase() || c == '_' || c.is_ascii_digit())
     };
     quoted(text).into_iter().filter(is_test).collect()
 }
 
 #[test]
 fn every_test_that_is_named_exists() {
-    let code: String = ["host-tests/tests", "src", "board-model/tests"].map(|folder| code(&workspace().join(folder))).concat();
+    let code: String =
+        ["host-tests/tests", "src", "board-model/tests"].map(|folder| code(&workspace().join(folder))).concat();
     for (document, least) in [
         ("docs/requirements.md", 40),
         ("docs/safe-states.md", 30),

@@ -93,7 +93,11 @@ fn attitude(machine: &Machine, counts: &[i32; CABLES], before: Known) -> Option<
         Known::Nothing => Some(Known::Searching(lengths, AttitudeSearch::new())),
         Known::Searching(lengths, mut search) => {
             let is_over = search.advance(&solver, &lengths, CableSet::ALL);
-            if is_over { search.best().map(|fit| Known::Rotation(fit.attitude)) } else { Some(Known::Searching(lengths, search)) }
+            if is_over {
+                search.best().map(|fit| Known::Rotation(fit.attitude))
+            } else {
+                Some(Known::Searching(lengths, search))
+            }
         }
         Known::Rotation(before) => solver.follow(&before, &lengths).map(|fit| Known::Rotation(fit.attitude)),
     }

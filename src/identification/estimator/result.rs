@@ -3,13 +3,13 @@
 use super::Stage;
 use super::check::Check;
 use super::fit::Fit;
-use crate::identification::parameters::CENTRE_UNKNOWNS;
-use crate::identification::refusal::Refusal;
 use crate::identification::gates::{Accuracy, require_accuracy};
 use crate::identification::leave_one_out::{Candidates, candidates};
 use crate::identification::machine::Machine;
 use crate::identification::outcome::Rejected;
+use crate::identification::parameters::CENTRE_UNKNOWNS;
 use crate::identification::pose::Pose;
+use crate::identification::refusal::Refusal;
 use crate::identification::uncertainty::{parameters_of, worst_direction_of_point};
 use crate::linear_algebra::normal_equations::smallest_pivot;
 use crate::linear_algebra::{block, inverse_of_eliminated, non_negative_root};
