@@ -6,6 +6,7 @@
 
 mod board_calculation;
 pub mod calculation;
+pub mod causes;
 pub mod held_phase;
 pub mod hinge;
 pub mod input_error;

@@ -22,7 +22,7 @@ impl Device {
             self.confirmed = true;
             self.keep(out);
             self.trust(None, out);
-            self.slip_monitor = SlipMonitor::over(self.procedure.rig(), self.procedure.live());
+            self.slip_monitor = SlipMonitor::over(self.procedure.machine(), self.procedure.live());
         }
         if matches!(command, Command::Start { .. }) && reply.reason == Reason::Fine {
             self.reporter.forget_shown();

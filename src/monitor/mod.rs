@@ -26,10 +26,11 @@ pub use self::evidence::{Cause, Warning};
 
 use self::evidence::Evidence;
 use crate::identification::joint::Joint;
+use crate::identification::machine::{Machine, MachineDeviation};
 use crate::identification::marginal_information::MarginalInformation;
 use crate::kinematics::rotation::rotation_of;
 use crate::kinematics::{AttitudeSearch, AttitudeSolver, CableLengths, CableSet, Geometry, JointCentre};
-use crate::rig::{CABLES, Parameters, Rig};
+use crate::rig::{CABLES, Correction, Parameters};
 use crate::scalar::Real;
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -70,7 +71,9 @@ pub struct SlipDetector<T: Real> {
     geometry: Geometry<T>,
     joint: Joint<T>,
     centre: JointCentre<T>,
-    offsets_mm: [T; CABLES],
+    home_mm: [T; CABLES],
+    /// What was found with the centre: reading = home + scale (L - home) + offset.
+    found: Correction<T>,
     variance_mm2: T,
     attitude: Option<UnitQuaternion<T>>,
     /// The search for the first attitude, while there is none.
@@ -87,23 +90,28 @@ pub struct SlipDetector<T: Real> {
 }
 
 impl<T: Real> SlipDetector<T> {
-    /// A detector for the centre `parameters` with the encoder offsets `offsets_mm` (0 when they are known), in mm.
+    /// A detector for the centre `parameters`, mm, on the machine as it was found with it: what is not as drawn is no
+    /// slip.
     ///
-    /// `noise_mm`: standard deviation of a length, mm, encoder quantisation included. `joint`: a ball, or how the centre
-    /// moves with the arm; what it predicts is no alarm, and its scatter is none either.
+    /// * `offsets_mm`: encoder offsets found, mm; 0 when they are known.
+    /// * `noise_mm`: standard deviation of a length, mm, encoder quantisation included.
+    /// * `joint`: a ball, or how the centre moves with the arm; what it predicts is no alarm, and its scatter is none
+    ///   either.
     pub fn new(
-        rig: &Rig<T>,
+        machine: &Machine<T>,
+        deviation: &MachineDeviation<T>,
         parameters: &Parameters<T>,
         offsets_mm: &[T; CABLES],
         noise_mm: T,
         joint: Joint<T>,
     ) -> Self {
-        let geometry = Geometry::new(rig);
+        let geometry = machine.geometry_with(deviation);
         Self {
             centre: JointCentre::from_parameters(parameters, &geometry),
             geometry,
             joint,
-            offsets_mm: *offsets_mm,
+            home_mm: *machine.home_mm(),
+            found: Correction { offset_mm: *offsets_mm, scale: deviation.scale.map(|scale| T::one() + scale) },
             variance_mm2: noise_mm * noise_mm,
             attitude: None,
             search: None,
@@ -162,7 +170,7 @@ impl<T: Real> SlipDetector<T> {
             return None;
         }
         self.counted = Some(*lengths);
-        let lengths = lengths.less(&self.offsets_mm).ok()?;
+        let lengths = lengths.corrected_by(&self.found, &self.home_mm).ok()?;
         self.attitude = self.joint.track(&self.geometry, &self.centre, before, &lengths);
         let attitude = self.attitude?;
         let rotation = rotation_of(&attitude);
@@ -200,7 +208,7 @@ impl<T: Real> SlipDetector<T> {
         let (lengths, search) = match &mut self.search {
             Some(search) => search,
             none => {
-                let Ok(lengths) = lengths.less(&self.offsets_mm) else { return };
+                let Ok(lengths) = lengths.corrected_by(&self.found, &self.home_mm) else { return };
                 none.insert((lengths, AttitudeSearch::new()))
             }
         };

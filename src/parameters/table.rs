@@ -208,10 +208,10 @@ parameters! {
     NominalRadius2 = 114, single, "mm", 140.8, 1.0, 2000.0, guarded, "distance from the joint centre to end-point P2 as the rig expects it";
     NominalRadius3 = 115, single, "mm", 140.8, 1.0, 2000.0, guarded, "distance from the joint centre to end-point P3 as the rig expects it";
 
-    ToleranceBase = 120, single, "mm", 0.0, 0.0, 100.0, guarded, "one standard deviation of each coordinate of an attachment point; 0 = exact";
-    ToleranceEdges = 121, single, "mm", 0.0, 0.0, 100.0, guarded, "one standard deviation of each platform edge, or with geometry 1 of each coordinate of an end; 0 = exact";
-    ToleranceOffset = 122, single, "mm", 0.0, 0.0, 100.0, guarded, "one standard deviation of what homing leaves of each offset; 0 = exact";
-    ToleranceDrum = 123, single, "", 0.0, 0.0, 0.2, guarded, "one standard deviation of the radius of each drum, relative; 0 = exact";
+    ToleranceBase = 120, single, "mm", 0.5, 0.0, 100.0, guarded, "one standard deviation of each coordinate of an attachment point; 0 = exact";
+    ToleranceEdges = 121, single, "mm", 0.5, 0.0, 100.0, guarded, "one standard deviation of each platform edge, or with geometry 1 of each coordinate of an end; 0 = exact";
+    ToleranceOffset = 122, single, "mm", 0.3, 0.0, 100.0, guarded, "one standard deviation of what homing leaves of each offset; 0 = exact";
+    ToleranceDrum = 123, single, "", 0.001, 0.0, 0.2, guarded, "one standard deviation of the radius of each drum, relative; 0 = exact";
     Offset1 = 124, single, "mm", 0.0, -100.0, 100.0, guarded, "what the length of cable 1 reads too much, as commissioning found it";
     Offset2 = 125, single, "mm", 0.0, -100.0, 100.0, guarded, "what the length of cable 2 reads too much, as commissioning found it";
     Offset3 = 126, single, "mm", 0.0, -100.0, 100.0, guarded, "what the length of cable 3 reads too much, as commissioning found it";

@@ -122,6 +122,7 @@ impl<T: Real> Fit<T> {
         result.iterations = result.rms_residuals_mm.len() as u8;
         result.poses = poses.len() as u32;
         result.offsets_mm = self.estimate.offsets_mm(machine);
+        result.machine = self.estimate.deviation(machine);
         result.rejected.clear();
         for (index, pose) in poses.iter().enumerate().filter(|(_, pose)| !pose.is_used()) {
             // The list holds the first; the poses' own states hold all.
