@@ -14,6 +14,7 @@
 //! Excite  --moving-->    Refine
 //! Excite  --refused-->   Done
 //! Refine  --explained--> Inspect
+//! Refine  --held-->      Check
 //! Inspect --accepted-->  Check
 //! Inspect --refused-->   Done
 //! Check   --redundant--> Isolate
