@@ -156,7 +156,7 @@ impl<T: Real> Estimator<T> {
             Stage::Done(_) => None,
         };
         if let Some(next) = next {
-            debug_assert!(may_follow(self.stage.name(), next.name()));
+            debug_assert!(may_follow(self.stage.name(), next.name()), "{:?} to {:?}", self.stage.name(), next.name());
             // The only place where the stage is assigned.
             self.stage = next;
         }
