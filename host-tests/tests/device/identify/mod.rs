@@ -6,6 +6,7 @@ mod bad_logs;
 mod bad_rigs;
 mod bus_logs;
 mod command;
+mod hinge;
 mod log_shapes;
 mod recorded;
 mod refused;
