@@ -36,7 +36,7 @@ fn a_control_loop_keeps_its_time() {
     board.pass(2_500).unwrap();
     // the first second is the start's
     let seconds: Vec<[u32; 5]> = board.log.lines.iter().filter_map(|line| told(line)).skip(1).collect();
-    assert!(seconds.len() > 20, "{:?}", board.last_words());
+    assert!(seconds.len() >= 10, "{} seconds, {:?}", seconds.len(), board.last_words());
     let of = |index: usize| seconds.iter().map(move |second| second[index]);
     let (shortest, longest, step) = (of(2).min().unwrap(), of(3).max().unwrap(), of(4).max().unwrap());
     let masked = board.machine.state().longest_masked;

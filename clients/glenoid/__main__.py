@@ -15,6 +15,7 @@ from .ask import Asker
 from .calibration import calibrate
 from .device import Device, DeviceError, NoAnswer, open_device
 from .interrupt import after_interrupt
+from .numbering import check_numbering
 from .parameters import Parameters
 from .recording import read_poses, read_runs, write_csv
 from .rig import parameters_of
@@ -57,6 +58,8 @@ def _parser() -> argparse.ArgumentParser:
     sub = command("calibrate", _calibrate, "Run a calibration, or join the one under way, and decide on its result.")
     sub.add_argument("--yes", action="store_true", help="accept a verified centre without asking")
     sub.add_argument("--new", action="store_true", help="abort a run under way and start another")
+
+    command("numbering", _numbering, "Check that the cables are numbered as the rig says: pull one after the other.")
 
     sub = command("watch", _watch, "Show what the board says.")
     sub.add_argument("--all", action="store_true", help="every message, heartbeats too")
@@ -116,6 +119,11 @@ def _calibrate(options: argparse.Namespace) -> int:
     return NOT_ACCEPTED
 
 
+def _numbering(options: argparse.Namespace) -> int:
+    with _open(options) as device:
+        return 0 if check_numbering(device, _say) else NOT_ACCEPTED
+
+
 def _watch(options: argparse.Namespace) -> int:
     with _open(options) as device:
         watch(device, _say, every=options.all, seconds=options.seconds)
@@ -156,8 +164,8 @@ def _parameters(options: argparse.Namespace) -> int:
             _say(f"{options.name} is prepared; python -m glenoid parameters save makes it so")
         elif options.action == "load":
             values = parameters_of(options.file)
-            for name, value in values.items():
-                parameters.set(name, value)
+            for name, number in values.items():
+                parameters.set(name, number)
             _say(f"{len(values)} parameters are prepared; python -m glenoid parameters save makes it so")
         elif options.action == "save":
             parameters.save()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
 import signal
@@ -109,8 +110,10 @@ class Client:
 
     def answer(self, text: str) -> None:
         assert self.process.stdin is not None
-        self.process.stdin.write(text + "\n")
-        self.process.stdin.flush()
+        # one that has ended needs no answer
+        with contextlib.suppress(BrokenPipeError):
+            self.process.stdin.write(text + "\n")
+            self.process.stdin.flush()
 
     def end(self, seconds: float = 90) -> int:
         """The exit status, when it has ended by itself."""

@@ -11,8 +11,10 @@ mod display;
 mod expected;
 mod inbox;
 mod judgement;
+mod machine;
 mod options;
-mod replay;
+mod parameters;
+pub(crate) mod replay;
 mod report;
 mod restart;
 mod session;
@@ -25,8 +27,9 @@ mod zeros;
 pub use bench::{Bench, BenchError, InProcess};
 pub use board::EmulatedBoard;
 pub use display::{Display, Stage};
-pub use expected::{length_sigma_mm, sigma_mm, sigma_with_zeros_mm};
+pub use expected::{Expected, length_sigma_mm};
 pub use inbox::Inbox;
+pub use machine::KnownMachine;
 pub use options::Options;
 pub use report::{Found, Report, Settings, Status};
 pub use session::Session;
@@ -39,21 +42,22 @@ use crate::emulator::{self, Emulator};
 use crate::firmware::{self, Image};
 use crate::packages::Consent;
 use crate::wearer::Wearer;
-use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, Rig};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Builds and boots the board, rehearses a calibration on it and reports. Gives up as soon as `stop` is set.
 pub fn run(options: &Options, display: &Display, plots: &Path, stop: &'static AtomicBool) -> Report {
-    let rig = match Rig::shoulder(ASSUMED_BASE_RADIUS_MM) {
-        Ok(rig) => rig,
-        Err(error) => unreachable!("the shoulder's constants make a rig: {}", error.text()),
+    let known = KnownMachine::of(options);
+    let machines = known.and_then(|known| Ok((known.as_built(options.rig_error, options.seed)?, known)));
+    let (built, known) = match machines {
+        Ok(machines) => machines,
+        Err(reason) => return Report::without_machine(options, reason),
     };
-    let mut wearer = Wearer::new(rig, options.wearer());
+    let mut wearer = Wearer::new(built, options.wearer());
     match boot(options, display, stop) {
         Err(reason) => Report::failed(options, &wearer.truth(), reason),
         Ok(mut board) => {
-            let mut report = rehearse(&mut board, &mut wearer, &rig, options, display, Some(plots));
+            let mut report = rehearse(&mut board, &mut wearer, &known, options, display, Some(plots));
             if report.status == Status::Failed && !stop.load(Ordering::Relaxed) {
                 report.reasons.extend(board.crash_record().into_iter().map(|line| format!("board's log: {line}")));
             }
@@ -83,21 +87,27 @@ fn boot(options: &Options, display: &Display, stop: &'static AtomicBool) -> Resu
 pub fn rehearse(
     bench: &mut dyn Bench,
     wearer: &mut Wearer,
-    rig: &Rig<f64>,
+    known: &KnownMachine,
     options: &Options,
     display: &Display,
     plots: Option<&Path>,
 ) -> Report {
     let truth = wearer.truth();
+    let rig = &known.double;
     let mut session = Session::new(bench, wearer, rig.drum().fastest_mm_per_s, display);
-    let calibrated = session.calibrate(options.poses, options.verification_poses(), options.zero_prior_steps());
-    let outcome = calibrated.and_then(|transcript| {
+    let told = known.told.as_ref().map(|set| session.become_machine(set)).transpose();
+    let calibrated = told.and_then(|told| {
+        let transcript = session.calibrate(options.poses, options.verification_poses(), options.zero_prior_steps())?;
+        Ok((transcript, told))
+    });
+    let outcome = calibrated.and_then(|(transcript, told)| {
         let after_restart = session.restart()?;
         let exercise = options.slip.map(|slip_mm| session.exercise(options, slip_mm)).transpose()?;
-        Ok((transcript, after_restart, exercise))
+        Ok((transcript, told, after_restart, exercise))
     });
-    let report = outcome.map_err(|error| error.to_string()).and_then(|(transcript, after_restart, exercise)| {
-        let mut report = judgement::judge(&transcript, &after_restart, wearer, rig, options, plots)?;
+    let report = outcome.map_err(|error| error.to_string()).and_then(|(transcript, told, after_restart, exercise)| {
+        let mut report = judgement::judge(&transcript, &after_restart, wearer, known, options, plots)?;
+        report.parameters_told = told;
         if let Some(exercise) = exercise {
             let slip = exercise.judge();
             report.object(&slip.objections);

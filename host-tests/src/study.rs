@@ -6,7 +6,7 @@
 
 mod arm;
 mod bound;
-mod built;
+pub(crate) mod built;
 mod commissioning;
 mod cramer_rao;
 mod degenerate;
@@ -24,6 +24,7 @@ mod million;
 mod outliers;
 mod paper;
 mod precision;
+mod pulley;
 mod wander;
 mod watch;
 mod zeros;
@@ -64,4 +65,5 @@ pub const ALL: &[Study] = &[
     commissioning::STUDY,
     elbow::STUDY,
     arm::STUDY,
+    pulley::STUDY,
 ];

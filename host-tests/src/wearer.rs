@@ -17,16 +17,17 @@
 //! ```
 
 mod arm;
+mod cables;
 mod encoder;
 mod motion;
 
-use glenoid::kinematics::inverse;
 use glenoid::rig::{CABLES, Parameters, Rig};
 use nalgebra::{Rotation3, Unit, Vector3};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 pub use arm::FittedArm;
+pub use cables::Cables;
 pub use encoder::Encoder;
 
 /// What is random about the wearer, and how much.
@@ -103,7 +104,7 @@ pub struct Pose {
 /// A wearer in the machine. See the [module](self).
 #[derive(Debug, Clone)]
 pub struct Wearer {
-    rig: Rig<f64>,
+    cables: Cables,
     settings: WearerSettings,
     arm: FittedArm,
     encoder: Encoder,
@@ -113,15 +114,18 @@ pub struct Wearer {
 }
 
 impl Wearer {
-    /// A wearer with a random centre, cuff and zero errors. `rig` is the machine as the firmware knows it.
+    /// A wearer with a random centre, cuff and zero errors. `rig` is the machine as it is; its correction is what its
+    /// encoders truly read.
     pub fn new(rig: Rig<f64>, settings: WearerSettings) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(settings.seed);
         let mut offset = |limit_mm: f64| Vector3::from_fn(|_, _| symmetric(&mut random, limit_mm));
         let (centre_offset_mm, cuff_offset_mm) = (offset(settings.centre_offset_mm), offset(settings.cuff_offset_mm));
         let arm = FittedArm::new(&rig, centre_offset_mm, cuff_offset_mm);
         let zero_errors_mm = std::array::from_fn(|_| symmetric(&mut random, settings.zero_error_mm));
-        let encoder = Encoder::new(rig.drum(), zero_errors_mm);
-        Self { rig, settings, arm, encoder, mishaps: Vec::new(), random, poses: 0 }
+        let ideal = Encoder::new(rig.drum(), zero_errors_mm);
+        let encoder = rig.correction().map_or(ideal, |correction| ideal.with(correction));
+        let cables = Cables::new(&rig);
+        Self { cables, settings, arm, encoder, mishaps: Vec::new(), random, poses: 0 }
     }
 
     /// What an identification should find: the true centre in {B} and the true radii, mm.
@@ -202,7 +206,7 @@ impl Wearer {
         cable: Option<(usize, f64)>,
     ) -> [i32; CABLES] {
         let centre_mm = self.arm.centre_mm() + strap_mm;
-        let mut lengths_mm = inverse::cable_lengths(&self.rig, &centre_mm, self.arm.end_points_mm(), rotation);
+        let mut lengths_mm = self.cables.lengths_mm(&self.arm.ends_mm().map(|end| centre_mm + rotation * end));
         for length in &mut lengths_mm {
             *length += symmetric(&mut self.random, self.settings.noise_mm);
         }
@@ -224,7 +228,8 @@ impl Wearer {
     }
 
     fn pose(&self, rotation: Rotation3<f64>, errors_mm: [f64; CABLES]) -> Pose {
-        let spans_mm = inverse::cable_lengths(&self.rig, self.arm.centre_mm(), self.arm.end_points_mm(), &rotation);
+        let ends_mm = self.arm.ends_mm().map(|end| self.arm.centre_mm() + rotation * end);
+        let spans_mm = self.cables.lengths_mm(&ends_mm);
         let counts = self.encoder.counts(std::array::from_fn(|k| spans_mm[k] + errors_mm[k]));
         Pose { rotation, spans_mm, errors_mm, counts }
     }

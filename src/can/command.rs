@@ -52,11 +52,13 @@ pub enum Opcode {
     /// The centre in use is right for the arm that is in the machine now. Must name run, boot and checksum of the value
     /// in use, as Accept does of the new one.
     Confirm = 13,
+    /// Has the named cable been pulled since this was first asked, and moved its own encoder? Argument: the cable, 1 to 6.
+    CheckCable = 14,
 }
 
 impl Opcode {
     /// All opcodes in order.
-    pub const ALL: [Opcode; 13] = [
+    pub const ALL: [Opcode; 14] = [
         Self::Start,
         Self::Capture,
         Self::Identify,
@@ -70,6 +72,7 @@ impl Opcode {
         Self::SetZeroPrior,
         Self::SetWearer,
         Self::Confirm,
+        Self::CheckCable,
     ];
 
     /// The opcode with this number.
@@ -90,7 +93,7 @@ impl Opcode {
 
     /// May the command name a run at all?
     const fn may_name_run(self) -> bool {
-        !matches!(self, Self::Start | Self::Query | Self::SetZeroPrior | Self::SetWearer)
+        !matches!(self, Self::Start | Self::Query | Self::SetZeroPrior | Self::SetWearer | Self::CheckCable)
     }
 }
 
@@ -133,6 +136,11 @@ pub enum Order {
     SetWearer {
         /// The wearer's number; 0 = not said.
         wearer: u16,
+    },
+    /// Look whether this cable, 1 to 6, was pulled and moved its own encoder.
+    CheckCable {
+        /// The cable.
+        cable: u8,
     },
     /// The zeros of the runs to come are known to so many steps of [`ZERO_PRIOR_STEP_MM`], 1σ; 0 = exactly.
     SetZeroPrior {
@@ -221,6 +229,8 @@ impl Request {
             },
             (Opcode::SetZeroPrior, steps) => Order::SetZeroPrior { steps },
             (Opcode::SetWearer, wearer) => Order::SetWearer { wearer },
+            // within six by its range
+            (Opcode::CheckCable, cable @ 1..=6) => Order::CheckCable { cable: cable as u8 },
             (Opcode::Accept, _) => Order::Accept(value),
             (_, argument) if argument != 0 => return Err(Reason::BadArgument),
             (Opcode::Capture, _) => Order::Procedure(Command::Capture),
@@ -230,7 +240,9 @@ impl Request {
             (Opcode::Abort, _) => Order::Procedure(Command::Abort),
             (Opcode::Acknowledge, _) => Order::Procedure(Command::Acknowledge),
             (Opcode::Query, _) => Order::Query,
-            (Opcode::Start | Opcode::ReadPose | Opcode::Confirm, _) => return Err(Reason::BadArgument),
+            (Opcode::Start | Opcode::ReadPose | Opcode::Confirm | Opcode::CheckCable, _) => {
+                return Err(Reason::BadArgument);
+            }
         };
         Ok(order)
     }

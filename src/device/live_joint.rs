@@ -1,11 +1,10 @@
 //! Where a moving joint centre is now: R C + t of the pose that the cables show.
 
-use crate::identification::Identified;
 use crate::identification::marginal_information::MarginalInformation;
 use crate::identification::uncertainty::{unpacked, worst_direction_of_point};
+use crate::identification::{Identified, Machine};
 use crate::kinematics::{CableLengths, Geometry, JointCentre, LengthJacobian, PlatformPose};
 use crate::linear_algebra::{inverse_of_positive_definite, rounding, unit};
-use crate::rig::Rig;
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
 /// The joint centre in the platform, and what is needed to place it in {B}.
@@ -19,15 +18,15 @@ pub(super) struct LiveJoint {
 
 impl LiveJoint {
     /// Of an identified centre. `None` when its radii do not fix a place in the platform.
-    pub fn new(rig: &Rig<f32>, identified: &Identified<f32>) -> Option<Self> {
-        let geometry = Geometry::new(rig);
+    pub fn new(machine: &Machine<f32>, identified: &Identified<f32>) -> Option<Self> {
+        let geometry = machine.geometry_with(&identified.machine);
         let in_platform_mm = JointCentre::from_parameters(&identified.parameters, &geometry).in_platform_mm;
         // The radii's covariance is J Σ Jᵀ with rows J along the arms from the end-points (`uncertainty::parameters_of`).
         let arms = geometry.end_points_mm().map(|end_point| unit(&(in_platform_mm - end_point)).transpose());
         let inverse = Matrix3::from_rows(&arms).try_inverse()?;
         let covariance: Matrix6<f32> = unpacked(&identified.covariance_mm2);
         let of_radii = covariance.fixed_view::<3, 3>(3, 3);
-        let noise = rig.length_noise_mm().max(identified.noise_mm);
+        let noise = machine.noise_mm().max(identified.noise_mm);
         Some(Self {
             covariance_mm2: inverse * of_radii * inverse.transpose(),
             in_platform_mm,

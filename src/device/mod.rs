@@ -24,6 +24,7 @@ mod fingerprint;
 mod live;
 mod live_joint;
 mod lock;
+mod numbering;
 mod parameters;
 mod persistence;
 mod report;
@@ -58,6 +59,7 @@ use button::Button;
 use button_commands::ConfirmingPresses;
 use faults::FaultReporter;
 use lock::Lock;
+use numbering::Numbering;
 use parameters::Saving;
 use persistence::Persistence;
 use report::Reporter;
@@ -241,6 +243,7 @@ pub struct Device {
     /// A second copy of what the procedure goes by, to notice memory that changes.
     constants: (Rig<f32>, Limits),
     lock: Lock,
+    numbering: Numbering,
     /// The parameters in use, those that are being prepared, and what saving them waits for.
     in_use: ParameterSet,
     prepared: ParameterSet,
@@ -293,6 +296,7 @@ impl Device {
             confirming: ConfirmingPresses::default(),
             constants: (config.rig, config.limits),
             lock: Lock::new(config.lock_key),
+            numbering: Numbering::new(config.numbering_check),
             in_use: config.parameters,
             prepared: config.parameters,
             saving: Saving::Nothing,
@@ -311,6 +315,7 @@ impl Device {
             Event::Tick => self.tick(now_ms, out),
             Event::Counts(counts) => {
                 self.counts = Some(counts);
+                self.numbering.sample(&counts, self.procedure.rig().drum().mm_per_count());
                 self.procedure.sample(now_ms, &counts);
                 self.monitor_sample(now_ms, &counts, out);
             }

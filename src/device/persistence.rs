@@ -43,7 +43,7 @@ impl Device {
             Err(error) => reason_of_load(error),
         };
         self.persistence.seal = self.live_checksum();
-        self.slip_monitor = SlipMonitor::over(self.procedure.rig(), self.procedure.live());
+        self.slip_monitor = SlipMonitor::over(self.procedure.machine(), self.procedure.live());
         self.persistence.wrong = Some(reason).filter(|reason| *reason != Reason::Fine);
         out(Action::Log(LogEntry::Loaded { run_id: self.procedure.run_id(), reason }));
     }
@@ -135,6 +135,7 @@ fn record(live: &Candidate, serial: u32, rig: u32) -> Record {
         verification_deviation_mm: verification.deviation_mm,
         verification_limit_mm: verification.limit_mm,
         motion: *motion,
+        machine: identified.machine,
     }
 }
 
@@ -162,6 +163,7 @@ fn candidate(record: &Record) -> Candidate {
             excitation_rad: record.excitation_rad,
             offsets_mm: record.zeros_mm,
             offset_sigmas_mm: record.zero_sigmas_mm,
+            machine: record.machine,
         },
         motion: record.motion,
         verification: Verification {
@@ -176,6 +178,7 @@ fn candidate(record: &Record) -> Candidate {
 mod tests {
     use super::*;
     use crate::identification::joint::ShownMotion;
+    use crate::identification::machine::MachineDeviation;
     use crate::rig::Parameters;
 
     /// Every field has a value of its own, so that none can be taken for another.
@@ -198,6 +201,11 @@ mod tests {
                 excitation_rad: 16.0,
                 offsets_mm: [20.0, 21.0, 22.0, 23.0, 24.0, 25.0],
                 offset_sigmas_mm: [30.0, 31.0, 32.0, 33.0, 34.0, 35.0],
+                machine: MachineDeviation {
+                    base_mm: core::array::from_fn(|k| 50.0 + k as f32),
+                    ends_mm: core::array::from_fn(|k| 70.0 + k as f32),
+                    scale: core::array::from_fn(|k| 90.0 + k as f32),
+                },
             },
             motion: Some(ShownMotion::from_parts(core::array::from_fn(|k| {
                 [k as i16 + 50, k as i16 + 60, k as i16 + 70]

@@ -99,7 +99,7 @@ impl Device {
     /// What the cables show now; None before the first sample, and while a length cannot be one.
     fn telemetry(&self, now_ms: u32) -> Option<Telemetry> {
         let counts = self.counts?;
-        let lengths = CableLengths::from_counts(self.procedure.rig().drum(), &counts).ok()?;
+        let lengths = CableLengths::from_counts(self.procedure.rig(), &counts).ok()?;
         let live = self.procedure.live();
         let corrected = live.map_or(Ok(lengths), |live| lengths.less(&live.identified.offsets_mm));
         let arm = self.procedure.arm(now_ms);

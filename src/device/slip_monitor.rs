@@ -10,10 +10,11 @@ use super::{Action, Device, LogEntry};
 use crate::can::Message;
 use crate::can::watch::WatchReport;
 use crate::identification::joint::Joint;
+use crate::identification::{Identified, Machine};
 use crate::kinematics::CableLengths;
 use crate::monitor::{DetectorState, SlipDetector};
 use crate::procedure::{Candidate, Reason, StateName};
-use crate::rig::{CABLES, Rig};
+use crate::rig::CABLES;
 use nalgebra::UnitQuaternion;
 
 /// Shortest time between two samples that are looked at, ms.
@@ -63,17 +64,17 @@ impl Evidence {
 }
 
 impl SlipMonitor {
-    /// A watch over a centre. The lengths that it sees are corrected by the zeros that were found with the centre.
-    pub fn over(rig: &Rig<f32>, live: Option<&Candidate>) -> Self {
+    /// A watch over a centre, on the machine as it was found with the centre.
+    pub fn over(machine: &Machine<f32>, live: Option<&Candidate>) -> Self {
         let detector = live.map(|live| {
-            let identified = &live.identified;
+            let Identified { parameters, offsets_mm, machine: deviation, noise_mm, .. } = &live.identified;
             // A calibration whose residuals were larger than the rig's noise has shown that the cables are noisier.
-            let noise_mm = rig.length_noise_mm().max(identified.noise_mm);
+            let noise_mm = machine.noise_mm().max(*noise_mm);
             let joint = live.motion.map_or(Joint::Ball, |motion| Joint::Moving(motion.model()));
-            SlipDetector::new(rig, &identified.parameters, &identified.offsets_mm, noise_mm, joint)
+            SlipDetector::new(machine, deviation, parameters, offsets_mm, noise_mm, joint)
         });
         let moving = live.filter(|live| live.motion.is_some());
-        let live_joint = moving.and_then(|live| LiveJoint::new(rig, &live.identified));
+        let live_joint = moving.and_then(|live| LiveJoint::new(machine, &live.identified));
         Self { detector, live_joint, ..Self::default() }
     }
 
@@ -113,7 +114,7 @@ impl Device {
             return;
         }
         self.slip_monitor.looked_at_ms = Some(now_ms);
-        let Ok(lengths) = CableLengths::from_counts(self.procedure.rig().drum(), counts) else { return };
+        let Ok(lengths) = CableLengths::from_counts(self.procedure.rig(), counts) else { return };
         let Some(warning) = detector.sample(&lengths) else {
             self.confirmed |= self.slip_monitor.evidence.add(detector);
             return;

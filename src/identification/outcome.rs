@@ -1,5 +1,6 @@
 //! What an identification ends with: a centre with its covariance, or a refusal.
 
+use super::machine::MachineDeviation;
 use super::uncertainty;
 use crate::linear_algebra::non_negative_root;
 use crate::rig::{CABLES, Parameters};
@@ -75,6 +76,8 @@ pub struct Identified<T> {
     pub offsets_mm: [T; CABLES],
     /// 1σ of the encoder offsets, mm. 0 when they are taken as known.
     pub offset_sigmas_mm: [T; CABLES],
+    /// By how much shape and drums of the machine differ from what is stated. 0 where they are taken as known.
+    pub machine: MachineDeviation<T>,
 }
 
 impl<T: Real> Identified<T> {
@@ -94,6 +97,7 @@ impl<T: Real> Identified<T> {
             excitation_rad: zero,
             offsets_mm: [zero; CABLES],
             offset_sigmas_mm: [zero; CABLES],
+            machine: MachineDeviation::none(),
         }
     }
 

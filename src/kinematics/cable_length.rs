@@ -71,12 +71,13 @@ impl<T: Real> CableLengths<T> {
     }
 
     /// Lengths from encoder counts: home length plus the arc that the drum has turned,
-    /// L = L_home + 2 pi r counts / counts_per_turn.
+    /// L = L_home + 2 pi r counts / counts_per_turn; less the offsets and by the scales that commissioning found, as in
+    /// [`corrected`](Self::corrected).
     ///
     /// # Errors
     /// The first cable whose length would not be positive.
-    pub fn from_counts(drum: &Drum<T>, counts: &[i32; CABLES]) -> Result<Self, LengthError> {
-        Self::from_mean_counts(drum, counts, &[T::zero(); CABLES])
+    pub fn from_counts(rig: &Rig<T>, counts: &[i32; CABLES]) -> Result<Self, LengthError> {
+        Self::from_mean_counts(rig, counts, &[T::zero(); CABLES])
     }
 
     /// Lengths from the mean over samples: `counts` of the first sample, and by how much the mean lies above it, in
@@ -84,11 +85,14 @@ impl<T: Real> CableLengths<T> {
     ///
     /// # Errors
     /// The first cable whose length would not be positive.
-    pub fn from_mean_counts(drum: &Drum<T>, counts: &[i32; CABLES], above: &[T; CABLES]) -> Result<Self, LengthError> {
+    pub fn from_mean_counts(rig: &Rig<T>, counts: &[i32; CABLES], above: &[T; CABLES]) -> Result<Self, LengthError> {
+        let drum = rig.drum();
         let mm_per_count = drum.mm_per_count();
         Self::new(core::array::from_fn(|k| {
             // Within ±2^24 counts (over 380 m of cable on the shoulder's drum) f32 holds a count exactly.
-            drum.home_length_mm[k] + (T::of_integer(counts[k]) + above[k]) * mm_per_count
+            let paid_out_mm = (T::of_integer(counts[k]) + above[k]) * mm_per_count;
+            let true_mm = rig.correction().map_or(paid_out_mm, |found| found.applied_to(k, paid_out_mm));
+            drum.home_length_mm[k] + true_mm
         }))
     }
 
@@ -98,9 +102,15 @@ impl<T: Real> CableLengths<T> {
     /// # Errors
     /// The first cable whose length would not be positive.
     pub fn corrected(&self, rig: &Rig<T>) -> Result<Self, LengthError> {
-        let Some(Correction { offset_mm, scale }) = rig.correction() else { return Ok(*self) };
-        let home_mm = &rig.drum().home_length_mm;
-        Self::new(core::array::from_fn(|k| home_mm[k] + (self.0[k] - offset_mm[k] - home_mm[k]) / scale[k]))
+        rig.correction().map_or(Ok(*self), |found| self.corrected_by(found, &rig.drum().home_length_mm))
+    }
+
+    /// The same by any correction about the home lengths `home_mm`.
+    ///
+    /// # Errors
+    /// The first cable whose length would not be positive.
+    pub fn corrected_by(&self, found: &Correction<T>, home_mm: &[T; CABLES]) -> Result<Self, LengthError> {
+        Self::new(core::array::from_fn(|k| home_mm[k] + found.applied_to(k, self.0[k] - home_mm[k])))
     }
 
     /// The lengths less the offset of each encoder, mm.

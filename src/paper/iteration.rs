@@ -3,6 +3,7 @@
 use super::SixUnknowns;
 use super::model::{Contradiction, Model};
 use super::pass_sum::PassSum;
+use crate::identification::machine::MachineDeviation;
 use crate::identification::outcome::{
     Identified, MAX_ITERATIONS, Progress, RESULT_PACKED, RESULT_UNKNOWNS, Refusal, Termination, rms_residual,
 };
@@ -237,6 +238,7 @@ impl<T: Real> PaperIteration<T> {
             excitation_rad: T::of(f64::INFINITY),
             offsets_mm: [T::zero(); CABLES],
             offset_sigmas_mm: [T::zero(); CABLES],
+            machine: MachineDeviation::none(),
         })
     }
 }

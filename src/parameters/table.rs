@@ -208,10 +208,10 @@ parameters! {
     NominalRadius2 = 114, single, "mm", 140.8, 1.0, 2000.0, guarded, "distance from the joint centre to end-point P2 as the rig expects it";
     NominalRadius3 = 115, single, "mm", 140.8, 1.0, 2000.0, guarded, "distance from the joint centre to end-point P3 as the rig expects it";
 
-    ToleranceBase = 120, single, "mm", 0.0, 0.0, 100.0, guarded, "one standard deviation of each coordinate of an attachment point; 0 = exact";
-    ToleranceEdges = 121, single, "mm", 0.0, 0.0, 100.0, guarded, "one standard deviation of each platform edge, or with geometry 1 of each coordinate of an end; 0 = exact";
-    ToleranceOffset = 122, single, "mm", 0.0, 0.0, 100.0, guarded, "one standard deviation of what homing leaves of each offset; 0 = exact";
-    ToleranceDrum = 123, single, "", 0.0, 0.0, 0.2, guarded, "one standard deviation of the radius of each drum, relative; 0 = exact";
+    ToleranceBase = 120, single, "mm", 0.5, 0.0, 100.0, guarded, "one standard deviation of each coordinate of an attachment point; 0 = exact";
+    ToleranceEdges = 121, single, "mm", 0.5, 0.0, 100.0, guarded, "one standard deviation of each platform edge, or with geometry 1 of each coordinate of an end; 0 = exact";
+    ToleranceOffset = 122, single, "mm", 0.3, 0.0, 100.0, guarded, "one standard deviation of what homing leaves of each offset; 0 = exact";
+    ToleranceDrum = 123, single, "", 0.001, 0.0, 0.2, guarded, "one standard deviation of the radius of each drum, relative; 0 = exact";
     Offset1 = 124, single, "mm", 0.0, -100.0, 100.0, guarded, "what the length of cable 1 reads too much, as commissioning found it";
     Offset2 = 125, single, "mm", 0.0, -100.0, 100.0, guarded, "what the length of cable 2 reads too much, as commissioning found it";
     Offset3 = 126, single, "mm", 0.0, -100.0, 100.0, guarded, "what the length of cable 3 reads too much, as commissioning found it";
@@ -249,6 +249,7 @@ parameters! {
     CollectingTimeout = 175, integer, "ms", 120000, 1000, 3600000, open, "longest time without a new pose of the first set";
     VerifyingTimeout = 176, integer, "ms", 120000, 1000, 3600000, open, "longest time without a new pose of the second set";
     ReviewTimeout = 177, integer, "ms", 300000, 1000, 3600000, open, "longest time for the decision";
+    NumberingCheck = 178, integer, "", 0, 0, 1, guarded, "1: the first centre on this machine is accepted only after every cable was pulled and found at its encoder (CheckCable)";
 
     TelemetryRate = 190, integer, "Hz", 50, 0, 100, open, "sets of telemetry a second; 0 = off; acts at once";
     LivePeriod = 191, integer, "ms", 100, 0, 10000, guarded, "time between two sets of what a controller acts on; 0 = off";

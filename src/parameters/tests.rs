@@ -5,15 +5,15 @@ use super::*;
 use crate::can::BaseId;
 use crate::procedure::{Limits, Reason, Settings};
 use crate::restart::Restart;
-use crate::rig::Rig;
+use crate::rig::{Rig, Tolerance};
 
 fn config(set: &ParameterSet) -> Result<Config, Contradiction> {
     set.config(Restart::default(), 0)
 }
 
 #[test]
-fn the_defaults_are_the_shoulder() {
-    let rig = Rig::<f32>::shoulder(150.0).unwrap();
+fn the_defaults_are_the_shoulder_built_by_hand() {
+    let rig = Rig::<f32>::shoulder(150.0).unwrap().with_tolerance(Tolerance::hand_built()).unwrap();
     let config = config(&ParameterSet::new()).unwrap();
     assert_eq!(config.rig, rig);
     assert_eq!(config.limits, Limits::for_rig(&rig));
@@ -40,13 +40,13 @@ fn a_machine_with_pulleys_and_commissioned_offsets_comes_back() {
         set.set_bits(36 + 10 * cable, 5f32.to_bits()).unwrap();
     }
     set.set_bits(31, 3f32.to_bits()).unwrap();
-    set.set_bits(120, 0.5f32.to_bits()).unwrap();
+    set.set_bits(120, 0.25f32.to_bits()).unwrap();
     set.set_bits(126, 0.25f32.to_bits()).unwrap();
     let first = config(&set).unwrap();
     let cables = first.rig.cables().unwrap();
     assert!(cables.iter().all(|cable| cable.pulley.radius_mm == 5.0));
     assert_eq!(cables[0].base_mm.y, 3.0);
-    assert_eq!(first.rig.tolerance().base_mm, 0.5);
+    assert_eq!(first.rig.tolerance().base_mm, 0.25);
     assert_eq!(first.rig.correction().unwrap().offset_mm[2], 0.25);
     // the ends are kept in the platform's own frame: from there on nothing changes any more
     let second = config(&ParameterSet::of(&first.rig, &first.limits)).unwrap();

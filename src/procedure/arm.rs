@@ -6,7 +6,7 @@ use super::loose::LooseWatch;
 use super::reason::Reason;
 use super::stillness::Stillness;
 use crate::kinematics::CableLengths;
-use crate::rig::{CABLES, Drum};
+use crate::rig::{CABLES, Drum, Rig};
 
 /// Why the arm is not in a pose that can be captured, and which cable is at fault (0: none).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -93,14 +93,15 @@ impl Arm {
         }
     }
 
-    /// The lengths of the pose in which the arm is held, from the mean of the counts while it was still.
+    /// The lengths of the pose in which the arm is held, from the mean of the counts while it was still, corrected by what
+    /// commissioning found.
     ///
     /// # Errors
     /// As for [`ready`](Self::ready), and [`Reason::LengthImpossible`].
-    pub fn pose(&self, now_ms: u32, drum: &Drum<f32>) -> Result<CableLengths<f32>, NotReady> {
+    pub fn pose(&self, now_ms: u32, rig: &Rig<f32>) -> Result<CableLengths<f32>, NotReady> {
         self.ready(now_ms)?;
         let (first, mean) = self.stillness.pose().ok_or(NotReady { reason: Reason::ArmMoving, cable: 0 })?;
         let impossible = |cable| NotReady { reason: Reason::LengthImpossible, cable };
-        CableLengths::from_mean_counts(drum, &first, &mean).map_err(|error| impossible(error.cable))
+        CableLengths::from_mean_counts(rig, &first, &mean).map_err(|error| impossible(error.cable))
     }
 }

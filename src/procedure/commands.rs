@@ -219,7 +219,7 @@ impl Procedure {
     }
 
     fn try_pose(&mut self, now_ms: u32, set: PoseSet, distance_rad: &mut Option<f32>) -> Result<(), NotReady> {
-        let lengths = self.arm.pose(now_ms, self.rig.drum())?;
+        let lengths = self.arm.pose(now_ms, &self.rig)?;
         let refused = |reason| NotReady { reason, cable: 0 };
         let pose = Pose::placed(self.machine.platform(), lengths).map_err(|error| match error {
             PlatformError::Length(error) => NotReady { reason: Reason::LengthImpossible, cable: error.cable },

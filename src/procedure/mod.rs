@@ -146,7 +146,7 @@ pub struct Procedure {
     /// The boot that is under way, and the wearer that the next run is made for.
     boot: u16,
     wearer: u16,
-    /// How well the encoder zeros are known in the runs to come, 1σ, mm; 0 = exactly.
+    /// How well the encoder zeros are known in the runs to come, 1σ, mm; 0 = as the rig's tolerance says.
     zero_prior_mm: f32,
     arm: Arm,
     state: State,
@@ -170,11 +170,12 @@ impl Procedure {
     // Inlined so that it is built where it stays: 13 KB of temporary copies on the stack otherwise.
     #[inline(always)]
     pub fn new(rig: Rig<f32>, limits: Limits) -> Self {
-        let machine = Machine::with_offset_prior(&rig, limits.settings().zero_prior_mm);
+        let zero_prior_mm = limits.settings().zero_prior_mm;
+        let machine = Machine::with_offset_prior(&rig, offset_prior_mm(&rig, zero_prior_mm));
         Self {
             arm: Arm::new(&limits),
             work: Work::new(&machine, &rig),
-            zero_prior_mm: limits.settings().zero_prior_mm,
+            zero_prior_mm,
             accuracy: PredictedAccuracy::new(&machine, rig.nominal()),
             machine,
             predicted_sigma_mm: None,
@@ -237,7 +238,7 @@ impl Procedure {
         &self.limits
     }
 
-    /// How well the encoder zeros are known in the runs to come, 1σ, mm; 0 = exactly.
+    /// How well the encoder zeros are known in the runs to come, 1σ, mm; 0 = as the rig's tolerance says.
     pub const fn zero_prior_mm(&self) -> f32 {
         self.zero_prior_mm
     }
@@ -248,13 +249,11 @@ impl Procedure {
         limits.check(self.rig.nominal(), &identified.parameters, &identified.sigma_mm(), &identified.offsets_mm)
     }
 
-    /// Sets how well the encoder zeros are known in the runs to come, 1σ, mm, until power-down; 0 = exactly. Not while a
-    /// run is under way: its poses were collected for another question.
+    /// Sets how well the encoder zeros are known in the runs to come, 1σ, mm, until power-down; 0 = as the
+    /// rig's tolerance says. Not while a run is under way: its poses were collected for another question.
     ///
     /// Every run begins from the raw lengths, never from lengths corrected by the zeros in use: an error in these cannot
     /// get into the next centre, and the standard deviation of a run depends on its own poses and the stated prior alone.
-    // Not inlined: the machine is large, and its copies would lie on the stack under every command (`cargo stack --ways`).
-    #[inline(never)]
     pub fn set_zero_prior(&mut self, prior_mm: f32) -> Reason {
         if !matches!(self.state, State::Idle | State::Failed) {
             return Reason::AlreadyRunning;
@@ -263,7 +262,7 @@ impl Procedure {
             return Reason::BadArgument;
         }
         self.zero_prior_mm = prior_mm;
-        self.machine = Machine::with_offset_prior(&self.rig, prior_mm);
+        self.machine.set_offset_prior(offset_prior_mm(&self.rig, prior_mm));
         Reason::Fine
     }
 
@@ -282,6 +281,11 @@ impl Procedure {
     /// Is the shoulder blade to be held now: the first of two phases?
     pub const fn is_held_phase(&self) -> bool {
         matches!(self.run.phase, Phase::Held) && matches!(self.state, State::Collecting | State::Identifying)
+    }
+
+    /// The machine as the estimator sees it.
+    pub const fn machine(&self) -> &Machine<f32> {
+        &self.machine
     }
 
     /// The machine.
@@ -415,4 +419,9 @@ impl Procedure {
             self.ending = Some(Ending { run_id: self.run.id, detail });
         }
     }
+}
+
+/// How well the encoder offsets are known, 1σ, mm: homing is never better than the rig's tolerance.
+fn offset_prior_mm(rig: &Rig<f32>, zero_prior_mm: f32) -> f32 {
+    zero_prior_mm.max(rig.tolerance().offset_mm)
 }

@@ -2,6 +2,7 @@
 
 use crate::identification::Rejected;
 use crate::identification::joint::ShownMotion;
+use crate::identification::machine::MachineDeviation;
 use crate::identification::outcome::MAX_REJECTED;
 use crate::identification::outcome::RESULT_PACKED;
 use crate::linear_algebra::packed_index;
@@ -54,6 +55,8 @@ pub struct Record {
     pub verification_limit_mm: f32,
     /// How the centre moves with the arm; `None` for a ball.
     pub motion: Option<ShownMotion>,
+    /// How the machine was found to differ from what is stated.
+    pub machine: MachineDeviation<f32>,
 }
 
 /// A record whose numbers cannot be those of a calibration.
@@ -74,18 +77,16 @@ impl Record {
             self.verification_deviation_mm,
             self.verification_limit_mm,
         ];
-        let not_negative = |number: &f32| number.is_finite() && *number >= 0.0;
-        let [_, _, _, radii @ ..] = self.parameters.to_array();
+        let parameters = self.parameters.to_array();
+        let variances = self.variances();
+        let MachineDeviation { base_mm, ends_mm, scale } = &self.machine;
+        let numbers: [&[f32]; 6] = [&parameters, &self.covariance_mm2, &self.zeros_mm, base_mm, ends_mm, scale];
+        let not_negative: [&[f32]; 3] = [&singles, &self.zero_sigmas_mm, &variances];
+        let [_, _, _, radii @ ..] = parameters;
         let fit = self.run_id != 0
             && usize::from(self.left_out) <= MAX_REJECTED
-            && self
-                .parameters
-                .to_array()
-                .iter()
-                .chain(&self.covariance_mm2)
-                .chain(&self.zeros_mm)
-                .all(|n| n.is_finite())
-            && singles.iter().chain(&self.zero_sigmas_mm).chain(&self.variances()).all(not_negative)
+            && numbers.iter().all(|numbers| numbers.iter().all(|number| number.is_finite()))
+            && not_negative.iter().all(|numbers| numbers.iter().all(|number| number.is_finite() && *number >= 0.0))
             && radii.iter().all(|radius| *radius > 0.0)
             && self.motion.is_none_or(|motion| motion.is_sound());
         if fit { Ok(()) } else { Err(Unfit) }

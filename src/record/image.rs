@@ -20,10 +20,10 @@
 //! | 258 | 4 | serial number of the board |
 //! | 262 | 1 + 1 | joint: 0 ball, 1 moving centre; zero |
 //! | 264 | 8 · 3 · 2 | how the centre moves: the integers of [`ShownMotion`]; zero for a ball |
-//! | 312 | 4 | zero; for later versions |
-//! | 316 | 4 | CRC-32 of a constant and all bytes before |
-//!
-//! Version 2 has zeros from 262 on: its joint is a ball.
+//! | 312 | 48 + 48 | how the base and the platform differ from what is stated: coefficients of their shape modes, mm |
+//! | 408 | 24 | by how much each drum pays out more than stated, relative |
+//! | 432 | 204 | zero; for later versions |
+//! | 636 | 4 | CRC-32 of a constant and all bytes before |
 //!
 //! What every version and every kind of image has is in `sealed`.
 
@@ -32,19 +32,18 @@ use super::sealed;
 pub use super::sealed::{Broken, Header};
 use crate::identification::Rejected;
 use crate::identification::joint::{MOTION_PARTS, ShownMotion};
+use crate::identification::machine::MachineDeviation;
 use crate::rig::Parameters;
 
-/// Length of the image, bytes: 40 flash words of the drive board.
-pub const IMAGE_LEN: usize = 320;
+/// Length of the image, bytes: 80 flash words of the drive board.
+pub const IMAGE_LEN: usize = 640;
 
 /// Version of the table above.
 pub const VERSION: u16 = 3;
-/// The oldest version that is read.
-pub(super) const OLDEST: u16 = 2;
 
 /// The kind of the image.
 pub(super) const MAGIC: [u8; 4] = *b"GLNR";
-const RESERVED_LEN: usize = 4;
+const RESERVED_LEN: usize = 204;
 /// Of the field that says which joint it is.
 const MOVING: u8 = 1;
 
@@ -82,6 +81,9 @@ pub fn encode(record: &Record, sequence: u32) -> Image {
     for number in parts.as_flattened() {
         writer.put(number.to_le_bytes());
     }
+    writer.put_numbers(&record.machine.base_mm);
+    writer.put_numbers(&record.machine.ends_mm);
+    writer.put_numbers(&record.machine.scale);
     writer.put([0; RESERVED_LEN]);
     sealed::seal(&mut writer.image);
     writer.image
@@ -122,6 +124,11 @@ pub fn decode(image: &Image) -> Record {
     let serial = u32::from_le_bytes(reader.take());
     let [joint, _] = reader.take();
     let parts = core::array::from_fn(|_| core::array::from_fn(|_| i16::from_le_bytes(reader.take())));
+    let machine = MachineDeviation {
+        base_mm: reader.take_numbers(),
+        ends_mm: reader.take_numbers(),
+        scale: reader.take_numbers(),
+    };
     Record {
         run_id,
         boot,
@@ -145,6 +152,7 @@ pub fn decode(image: &Image) -> Record {
         verification_deviation_mm,
         verification_limit_mm,
         motion: (joint == MOVING).then(|| ShownMotion::from_parts(parts)),
+        machine,
     }
 }
 

@@ -3,7 +3,7 @@
 use super::content::Record;
 use super::error::{LoadError, StoreError};
 use super::flash::PageFlash;
-use super::image::{self, IMAGE_LEN, OLDEST, VERSION};
+use super::image::{self, IMAGE_LEN, VERSION};
 use super::page::PageError;
 use super::two_pages::TwoPages;
 
@@ -25,8 +25,8 @@ pub(super) type RecordPages = TwoPages<IMAGE_LEN>;
 pub(super) fn load<F: PageFlash>(pages: &mut RecordPages, flash: &mut F, rig: u32) -> Result<Record, LoadError> {
     let (header, image) = pages.load(flash)?;
     match header.version {
-        0..OLDEST => return Err(LoadError::OlderVersion),
-        OLDEST..=VERSION => {}
+        0..VERSION => return Err(LoadError::OlderVersion),
+        VERSION => {}
         _ => return Err(LoadError::FromTheFuture),
     }
     let record = image::decode(&image);

@@ -96,6 +96,14 @@ impl<T: Real> Tolerance<T> {
 }
 
 impl<T: Real> Correction<T> {
+    /// What cable `cable` (from 0) has truly paid out beyond its home length, mm, when it reads `read_mm` beyond it.
+    pub(crate) fn applied_to(&self, cable: usize, read_mm: T) -> T {
+        match (self.offset_mm.get(cable), self.scale.get(cable)) {
+            (Some(offset_mm), Some(scale)) => (read_mm - *offset_mm) / *scale,
+            _ => read_mm,
+        }
+    }
+
     pub(super) fn is_possible(&self) -> bool {
         self.offset_mm.iter().all(|offset| offset.is_a_number())
             && self.scale.iter().all(|scale| (*scale - T::one()).abs() <= T::of(MAX_SCALE_CORRECTION))

@@ -96,7 +96,9 @@ fn introduce(arguments: &Arguments, patient: Option<&Patient>) {
             println!(
                 "person           moves when the board asks for another pose; true centre {x:.3} {y:.3} {z:.3} mm"
             );
-            println!("  type           press, release (the button), silent, sound (the encoders), reset (the board)");
+            println!(
+                "  type           press, release (the button), silent, sound (the encoders), pull 3 (a cable), reset (the board)"
+            );
         }
         None => {
             println!("rig link         {rig}, for one client");

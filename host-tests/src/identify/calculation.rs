@@ -1,17 +1,25 @@
 //! The library's identification, run on a log in the precision asked for.
 
+use super::causes::{self, Cause, Causes};
 use super::held_phase;
 use super::input_error::InputError;
 use super::lengths_file::{LengthsFile, Row};
 use super::report::{Precision, Report, Setting, Start};
 use super::rig_file::{self, RigFile};
 use super::verification::Verification;
-use crate::estimation::estimate;
+use crate::estimation::{Estimation, estimate};
 use glenoid::identification::{EstimatorSettings, Identified, Machine, Noise, Progress, Refusal};
 use glenoid::kinematics::CableLengths;
 use glenoid::paper::{PaperIteration, PaperSettings};
 use glenoid::rig::{Parameters, Rig};
 use glenoid::scalar::Real;
+use std::ops::RangeInclusive;
+
+/// Fewer poses tell no causes apart; more take longer than it is worth.
+const POSES_TO_TELL_CAUSES: RangeInclusive<usize> = 10..=2_000;
+
+/// Noise this many times above what the rig should have makes one look for a cause.
+const LOOK_TWICE: f64 = 1.5;
 
 /// What is to be solved.
 pub struct Problem<'a> {
@@ -92,6 +100,7 @@ impl Problem<'_> {
             Ok(_) => Report::of_estimation(&estimation, &machine, self.setting),
             Err(refusal) => Report::refused(refusal, estimation.estimator.iterations(), self.setting),
         };
+        self.look_for_causes(&mut report, &estimation, poses);
         if let (Ok(identified), Some(_)) = (&estimation.outcome, self.setting.zero_prior_mm) {
             report.worst_sigma_if_homed_mm = self.worst_sigma_if_homed_mm(rig, poses, identified);
         }
@@ -100,6 +109,35 @@ impl Problem<'_> {
             report.verification = Some(Verification::of(&machine, &estimation.estimator, identified, &lengths));
         }
         Ok(report)
+    }
+
+    /// What explains the poses better, where they are refused for what a machine or a joint may have, or are accepted
+    /// with residuals or constants that make one look twice. In double precision whatever was asked for.
+    fn look_for_causes<T: Real>(&self, report: &mut Report, estimation: &Estimation<T>, poses: &[CableLengths<T>]) {
+        if !POSES_TO_TELL_CAUSES.contains(&poses.len()) {
+            return;
+        }
+        let expected_mm = self.setting.expected_noise_mm;
+        let noise_mm = self.setting.given_noise_mm.unwrap_or(expected_mm);
+        let rig = &self.rig_file.rig;
+        let machine = self.machine(rig);
+        let lengths: Result<Vec<_>, _> =
+            poses.iter().map(|lengths| CableLengths::new(lengths.as_mm().map(Real::to_f64))).collect();
+        let Ok(lengths) = lengths else { return };
+        let row =
+            |cause: Cause| Cause { pose: cause.pose.and_then(|pose| self.setting.rows_used.iter().nth(pose)), ..cause };
+        let is_noisy = |found: &Identified<T>| found.noise_mm.to_f64() > expected_mm * LOOK_TWICE;
+        match &estimation.outcome {
+            Err(refusal) if may_have_a_cause(refusal) => {}
+            Ok(found) if report.joint == Some("moving") || is_noisy(found) => {}
+            Ok(_) => {
+                report.contradiction = causes::contradiction(&machine, &lengths, noise_mm);
+                return;
+            }
+            Err(_) => return,
+        }
+        report.cause = causes::find(rig, &machine, &lengths, noise_mm)
+            .map(|causes| Causes { best: row(causes.best), or: causes.or.map(row) });
     }
 
     /// The standard deviation of the centre from the same poses less the offsets that were found, as if these were known.
@@ -129,6 +167,21 @@ impl Problem<'_> {
         };
         EstimatorSettings { noise, joint: self.setting.joint, ..EstimatorSettings::for_rig(rig) }
     }
+}
+
+/// Is it a refusal of what was measured, not of how few or how alike the poses are?
+const fn may_have_a_cause(refusal: &Refusal) -> bool {
+    matches!(
+        refusal,
+        Refusal::TooManyOutliers { .. }
+            | Refusal::CentreNotFixed { .. }
+            | Refusal::TooFewForMovingCentre { .. }
+            | Refusal::MissingMotion { .. }
+            | Refusal::SlippedMidway { .. }
+            | Refusal::NotExplained { .. }
+            | Refusal::PlatformDoesNotClose { .. }
+            | Refusal::IterationCap
+    )
 }
 
 fn run_paper<T: Real>(rig: &Rig<T>, start: &Start, poses: &[CableLengths<T>]) -> (Result<Identified<T>, Refusal>, u8) {

@@ -7,6 +7,7 @@
 //! Read by hand rather than with a CSV library, because every complaint names its line and column: the libraries drop
 //! the place of a field, and count the lines of a file with CRLF or blank lines in their own way.
 
+mod board_result;
 mod bus_log;
 mod foreign;
 mod header;
@@ -14,6 +15,8 @@ mod number;
 mod repeated;
 mod table;
 mod text;
+
+pub use board_result::BoardResult;
 
 use super::input_error::{self, InputError};
 use glenoid::kinematics::CableLengths;
@@ -50,6 +53,7 @@ pub struct LengthsFile {
     rows: Vec<Row>,
     second_set: Vec<Row>,
     notes: Vec<String>,
+    board: Option<BoardResult>,
 }
 
 impl LengthsFile {
@@ -109,6 +113,11 @@ impl LengthsFile {
         (!rows.is_empty()).then(|| Self { rows, second_set: Vec::new(), notes: Vec::new(), ..self.clone() })
     }
 
+    /// What the board itself found, if this is a recording of the bus.
+    pub fn board(&self) -> Option<&BoardResult> {
+        self.board.as_ref()
+    }
+
     /// What was taken for what, and what was left out, in words. Empty for a plain table.
     pub fn notes(&self) -> &[String] {
         &self.notes
@@ -134,6 +143,13 @@ impl LengthsFile {
     }
 
     fn new(file: &str) -> Self {
-        Self { file: file.to_owned(), columns: Vec::new(), rows: Vec::new(), second_set: Vec::new(), notes: Vec::new() }
+        Self {
+            file: file.to_owned(),
+            columns: Vec::new(),
+            rows: Vec::new(),
+            second_set: Vec::new(),
+            notes: Vec::new(),
+            board: None,
+        }
     }
 }

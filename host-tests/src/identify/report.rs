@@ -1,5 +1,6 @@
 //! What `cargo identify --json` prints: one object, its keys always the same and in the same order.
 
+use super::causes::{Cause, Causes};
 use super::machine_report::MachineReport;
 use super::refusal::RefusalDetail;
 use super::selection::RowsUsed;
@@ -141,6 +142,10 @@ pub struct Report {
     pub setting: Setting,
     /// What is known of the refusal.
     pub refusal: Option<RefusalDetail>,
+    /// What explains the log better than a fixed centre and the machine as stated.
+    pub cause: Option<Causes>,
+    /// The constant of the machine that contradicts its stated tolerance, in a set that is accepted.
+    pub contradiction: Option<Cause>,
     /// The result on a second log.
     pub verification: Option<Verification>,
 }
@@ -240,6 +245,8 @@ impl Report {
             poses_used: None,
             setting,
             refusal: None,
+            cause: None,
+            contradiction: None,
             verification: None,
         }
     }

@@ -1,5 +1,6 @@
 //! The outcome for people: a short table, or the reason and the remedy.
 
+use super::causes::{self, Causes};
 use super::lengths_file::LengthsFile;
 use super::remedy;
 use super::report::{Method, Precision, RejectedCable, Report, Setting};
@@ -20,14 +21,34 @@ pub fn of(report: &Report, log: &LengthsFile, second: Option<&LengthsFile>) -> S
     let _ = match report.refusal {
         Some(ref refusal) => writeln!(text, "Refused: {}.\n", report.reason.unwrap_or_default())
             .and_then(|()| line(&mut text, "seen", &remedy::seen(refusal, log)))
-            .and_then(|()| line(&mut text, "what to do", &remedy::remedy(report, refusal))),
-        None => table(&mut text, report).and_then(|()| figures(&mut text, report, log)),
+            .and_then(|()| explanation(&mut text, report, log))
+            .and_then(|()| match &report.cause {
+                Some(Causes { or: None, .. }) => Ok(()),
+                _ => line(&mut text, "what to do", &remedy::remedy(report, refusal)),
+            }),
+        None => table(&mut text, report)
+            .and_then(|()| figures(&mut text, report, log))
+            .and_then(|()| explanation(&mut text, report, log)),
     };
     let _ = method(&mut text, report, log);
     if let (Some(verification), Some(second)) = (&report.verification, second) {
         let _ = line(&mut text, "verification", &verified(verification, second));
     }
     text
+}
+
+/// What fits better, and what to do about it.
+fn explanation(text: &mut String, report: &Report, log: &LengthsFile) -> std::fmt::Result {
+    if let Some(found) = &report.cause {
+        line(text, "fits better", &causes::text(found, log))?;
+        line(text, "what to do", causes::remedy(&found.best))?;
+    }
+    if let Some(cause) = &report.contradiction {
+        let alone = Causes { best: *cause, or: None };
+        line(text, "look twice", &format!("{}, which its tolerance does not allow", causes::text(&alone, log)))?;
+        line(text, "", causes::remedy(cause))?;
+    }
+    Ok(())
 }
 
 fn table(text: &mut String, report: &Report) -> std::fmt::Result {

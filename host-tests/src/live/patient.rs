@@ -23,6 +23,10 @@ const PERIOD_MS: u32 = 10;
 /// Time between two samples while it moves, ms: as often as the board sends telemetry.
 const MOVING_PERIOD_MS: u32 = 20;
 
+/// Samples that a pull of a cable takes, and how fast it is pulled: 12 mm in 0.2 s on the shoulder's drums.
+const PULL_SAMPLES: i32 = 40;
+const PULL_COUNTS_A_SAMPLE: i32 = 26;
+
 /// Longest wait for the board before the encoders count on all the same: it may be silent on the bus.
 const BOARD_LIMIT: Duration = Duration::from_secs(1);
 
@@ -66,17 +70,22 @@ pub enum Order {
     Button(bool),
     /// The encoders fall silent, or count again.
     Encoders(bool),
+    /// Pull this cable, 1 to 6, by a finger's breadth, and let go.
+    Pull(u8),
 }
 
 impl Order {
-    /// An order as a terminal writes it: `press`, `release`, `silent`, `sound`.
+    /// An order as a terminal writes it: `press`, `release`, `silent`, `sound`, `pull 3`.
     pub fn parse(line: &str) -> Option<Self> {
         match line.trim() {
             "press" => Some(Self::Button(true)),
             "release" => Some(Self::Button(false)),
             "silent" => Some(Self::Encoders(false)),
             "sound" => Some(Self::Encoders(true)),
-            _ => None,
+            other => {
+                let cable: u8 = other.strip_prefix("pull ")?.trim().parse().ok()?;
+                (1..=CABLES as u8).contains(&cable).then_some(Self::Pull(cable))
+            }
         }
     }
 }
@@ -99,7 +108,8 @@ impl Patient {
         let stream = TcpStream::connect(rig)?;
         stream.set_nodelay(true)?;
         let (orders, from_outside) = mpsc::channel();
-        let link = Link { address: rig, stream, orders: from_outside, silent: false, next: Instant::now() };
+        let link =
+            Link { address: rig, stream, orders: from_outside, silent: false, pulled: None, next: Instant::now() };
         let mut play = Play { person, wearer, link, port: bus.attach(), heartbeat: None, at: Rotation3::identity() };
         thread::spawn(move || while play.go_on().is_ok() {});
         Ok(Self { orders, truth_mm: [x, y, z] })
@@ -227,6 +237,8 @@ struct Link {
     stream: TcpStream,
     orders: Receiver<Order>,
     silent: bool,
+    /// The cable that is being pulled, from 0, and for how many samples yet.
+    pulled: Option<(usize, i32)>,
     next: Instant,
 }
 
@@ -240,9 +252,16 @@ impl Link {
             match self.orders.try_recv() {
                 Ok(Order::Button(down)) => self.write(&format!("b {}\n", u8::from(down)))?,
                 Ok(Order::Encoders(sound)) => self.silent = !sound,
+                Ok(Order::Pull(cable)) => self.pulled = Some((usize::from(cable) - 1, PULL_SAMPLES)),
                 Err(TryRecvError::Empty) => break,
                 Err(TryRecvError::Disconnected) => return Err(io::ErrorKind::BrokenPipe.into()),
             }
+        }
+        let mut counts = *counts;
+        if let Some((cable, left)) = self.pulled.filter(|(_, left)| *left > 0) {
+            self.pulled = Some((cable, left - 1));
+            // there and back
+            counts[cable] += PULL_COUNTS_A_SAMPLE * left.min(PULL_SAMPLES - left);
         }
         let [c1, c2, c3, c4, c5, c6] = counts;
         if self.silent { Ok(()) } else { self.write(&format!("e {c1} {c2} {c3} {c4} {c5} {c6}\n")) }

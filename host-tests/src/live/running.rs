@@ -74,7 +74,7 @@ impl Running {
             ("reset", ..) => self.board.reset()?,
             (_, Some(order), Some(patient)) => patient.order(order),
             (_, Some(_), None) => eprintln!("{word:?} needs --wearer"),
-            _ => eprintln!("{word:?}: press, release, silent, sound and reset are known"),
+            _ => eprintln!("{word:?}: press, release, silent, sound, pull N and reset are known"),
         }
         Ok(())
     }

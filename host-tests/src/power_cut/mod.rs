@@ -12,6 +12,7 @@ pub use scheme::{Entries, OnePage, ParameterPages, Scheme, TwoPages, WithoutComm
 
 use crate::flash::{MockFlash, TornWord};
 use glenoid::identification::Rejected;
+use glenoid::identification::machine::MachineDeviation;
 use glenoid::record::Record;
 use glenoid::rig::Parameters;
 use rand::seq::index::sample;
@@ -106,6 +107,11 @@ pub fn record(number: u16) -> Record {
         verification_deviation_mm: value,
         verification_limit_mm: value,
         motion: None,
+        machine: MachineDeviation {
+            base_mm: std::array::from_fn(spread),
+            ends_mm: std::array::from_fn(spread),
+            scale: std::array::from_fn(spread),
+        },
     }
 }
 

@@ -69,9 +69,14 @@ impl InProcess {
         bench
     }
 
+    /// Starts with the stored parameters, or as made when there are none.
     fn start(&mut self) {
-        self.device = Device::new(self.config);
-        let loaded = self.storage.load(fingerprint(&self.config.rig), None);
+        let config = match self.storage.load_parameters() {
+            Ok(set) => set.config(self.config.restart, self.config.serial).unwrap_or(self.config),
+            Err(_) => self.config,
+        };
+        self.device = Device::new(config);
+        let loaded = self.storage.load(fingerprint(&config.rig), None);
         self.handle(Event::PowerUp(loaded));
     }
 

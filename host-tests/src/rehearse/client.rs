@@ -4,7 +4,7 @@ use super::bench::Bench;
 use super::inbox::Inbox;
 use super::transcript::SessionError;
 use glenoid::can::status::Answer;
-use glenoid::can::{BaseId, Opcode, Request};
+use glenoid::can::{BaseId, Opcode, ParameterAnswer, ParameterRequest, Request};
 use glenoid::procedure::{Reason, StateName};
 use glenoid::rig::CABLES;
 
@@ -116,6 +116,30 @@ impl<'a> Client<'a> {
         let naming = self.wait_for("whole report of the new centre", ANSWER_LIMIT_MS, shown)?;
         let nonce = self.next_nonce();
         self.send_until_answered(Opcode::Accept, Request::naming(Opcode::Accept, nonce, &naming))
+    }
+
+    /// Asks about a parameter and waits for the answer.
+    ///
+    /// # Errors
+    /// [`SessionError::ParameterRefused`] when the board does not obey.
+    pub(super) fn parameter(&mut self, request: ParameterRequest) -> Result<(), SessionError> {
+        let frame = request.pack(BaseId::DEFAULT.parameters());
+        for _ in 0..ANSWER_LIMIT_MS / REPEAT_MS {
+            self.inbox.parameter = None;
+            self.bench.send(&frame)?;
+            let meant = |inbox: &Inbox| {
+                let is_meant =
+                    |answer: &ParameterAnswer| (answer.operation, answer.index) == (request.operation, request.index);
+                inbox.parameter.filter(is_meant)
+            };
+            match self.wait_for("answer about a parameter", REPEAT_MS, meant) {
+                Ok(answer) if answer.code == Reason::Fine => return Ok(()),
+                Ok(answer) => return Err(SessionError::ParameterRefused(answer)),
+                Err(SessionError::Silence(_)) => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Err(SessionError::Silence("answer about a parameter"))
     }
 
     fn next_nonce(&mut self) -> u16 {

@@ -5,7 +5,7 @@ use glenoid::can::report::{OutcomeReport, PoseReport};
 use glenoid::can::result::{MotionPart, Parameter, Quality, VerificationReport, ZeroError};
 use glenoid::can::status::{Answer, Fault, Heartbeat, Versions};
 use glenoid::can::watch::WatchReport;
-use glenoid::can::{BaseId, Frame, Message, UnpackError};
+use glenoid::can::{BaseId, Frame, Message, ParameterAnswer, UnpackError};
 use glenoid::identification::joint::{MOTION_PARTS, ShownMotion};
 use glenoid::procedure::PoseSet;
 use glenoid::rig::{CABLES, POINTS};
@@ -53,6 +53,8 @@ pub struct Inbox {
     pub watch: Option<WatchReport>,
     /// Lengths that were read out, mm, by set (second set: true), pose and cable (from 0).
     pub lengths_mm: BTreeMap<(bool, u8, u8), f32>,
+    /// The latest answer about a parameter.
+    pub parameter: Option<ParameterAnswer>,
     /// Faults, in order.
     pub faults: Vec<Fault>,
     /// Frames with an identifier of the device that could not be read.
@@ -108,6 +110,7 @@ impl Inbox {
             Message::Quality(quality) => self.quality = Some(quality),
             Message::Verification(report) => self.verification = Some(report),
             Message::Outcome(report) => self.outcome = Some(report),
+            Message::Parameter(answer) => self.parameter = Some(answer),
             Message::Fault(fault) => self.faults.push(fault),
             Message::RawLength(raw) => {
                 let key = (raw.set == PoseSet::HeldOut, raw.index, raw.cable.wrapping_sub(1));

@@ -1,7 +1,8 @@
 //! Holds what the board found against the truth, against the host's own calculation and against the encoders.
 
 use super::charts::{self, Convergence, Descent};
-use super::expected;
+use super::expected::{self, Expected};
+use super::machine::KnownMachine;
 use super::options::Options;
 use super::replay;
 use super::report::{Found, HostsView, Report, Status};
@@ -12,7 +13,8 @@ use super::zeros;
 use crate::wearer::Wearer;
 use glenoid::can::result::Parameter;
 use glenoid::identification::Refusal;
-use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, CABLES, Rig};
+use glenoid::kinematics::CableLengths;
+use glenoid::rig::{CABLES, Rig, Tolerance};
 use std::path::Path;
 
 /// A pose is the mean of the counts over a short time, in which the arm may still have crept by a few counts.
@@ -27,32 +29,30 @@ pub fn judge(
     transcript: &Transcript,
     after_restart: &[Parameter; 6],
     wearer: &Wearer,
-    rig: &Rig<f64>,
+    known: &KnownMachine,
     options: &Options,
     plots: Option<&Path>,
 ) -> Result<Report, String> {
     let rotations: Vec<_> = transcript.identification.iter().map(|captured| captured.pose.rotation).collect();
     let length_sigma_mm = expected::length_sigma_mm(options.noise, wearer.encoder().mm_per_count());
-    let zero_prior_mm = options.zero_prior_mm();
-    let (expected_sigma_mm, expected_zero_sigma_mm) = if zero_prior_mm > 0.0 {
-        expected::sigma_with_zeros_mm(rig, wearer.arm(), &rotations, length_sigma_mm, zero_prior_mm)
-    } else {
-        expected::sigma_mm(rig, wearer.arm(), &rotations, length_sigma_mm).map(|sigma| (sigma, [0.0; CABLES]))
-    }
-    .ok_or("these poses do not determine the centre")?;
+    let rig = &known.double;
+    // Homing is never better than its tolerance.
+    let zero_prior_mm = options.zero_prior_mm().max(rig.tolerance().offset_mm);
+    let tolerance = Tolerance { offset_mm: zero_prior_mm, ..*rig.tolerance() };
+    let expected = Expected::new(rig, wearer.arm(), &rotations, length_sigma_mm, &tolerance)
+        .ok_or("these poses do not determine the centre")?;
     let truth = wearer.truth();
-    let verdict = Verdict::new(transcript.parameters.map(|p| p.value_mm), &truth, expected_sigma_mm);
+    let verdict = Verdict::new(&transcript.parameters, &truth, expected.parameters);
 
     let lengths_mm: Vec<_> = transcript.identification.iter().map(|captured| captured.lengths_mm).collect();
-    let rig_f32 = Rig::<f32>::shoulder(ASSUMED_BASE_RADIUS_MM as f32).map_err(|error| error.text().to_string())?;
     let refuses = |refusal: Refusal| format!("the host refuses the poses that the board accepted: {}", refusal.text());
-    let single = replay::identify(&rig_f32, &lengths_mm, zero_prior_mm).map_err(refuses)?;
+    let single = replay::identify(&known.single, &lengths_mm, zero_prior_mm).map_err(refuses)?;
     let double = replay::identify(rig, &lengths_mm, zero_prior_mm).map_err(refuses)?;
     let host_difference_mm = replay::difference_mm(&transcript.parameters, &single.parameters);
     let length_difference_counts = length_difference_counts(transcript, rig);
 
     let mut reasons = verdict.objections();
-    let zeros = zeros::judge(transcript, wearer, zero_prior_mm, &expected_zero_sigma_mm, &mut reasons);
+    let zeros = zeros::judge(transcript, wearer, rig, zero_prior_mm, &expected.offsets, &mut reasons);
     if host_difference_mm != 0.0 {
         reasons.push(format!("host and board differ by {host_difference_mm:.1e} mm over the same lengths"));
     }
@@ -70,14 +70,21 @@ pub fn judge(
         reasons.push("the centre in use after a restart is not the one that was accepted".to_string());
     }
 
-    let paper = replay::identify_as_the_paper(rig, &double.parameters, &lengths_mm).ok();
+    // The paper's method knows the 3-3 machine only.
+    let is_three_three = rig.cables().is_none();
+    let paper = match is_three_three {
+        true => replay::identify_as_the_paper(rig, &double.parameters, &lengths_mm).ok(),
+        false => None,
+    };
     let convergence = Convergence { single: Descent::of(&single), double: Descent::of(&double), paper };
     let files = match plots {
         Some(folder) => charts::write(transcript, &convergence, options, folder).map_err(|error| error.to_string())?,
         None => Vec::new(),
     };
-    let deviation_mm =
-        replay::deviation_mm(rig, &transcript.parameters, &transcript.zeros_mm(), &lengths_mm).map_err(refuses)?;
+    let deviation_mm = is_three_three
+        .then(|| replay::deviation_mm(rig, &transcript.parameters, &transcript.zeros_mm(), &lengths_mm))
+        .transpose()
+        .map_err(refuses)?;
     let hosts = HostsView {
         deviation_mm,
         deviations_mm: convergence.single.deviations_mm,
@@ -92,6 +99,7 @@ pub fn judge(
         true_centre_mm: truth.centre_mm.into(),
         true_radii_mm: truth.radii_mm,
         found: Some(found),
+        parameters_told: None,
         slip: None,
         plots: files,
     })
@@ -99,14 +107,13 @@ pub fn judge(
 
 /// Largest difference between a length that the board used and the one that the encoders showed, counts.
 fn length_difference_counts(transcript: &Transcript, rig: &Rig<f64>) -> f64 {
-    let (home, mm_per_count) = (rig.drum().home_length_mm, rig.drum().mm_per_count());
+    let mm_per_count = rig.drum().mm_per_count();
     let captured = transcript.identification.iter().chain(&transcript.verification);
     captured
         .flat_map(|captured| {
-            (0..CABLES).map(move |k| {
-                let shown_mm = home[k] + f64::from(captured.pose.counts[k]) * mm_per_count;
-                ((f64::from(captured.lengths_mm[k]) - shown_mm) / mm_per_count).abs()
-            })
+            let shown = CableLengths::from_counts(rig, &captured.pose.counts);
+            let shown_mm = shown.map_or([f64::NAN; CABLES], |shown| *shown.as_mm());
+            (0..CABLES).map(move |k| ((f64::from(captured.lengths_mm[k]) - shown_mm[k]) / mm_per_count).abs())
         })
         .fold(0.0, f64::max)
 }

@@ -3,6 +3,7 @@
 use crate::wearer::WearerSettings;
 use clap::Parser;
 use glenoid::can::command::ZERO_PRIOR_STEP_MM;
+use std::path::PathBuf;
 
 /// Rehearse a calibration: a virtual wearer, the real firmware in an emulator, CAN in between.
 ///
@@ -36,6 +37,19 @@ pub struct Options {
     /// that the zeros are known to no better than that, and finds them.
     #[arg(long, value_name = "MM", default_value_t = 0.0, allow_negative_numbers = true, value_parser = length)]
     pub zero_error: f64,
+
+    /// The machine is not as drawn: each coordinate of an attachment point and each edge is off by this much, 1σ, mm, and
+    /// encoders and drums by their stated tolerances. The board is told that much as tolerance, unless --rig states one.
+    #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = rig_error)]
+    pub rig_error: Option<f64>,
+
+    /// The cables run over swivelling guide pulleys of this radius, mm, and the board is told of them.
+    #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = pulley)]
+    pub pulley: Option<f64>,
+
+    /// The board becomes the machine of this file, by parameters over CAN.
+    #[arg(long, value_name = "RIG.toml")]
+    pub rig: Option<PathBuf>,
 
     /// After the acceptance something slips by this much, mm: the strap, in a random direction, or the cable of
     /// --cable. The board must say what.
@@ -88,6 +102,16 @@ impl Options {
 /// A length in mm that a cable could be wrong by.
 fn length(text: &str) -> Result<f64, String> {
     number(text, 0.0, 100.0, "mm")
+}
+
+/// An error that leaves the machine recognisable, mm.
+fn rig_error(text: &str) -> Result<f64, String> {
+    number(text, 0.01, 5.0, "mm")
+}
+
+/// A guide pulley that a cable of the shoulder can run over, mm.
+fn pulley(text: &str) -> Result<f64, String> {
+    number(text, 0.5, 50.0, "mm")
 }
 
 /// A slip in mm that is one.
@@ -149,6 +173,9 @@ mod tests {
             ["--noise", "nan"],
             ["--tilt", "90"],
             ["--slip", "0"],
+            ["--rig-error", "0"],
+            ["--rig-error", "1000"],
+            ["--pulley", "-5"],
             ["--seed", "x"],
         ] {
             let message = parse(&bad).unwrap_err().to_string();

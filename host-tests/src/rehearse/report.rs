@@ -39,6 +39,8 @@ pub struct Report {
     /// What the board identified, when it did.
     #[serde(flatten)]
     pub found: Option<Found>,
+    /// How many parameters made the board this machine, when it was told.
+    pub parameters_told: Option<usize>,
     /// What slipped after the acceptance and what the board said, when something was to slip.
     pub slip: Option<SlipReport>,
     /// Files that were written.
@@ -46,7 +48,7 @@ pub struct Report {
 }
 
 /// The settings of the rehearsal.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 #[allow(missing_docs, reason = "the fields are those of `Options`")]
 pub struct Settings {
     pub seed: u64,
@@ -55,6 +57,9 @@ pub struct Settings {
     pub noise_mm: f64,
     pub tilt_deg: f64,
     pub zero_error_mm: f64,
+    pub rig_error_mm: f64,
+    pub pulley_mm: f64,
+    pub rig: Option<PathBuf>,
 }
 
 impl From<&Options> for Settings {
@@ -66,6 +71,9 @@ impl From<&Options> for Settings {
             noise_mm: options.noise,
             tilt_deg: options.tilt,
             zero_error_mm: options.zero_error,
+            rig_error_mm: options.rig_error.unwrap_or(0.0),
+            pulley_mm: options.pulley.unwrap_or(0.0),
+            rig: options.rig.clone(),
         }
     }
 }
@@ -89,7 +97,7 @@ pub struct Found {
     pub error_mm: [f64; 6],
     /// Distance of the identified from the true centre, mm.
     pub centre_error_mm: f64,
-    /// Standard deviations that the noise and the rounding to counts make one expect, mm.
+    /// Standard deviations that the noise, the rounding to counts and the machine's tolerances make one expect, mm.
     pub expected_sigma_mm: [f64; 6],
     /// Largest errors that count as right, mm.
     pub tolerance_mm: [f64; 6],
@@ -111,8 +119,8 @@ pub struct Found {
 /// What the host calculates from the lengths that were read out of the board.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct HostsView {
-    /// δE of the first set (Eq. 17, over the platform's edges) at the board's parameters, mm.
-    pub deviation_mm: f64,
+    /// δE of the first set (Eq. 17, over the platform's edges) at the board's parameters, mm; of the 3-3 machine only.
+    pub deviation_mm: Option<f64>,
     /// What the firmware's solver leaves of the residuals after each step, mm.
     pub deviations_mm: Vec<f64>,
     /// Largest difference between the board's parameters and the host's in the same precision, mm; 0 is to the bit.
@@ -162,6 +170,11 @@ impl Report {
         }
     }
 
+    /// A report of a machine that cannot be.
+    pub fn without_machine(options: &Options, reason: String) -> Self {
+        Self::failed(options, &Parameters::from_array([f64::NAN; 6]), reason)
+    }
+
     /// A report without a result.
     pub fn failed(options: &Options, truth: &Parameters<f64>, reason: String) -> Self {
         Self {
@@ -171,6 +184,7 @@ impl Report {
             true_centre_mm: truth.centre_mm.into(),
             true_radii_mm: truth.radii_mm,
             found: None,
+            parameters_told: None,
             slip: None,
             plots: Vec::new(),
         }
@@ -205,11 +219,20 @@ impl Report {
     fn write_figures(&self, f: &mut fmt::Formatter<'_>, found: &Found) -> fmt::Result {
         let Settings { poses, verification_poses, .. } = self.settings;
         let mut line = |title: &str, text: String| writeln!(f, "  {title:<20} {text}");
+        if let Some(told) = self.parameters_told {
+            line("the board was told", format!("its machine by {told} parameters over CAN"))?;
+        }
         line("off the true centre", format!("{:.4} mm", found.centre_error_mm))?;
         line("residual of lengths", format!("{:.4} mm, {} iterations", found.residual_mm, found.iterations))?;
-        line("deviation δE", format!("{:.4} mm over the {poses} poses that identified", found.host.deviation_mm))?;
-        let second = found.verification_deviation_mm;
-        line("", format!("{second:.4} mm over {verification_poses} others that verified"))?;
+        let second =
+            format!("{:.4} mm over {verification_poses} others that verified", found.verification_deviation_mm);
+        match found.host.deviation_mm {
+            Some(first) => {
+                line("deviation δE", format!("{first:.4} mm over the {poses} poses that identified"))?;
+                line("", second)?;
+            }
+            None => line("deviation", second)?,
+        }
         let agreement = match found.host.difference_mm {
             0.0 => "agree to the bit".to_string(),
             mm => format!("differ by {mm:.1e} mm"),

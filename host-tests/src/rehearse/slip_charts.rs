@@ -57,7 +57,7 @@ fn look(exercise: &Exercise, rig: &Rig<f64>, live: &[Parameter; 6], zeros_mm: &[
     let solver = AttitudeSolver { geometry: &geometry, centre: &in_use };
     let mut attitude: Option<UnitQuaternion<f64>> = None;
     let mut see = |at_s, counts: &[i32; CABLES]| {
-        let raw = CableLengths::from_counts(rig.drum(), counts).ok()?;
+        let raw = CableLengths::from_counts(rig, counts).ok()?;
         let lengths = raw.less(&zeros_mm.map(f64::from)).ok()?;
         let fit = match attitude {
             Some(before) => solver.track(before, &lengths, CableSet::ALL),

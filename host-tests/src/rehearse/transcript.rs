@@ -2,11 +2,11 @@
 
 use super::bench::BenchError;
 use crate::wearer::Pose;
-use glenoid::can::Opcode;
 use glenoid::can::message::PROTOCOL;
 use glenoid::can::report::OutcomeReport;
 use glenoid::can::result::{Parameter, Quality, VerificationReport, ZeroError};
 use glenoid::can::status::{Answer, Versions};
+use glenoid::can::{Opcode, ParameterAnswer};
 use glenoid::procedure::Reason;
 use glenoid::rig::CABLES;
 use std::fmt;
@@ -20,6 +20,8 @@ pub enum SessionError {
     Silence(&'static str),
     /// A command was not obeyed.
     Refused(Opcode, Answer),
+    /// A parameter was not set, or the set as a whole was refused.
+    ParameterRefused(ParameterAnswer),
     /// The run ended without a centre.
     Failed(OutcomeReport),
     /// The poses do not suffice; the board went back to collecting more.
@@ -41,6 +43,15 @@ impl fmt::Display for SessionError {
                 answer.code,
                 answer.code.code(),
                 answer.detail,
+                answer.code.remedy()
+            ),
+            Self::ParameterRefused(answer) => write!(
+                f,
+                "the board did not take parameter {}: {} (code {}, value {:#x}). What to do: {}",
+                answer.index,
+                answer.code,
+                answer.code.code(),
+                answer.value,
                 answer.code.remedy()
             ),
             Self::Failed(outcome) => {

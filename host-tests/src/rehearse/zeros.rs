@@ -2,7 +2,7 @@
 
 use super::transcript::Transcript;
 use crate::wearer::Wearer;
-use glenoid::rig::CABLES;
+use glenoid::rig::{CABLES, Rig};
 use serde::Serialize;
 
 /// An error may be this many times its expected standard deviation, and this much more, mm: as for the centre.
@@ -25,6 +25,7 @@ pub struct Zeros {
 pub(super) fn judge(
     transcript: &Transcript,
     wearer: &Wearer,
+    rig: &Rig<f64>,
     prior_mm: f64,
     expected_sigma_mm: &[f64; CABLES],
     reasons: &mut Vec<String>,
@@ -45,8 +46,10 @@ pub(super) fn judge(
     let zeros = Zeros {
         zeros_mm: found.map(|zero| f64::from(zero.value_mm)),
         zero_sigmas_mm: found.map(|zero| f64::from(zero.sigma_mm)),
-        // A cable that is longer at count zero than the firmware believes reads too little.
-        true_zeros_mm: wearer.encoder().zero_errors_mm().map(|excess| -excess),
+        // What the board knows of them already is taken off the readings.
+        true_zeros_mm: std::array::from_fn(|k| {
+            wearer.encoder().offsets_mm()[k] - rig.correction().map_or(0.0, |known| known.offset_mm[k])
+        }),
     };
     for k in 0..CABLES {
         let (error, tolerance) =

@@ -134,8 +134,8 @@ fn drawn_end_points_mm(rig: &Rig<f64>) -> [Vector3<f64>; POINTS] {
 }
 
 /// The rigid motion that brings `from` nearest to `to` (Kabsch 1976).
-fn best_fit(from: &[Vector3<f64>; POINTS], to: &[Vector3<f64>; POINTS]) -> (Matrix3<f64>, Vector3<f64>) {
-    let middle = |points: &[Vector3<f64>; POINTS]| points.iter().sum::<Vector3<f64>>() / POINTS as f64;
+pub fn best_fit(from: &[Vector3<f64>], to: &[Vector3<f64>]) -> (Matrix3<f64>, Vector3<f64>) {
+    let middle = |points: &[Vector3<f64>]| points.iter().sum::<Vector3<f64>>() / points.len() as f64;
     let (a, b) = (middle(from), middle(to));
     let covariance: Matrix3<f64> = from.iter().zip(to).map(|(p, q)| (p - a) * (q - b).transpose()).sum();
     let svd = covariance.svd(true, true);

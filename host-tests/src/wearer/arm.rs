@@ -1,6 +1,6 @@
 //! Where the arm really is in the machine.
 
-use glenoid::rig::{POINTS, Parameters, Rig};
+use glenoid::rig::{CABLES, POINTS, Parameters, Rig};
 use nalgebra::{Matrix3, Vector3};
 
 /// The arm in the machine: its joint centre, and the platform's end-points about it.
@@ -8,6 +8,7 @@ use nalgebra::{Matrix3, Vector3};
 pub struct FittedArm {
     centre_mm: Vector3<f64>,
     end_points_mm: [Vector3<f64>; POINTS],
+    ends_mm: [Vector3<f64>; CABLES],
 }
 
 impl FittedArm {
@@ -21,8 +22,13 @@ impl FittedArm {
         let [p1, p2, p3] = rig.platform_mm();
         let centre_in_platform = centre_below(&[p1, p2, p3], &nominal.radii_mm);
         let turn = home_orientation(rig, p1 - (p1 + p2 + p3) / 3.0);
-        let end_points_mm = [p1, p2, p3].map(|p| turn * (p - centre_in_platform) + cuff_offset_mm);
-        Self { centre_mm: nominal.centre_mm + centre_offset_mm, end_points_mm }
+        let at_home = |p: Vector3<f64>| turn * (p - centre_in_platform) + cuff_offset_mm;
+        let end_points_mm = [p1, p2, p3].map(at_home);
+        let ends_mm = match rig.cables() {
+            Some(cables) => cables.each_ref().map(|cable| at_home(cable.end_mm)),
+            None => std::array::from_fn(|cable| end_points_mm[cable / 2]),
+        };
+        Self { centre_mm: nominal.centre_mm + centre_offset_mm, end_points_mm, ends_mm }
     }
 
     /// Joint centre O in {B}, mm.
@@ -33,6 +39,11 @@ impl FittedArm {
     /// OP_1..OP_3 at home, axes of {B}, mm.
     pub fn end_points_mm(&self) -> &[Vector3<f64>; POINTS] {
         &self.end_points_mm
+    }
+
+    /// Where the six cables end, from O at home, axes of {B}, mm. Where each two end at one point, that is OP_1..OP_3.
+    pub fn ends_mm(&self) -> &[Vector3<f64>; CABLES] {
+        &self.ends_mm
     }
 
     /// What an identification should find, mm.

@@ -5,16 +5,26 @@ use glenoid::can::Frame;
 use glenoid::device::Config;
 use glenoid::identification::{Estimator, EstimatorSettings, Machine, Pose};
 use glenoid::kinematics::CableLengths;
-use glenoid::rig::Rig;
+use glenoid::rig::{Rig, Tolerance};
 use host_tests::rehearse::{
-    Bench, BenchError, Display, InProcess, Options, Report, Status, length_sigma_mm, rehearse, sigma_mm,
-    sigma_with_zeros_mm,
+    Bench, BenchError, Display, Expected, InProcess, KnownMachine, Options, Report, Status, length_sigma_mm, rehearse,
 };
 use host_tests::wearer::{Wearer, WearerSettings};
 use std::path::Path;
 
 fn rig() -> Rig<f64> {
     Rig::shoulder(150.0).unwrap()
+}
+
+/// The machine that [`Config::for_rig`] of the shoulder makes: known exactly.
+fn known() -> KnownMachine {
+    KnownMachine::built_in(rig(), Rig::shoulder(150.0).unwrap())
+}
+
+/// The bound with offsets known to `prior_mm`, of a machine that is known exactly otherwise.
+fn expected(wearer: &Wearer, rotations: &[nalgebra::Rotation3<f64>], sigma_mm: f64, prior_mm: f64) -> Option<Expected> {
+    let tolerance = Tolerance { offset_mm: prior_mm, ..Tolerance::exact() };
+    Expected::new(&rig(), wearer.arm(), rotations, sigma_mm, &tolerance)
 }
 
 /// The bound is derived from the geometry alone; the solver knows nothing of it. Over many draws of the noise the
@@ -27,7 +37,7 @@ fn the_expected_error_is_the_spread_of_many_identifications() {
     let mut wearer = Wearer::new(rig, settings(4));
     let poses: Vec<_> = (0..30).map(|_| wearer.next_pose()).collect();
     let rotations: Vec<_> = poses.iter().map(|pose| pose.rotation).collect();
-    let expected = sigma_mm(&rig, wearer.arm(), &rotations, length_sigma_mm(noise_mm, 0.0)).unwrap();
+    let expected = expected(&wearer, &rotations, length_sigma_mm(noise_mm, 0.0), 0.0).unwrap().parameters;
 
     let truth = wearer.truth().to_array();
     let mut squares = [0.0; 6];
@@ -57,7 +67,7 @@ fn the_expected_error_is_the_spread_of_many_identifications() {
 #[test]
 fn poses_that_determine_nothing_have_no_expected_error() {
     let wearer = Wearer::new(rig(), WearerSettings::default());
-    assert_eq!(sigma_mm(&rig(), wearer.arm(), &[], 0.1), None);
+    assert_eq!(expected(&wearer, &[], 0.1, 0.0), None);
 }
 
 #[test]
@@ -77,7 +87,7 @@ fn rehearse_with_plots(
     let config = Config::for_rig(Rig::<f32>::shoulder(150.0).unwrap());
     let mut bench = Tampering { inner: InProcess::new(config), tamper, samples: 0 };
     let mut wearer = Wearer::new(rig(), options.wearer());
-    rehearse(&mut bench, &mut wearer, &rig(), options, &Display::Silent, plots)
+    rehearse(&mut bench, &mut wearer, &known(), options, &Display::Silent, plots)
 }
 
 fn rehearse_in_process(options: &Options, tamper: impl Fn(usize, [i32; 6]) -> [i32; 6]) -> Report {
@@ -185,7 +195,8 @@ fn zero_errors_that_the_board_is_told_to_look_for_are_found() {
         assert_eq!(found.host.difference_mm, 0.0);
         let zeros = found.zeros.unwrap();
         assert!(zeros.true_zeros_mm.iter().any(|zero| zero.abs() > 3.0), "there was something to find");
-        assert!(found.host.deviation_mm < 0.2, "the lengths are corrected: {}", found.host.deviation_mm);
+        let deviation_mm = found.host.deviation_mm.unwrap();
+        assert!(deviation_mm < 0.2, "the lengths are corrected: {deviation_mm}");
         let json = serde_json::to_value(&report).unwrap();
         assert_eq!(json["zeros_mm"].as_array().unwrap().len(), 6);
         assert!(report.to_string().contains("encoder zeros"));
@@ -196,8 +207,11 @@ fn zero_errors_that_the_board_is_told_to_look_for_are_found() {
 fn with_zeros_that_are_nearly_known_the_expected_error_is_that_of_known_ones() {
     let mut wearer = Wearer::new(rig(), WearerSettings::default());
     let rotations: Vec<_> = (0..30).map(|_| wearer.next_pose().rotation).collect();
-    let known = sigma_mm(&rig(), wearer.arm(), &rotations, 0.06).unwrap();
-    let with = |prior_mm| sigma_with_zeros_mm(&rig(), wearer.arm(), &rotations, 0.06, prior_mm).unwrap();
+    let known = expected(&wearer, &rotations, 0.06, 0.0).unwrap().parameters;
+    let with = |prior_mm| {
+        let expected = expected(&wearer, &rotations, 0.06, prior_mm).unwrap();
+        (expected.parameters, expected.offsets)
+    };
     let (nearly, zeros) = with(1e-4);
     assert!(known.iter().zip(nearly).all(|(known, nearly)| (nearly / known - 1.0).abs() < 1e-3));
     assert!(zeros.iter().all(|zero| (zero / 1e-4 - 1.0).abs() < 1e-3));
@@ -255,7 +269,7 @@ fn an_encoder_that_falls_silent_is_named() {
     let options = options(&[]);
     let mut wearer = Wearer::new(rig(), options.wearer());
     let plots = Path::new(env!("CARGO_TARGET_TMPDIR")).join("rehearse/silent");
-    let report = rehearse(&mut bench, &mut wearer, &rig(), &options, &Display::Silent, Some(&plots));
+    let report = rehearse(&mut bench, &mut wearer, &known(), &options, &Display::Silent, Some(&plots));
     assert_eq!(report.status, Status::Failed);
     assert!(report.reasons[0].contains("no encoder counts arrive"), "{report}");
     assert!(report.plots.is_empty() && !plots.exists());
@@ -311,7 +325,7 @@ fn a_board_that_forgets_its_centre_or_has_another_is_never_right() {
     let (options, rig) = (options(&["--seed", "3", "--poses", "12"]), rig());
     let rehearse_with = |bench: &mut dyn Bench, seed| {
         let mut wearer = Wearer::new(rig, WearerSettings { seed, ..options.wearer() });
-        rehearse(bench, &mut wearer, &rig, &options, &Display::Silent, None)
+        rehearse(bench, &mut wearer, &known(), &options, &Display::Silent, None)
     };
     let empty = InProcess::new(config);
     let report = rehearse_with(&mut Exchanged(InProcess::new(config), Some(empty)), 3);
@@ -344,7 +358,7 @@ fn a_board_that_says_nothing_is_reported() {
     }
     let options = options(&[]);
     let mut wearer = Wearer::new(rig(), options.wearer());
-    let report = rehearse(&mut Dead, &mut wearer, &rig(), &options, &Display::Silent, None);
+    let report = rehearse(&mut Dead, &mut wearer, &known(), &options, &Display::Silent, None);
     assert_eq!(report.reasons, ["the board sent no heartbeat in time"]);
 }
 

@@ -6,7 +6,7 @@ use clap::Parser;
 use firmware_image::elf::Elf;
 use firmware_image::stack_bound::StackUse;
 use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, Rig};
-use host_tests::rehearse::{Display, EmulatedBoard, Options, Session, Status, rehearse};
+use host_tests::rehearse::{Display, EmulatedBoard, KnownMachine, Options, Session, Status, rehearse};
 use host_tests::wearer::{Wearer, WearerSettings};
 use libtest_mimic::Failed;
 
@@ -37,12 +37,23 @@ pub fn a_calibration_finds_the_centre(image: &Path) -> Result<(), Failed> {
 
 /// Encoders off by up to 2 mm, of which the board is told; then, with the record after a restart, a cable slips.
 pub fn zeros_are_found_and_a_slip_is_named(image: &Path) -> Result<(), Failed> {
-    let rig = Rig::shoulder(ASSUMED_BASE_RADIUS_MM).map_err(|error| error.text())?;
+    let known = KnownMachine::compiled_in()?;
     let arguments = "rehearse --poses 15 --zero-error 2 --slip 2 --cable 5 --at 1";
     let options = Options::try_parse_from(arguments.split(' '))?;
-    let mut wearer = Wearer::new(rig, options.wearer());
+    let mut wearer = Wearer::new(known.double, options.wearer());
     let mut board = EmulatedBoard::connect(boot(image)?)?;
-    let report = rehearse(&mut board, &mut wearer, &rig, &options, &Display::Silent, None);
+    let report = rehearse(&mut board, &mut wearer, &known, &options, &Display::Silent, None);
+    assert_eq!(report.status, Status::Right, "{report}");
+    Ok(())
+}
+
+/// The same image on a machine with guide pulleys that is not as drawn: the board is told of both over CAN.
+pub fn a_machine_that_is_not_as_drawn_is_calibrated(image: &Path) -> Result<(), Failed> {
+    let options = Options::try_parse_from("rehearse --poses 15 --rig-error 0.5 --pulley 5 --seed 2".split(' '))?;
+    let known = KnownMachine::of(&options)?;
+    let mut wearer = Wearer::new(known.as_built(options.rig_error, options.seed)?, options.wearer());
+    let mut board = EmulatedBoard::connect(boot(image)?)?;
+    let report = rehearse(&mut board, &mut wearer, &known, &options, &Display::Silent, None);
     assert_eq!(report.status, Status::Right, "{report}");
     Ok(())
 }

@@ -29,7 +29,7 @@ const REQUIRED_VARIABLE: &str = "GLENOID_REQUIRE_EMULATOR";
 
 type Test = fn(&Path) -> Result<(), Failed>;
 
-const TESTS: [(&str, Test); 24] = [
+const TESTS: [(&str, Test); 25] = [
     ("python_can_opens_the_channel", can_line::python_can_opens_the_channel),
     ("a_closed_channel_is_silent", can_line::a_closed_channel_is_silent),
     ("frames_go_both_ways", can_line::frames_go_both_ways),
@@ -42,6 +42,7 @@ const TESTS: [(&str, Test); 24] = [
     ("the_ccm_code_is_copied_and_called", placement::the_ccm_code_is_copied_and_called),
     ("a_calibration_finds_the_centre", calibration::a_calibration_finds_the_centre),
     ("zeros_are_found_and_a_slip_is_named", calibration::zeros_are_found_and_a_slip_is_named),
+    ("a_machine_that_is_not_as_drawn_is_calibrated", calibration::a_machine_that_is_not_as_drawn_is_calibrated),
     ("calibrations_in_a_row", runs::calibrations_in_a_row),
     ("a_client_that_returns_is_told", runs::a_client_that_returns_is_told),
     ("a_crowded_bus_changes_nothing_but_a_counter", runs::a_crowded_bus_changes_nothing_but_a_counter),

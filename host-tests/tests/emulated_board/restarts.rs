@@ -12,11 +12,11 @@ use glenoid::procedure::{Reason, StateName};
 use glenoid::record::STORAGE_PAGES;
 use glenoid::record::{Record, RecordStore, image};
 use glenoid::restart::ResetCause;
-use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, Rig};
 use host_tests::debugger::Debugger;
 use host_tests::emulator::{Emulator, Options};
 use host_tests::flash::{MockFlash, PAGE_LEN, TornWord};
 use host_tests::power_cut;
+use host_tests::rehearse::KnownMachine;
 use libtest_mimic::Failed;
 
 use crate::PATIENCE;
@@ -35,7 +35,7 @@ impl RecordFile {
 
     /// A file with the record of run 7, as the board would have stored it.
     pub fn filled(name: &str) -> Result<Self, Failed> {
-        let rig = Rig::shoulder(ASSUMED_BASE_RADIUS_MM as f32).map_err(|error| error.text())?;
+        let rig = KnownMachine::compiled_in()?.single;
         // as the shoulder could have it
         let (parameters, covariance_mm2) = (*rig.nominal(), std::array::from_fn(|k| 0.01 + k as f32 * 1e-4));
         let record = Record { rig: fingerprint(&rig), parameters, covariance_mm2, ..power_cut::record(7) };

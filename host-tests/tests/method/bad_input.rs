@@ -98,18 +98,19 @@ fn lengths_that_are_not_finite_or_not_positive() {
 
 #[test]
 fn counts_that_would_wind_a_cable_past_its_end() {
-    let drum = *rig::<f64>(&worn()).drum();
+    let rig = rig::<f64>(&worn());
+    let drum = *rig.drum();
     let counts_to_zero = (drum.home_length_mm[0] / drum.mm_per_count()) as i32 + 1;
     for cable in 0..6 {
         let mut counts = [0; 6];
         counts[cable] = -counts_to_zero;
         let expected = LengthError { cable: cable as u8 + 1, fault: LengthFault::NotPositive };
-        assert_eq!(CableLengths::from_counts(&drum, &counts), Err(expected));
+        assert_eq!(CableLengths::from_counts(&rig, &counts), Err(expected));
         counts[cable] = 1 - counts_to_zero;
-        assert!(CableLengths::from_counts(&drum, &counts).is_ok());
+        assert!(CableLengths::from_counts(&rig, &counts).is_ok());
     }
-    assert!(CableLengths::from_counts(&drum, &[i32::MAX; 6]).is_ok());
-    assert!(CableLengths::from_counts(&drum, &[i32::MIN; 6]).is_err());
+    assert!(CableLengths::from_counts(&rig, &[i32::MAX; 6]).is_ok());
+    assert!(CableLengths::from_counts(&rig, &[i32::MIN; 6]).is_err());
 }
 
 /// Both cables of each end-point too short, each longer than the other and the edge together, and squares that overflow.

@@ -4,7 +4,9 @@
 use crate::common::library::{as_cables, as_parameters, rig};
 use crate::common::sets::{add_noise, normal, shoulder};
 use crate::common::{Worn, rng};
+use glenoid::identification::Machine;
 use glenoid::identification::joint::Joint;
+use glenoid::identification::machine::MachineDeviation;
 use glenoid::monitor::{Cause, DetectorState, SlipDetector, Warning};
 use glenoid::rig::CABLES;
 use nalgebra::{Rotation3, Vector3};
@@ -13,7 +15,13 @@ use rand_chacha::ChaCha8Rng;
 const NOISE_MM: f64 = 0.06;
 
 fn detector(worn: &Worn) -> SlipDetector<f32> {
-    SlipDetector::new(&rig::<f32>(worn), &as_parameters(&worn.truth()), &[0.0; CABLES], NOISE_MM as f32, Joint::Ball)
+    detector_with(worn, &[0.0; CABLES])
+}
+
+fn detector_with(worn: &Worn, offsets_mm: &[f32; CABLES]) -> SlipDetector<f32> {
+    let machine = Machine::new(&rig::<f32>(worn));
+    let truth = as_parameters(&worn.truth());
+    SlipDetector::new(&machine, &MachineDeviation::none(), &truth, offsets_mm, NOISE_MM as f32, Joint::Ball)
 }
 
 /// An arm that swings about two axes: 15 degrees a second, sampled a hundred times a second.
@@ -156,8 +164,7 @@ fn a_warning_is_given_once_until_the_detector_is_rearmed() {
 fn known_offsets_are_no_slip() {
     let worn = shoulder();
     let offsets = [4.0, -7.0, 2.0, 9.0, -1.0, -5.0f32];
-    let mut detector =
-        SlipDetector::new(&rig::<f32>(&worn), &as_parameters(&worn.truth()), &offsets, NOISE_MM as f32, Joint::Ball);
+    let mut detector = detector_with(&worn, &offsets);
     let shifted = |arm: &Rotation3<f64>| {
         let lengths = worn.lengths_mm(arm);
         std::array::from_fn(|k| lengths[k] + f64::from(offsets[k]))

@@ -16,7 +16,7 @@ use cortex_m::peripheral::DWT;
 use cortex_m::singleton;
 use glenoid::can::Standing;
 use glenoid::device::{ControlSet, Device, PublishedControlSet};
-use glenoid::kinematics::{AttitudeSolver, CableLengths, CableSet, Geometry, JointCentre};
+use glenoid::kinematics::{AttitudeSearch, AttitudeSolver, CableLengths, CableSet, Geometry, JointCentre};
 use glenoid::rig::{CABLES, Rig};
 use nalgebra::UnitQuaternion;
 
@@ -29,8 +29,16 @@ static PUBLISHED: PublishedControlSet = PublishedControlSet::new();
 /// The machine, once it is known.
 static MACHINE: Mutex<Cell<Option<&'static Machine>>> = Mutex::new(Cell::new(None));
 
-/// The rotation at the last step.
-static ATTITUDE: Mutex<Cell<Option<UnitQuaternion<f32>>>> = Mutex::new(Cell::new(None));
+/// The rotation at the last step, or the search for the first one.
+static ATTITUDE: Mutex<Cell<Known>> = Mutex::new(Cell::new(Known::Nothing));
+
+#[derive(Clone, Copy)]
+enum Known {
+    Nothing,
+    /// Four assembly modes are tried, a few steps of the iteration in each step of the loop.
+    Searching(CableLengths<f32>, AttitudeSearch<f32>),
+    Rotation(UnitQuaternion<f32>),
+}
 
 /// What was measured, clock cycles.
 static LAST_CYCLES: AtomicU32 = AtomicU32::new(0);
@@ -62,21 +70,18 @@ pub fn step(counts: &[i32; CABLES], began: u32) {
     note_interval(began);
     if let Some(machine) = free(|cs| MACHINE.borrow(cs).get()) {
         let before = free(|cs| ATTITUDE.borrow(cs).get());
-        let attitude = attitude(machine, counts, before);
-        free(|cs| ATTITUDE.borrow(cs).set(attitude));
-        FOLLOWED.store(FOLLOWED.load(Ordering::Relaxed).wrapping_add(u32::from(attitude.is_some())), Ordering::Relaxed);
+        let known = attitude(machine, counts, before).unwrap_or(Known::Nothing);
+        free(|cs| ATTITUDE.borrow(cs).set(known));
+        let is_known = matches!(known, Known::Rotation(_));
+        FOLLOWED.store(FOLLOWED.load(Ordering::Relaxed).wrapping_add(is_known.into()), Ordering::Relaxed);
         // the loop's own work goes here
     }
     let took = DWT::cycle_count().wrapping_sub(began);
     LONGEST_STEP.store(LONGEST_STEP.load(Ordering::Relaxed).max(took), Ordering::Relaxed);
 }
 
-/// The arm's rotation; None while there is no centre that may be used, and when the lengths fit none.
-fn attitude(
-    machine: &Machine,
-    counts: &[i32; CABLES],
-    before: Option<UnitQuaternion<f32>>,
-) -> Option<UnitQuaternion<f32>> {
+/// The arm's rotation, as far as it is known; None while there is no centre that may be used, and when the lengths fit none.
+fn attitude(machine: &Machine, counts: &[i32; CABLES], before: Known) -> Option<Known> {
     let set = ControlSet::from_words(&PUBLISHED.read()?)?;
     if !matches!(set.standing, Standing::Confirmed | Standing::Unconfirmed) {
         return None;
@@ -84,8 +89,18 @@ fn attitude(
     let lengths = CableLengths::from_counts(machine.rig.drum(), counts).ok()?.less(&set.offsets_mm).ok()?;
     let centre = JointCentre::from_parameters(&set.parameters, &machine.geometry);
     let solver = AttitudeSolver { geometry: &machine.geometry, centre: &centre };
-    let followed = before.and_then(|before| solver.follow(&before, &lengths));
-    followed.or_else(|| solver.solve(&lengths, CableSet::ALL)).map(|fit| fit.attitude)
+    match before {
+        Known::Nothing => Some(Known::Searching(lengths, AttitudeSearch::new())),
+        Known::Searching(lengths, mut search) => {
+            let is_over = search.advance(&solver, &lengths, CableSet::ALL);
+            if is_over {
+                search.best().map(|fit| Known::Rotation(fit.attitude))
+            } else {
+                Some(Known::Searching(lengths, search))
+            }
+        }
+        Known::Rotation(before) => solver.follow(&before, &lengths).map(|fit| Known::Rotation(fit.attitude)),
+    }
 }
 
 fn note_interval(began: u32) {

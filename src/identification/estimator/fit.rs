@@ -14,7 +14,7 @@ use crate::identification::refusal::Refusal;
 use crate::identification::settings::{EstimatorSettings, Noise};
 use crate::identification::weights::Weights;
 use crate::kinematics::rotation::turned;
-use crate::kinematics::{AttitudeSolver, CableLengths, CableSet, JointCentre, LengthJacobian};
+use crate::kinematics::{AttitudeSearch, AttitudeSolver, CableLengths, CableSet, JointCentre, LengthJacobian};
 use crate::linear_algebra::{Singular, block};
 use crate::rig::Parameters;
 use crate::scalar::Real;
@@ -76,10 +76,23 @@ pub(super) struct Pass<T> {
     pub next: usize,
     /// Poses with a weight above zero.
     pub used: usize,
+    /// The search for the rotation of the next pose, or that it is over.
+    search: Search<T>,
     /// Of O and C alone.
     centre: CentreSums<T>,
     /// Σ |S' δ̂|², mm²: the rate at which the squares fall with the scatter's variance.
     pub squared_gradients: T,
+}
+
+/// Where the next pose of a pass stands.
+#[derive(Clone, Copy, Debug)]
+enum Search<T> {
+    /// Its rotation is the one of the pass before, or not looked at yet.
+    No,
+    /// It is searched for, one assembly mode a slice.
+    Going(AttitudeSearch<T>),
+    /// It has been searched for.
+    Over,
 }
 
 impl<T: Real> Fit<T> {
@@ -142,11 +155,12 @@ impl<T: Real> Fit<T> {
             let variance = self.residuals.noise_mm * self.residuals.noise_mm;
             held.add_prior(&mut self.equations, first, &self.centre.in_platform_mm, variance);
         }
-        Pass { next: 0, used: 0, centre: CentreSums::default(), squared_gradients: T::zero() }
+        Pass { next: 0, used: 0, search: Search::No, centre: CentreSums::default(), squared_gradients: T::zero() }
     }
 
     /// Adds the next pose of the pass with its weight and refines its rotation; false after the last. Poses whose χ² is
-    /// above `reinitialise_above` are re-initialised from the known centre first, in the assembly mode that fits best.
+    /// above `reinitialise_above` are re-initialised from the known centre first, in the assembly mode that fits best: that
+    /// takes a call for each mode.
     pub fn add_next_pose(
         &mut self,
         pass: &mut Pass<T>,
@@ -160,15 +174,26 @@ impl<T: Real> Fit<T> {
             pass.centre.move_to(&mut self.equations);
             return false;
         };
-        pass.next += 1;
-        if pose.chi_square > reinitialise_above && pose.state > PoseState::Broken {
+        if let Search::No = pass.search
+            && pose.chi_square > reinitialise_above
+            && pose.state > PoseState::Broken
+        {
+            pass.search = Search::Going(AttitudeSearch::new());
+        }
+        if let Search::Going(search) = &mut pass.search {
             let lengths = self.estimate.corrected(machine, pose.lengths());
             let centre = self.joint.centre_at(&self.centre, &pose.rotation());
             let solver = AttitudeSolver { geometry: self.estimate.geometry(), centre: &centre };
-            if let Some(fit) = solver.solve(&lengths, CableSet::ALL) {
-                pose.set_attitude(fit.attitude);
+            if search.advance(&solver, &lengths, CableSet::ALL) {
+                if let Some(fit) = search.best() {
+                    pose.set_attitude(fit.attitude);
+                }
+                pass.search = Search::Over;
             }
+            return true;
         }
+        pass.search = Search::No;
+        pass.next += 1;
         if pose.is_placed() {
             self.add_placed(pass, index, machine, pose, weights);
         }
@@ -310,14 +335,17 @@ impl<T: Real> Fit<T> {
 
     /// Covariance of O and C, for a noise of 1 mm, once factored.
     pub fn centre_covariance(&self) -> Matrix6<T> {
-        let first = self.equations.unknowns() - CENTRE_UNKNOWNS;
         let mut covariance = Matrix6::zeros();
-        for j in 0..CENTRE_UNKNOWNS {
-            let column = self.equations.covariance_column(first + j, first);
-            for (i, entry) in column.iter().skip(first).take(CENTRE_UNKNOWNS).enumerate() {
-                covariance[(i, j)] = *entry;
-            }
-        }
+        (0..CENTRE_UNKNOWNS).for_each(|column| self.put_centre_covariance_column(&mut covariance, column));
         covariance
+    }
+
+    /// Puts one column of it, from 0.
+    pub fn put_centre_covariance_column(&self, covariance: &mut Matrix6<T>, column: usize) {
+        let first = self.equations.unknowns() - CENTRE_UNKNOWNS;
+        let of_all = self.equations.covariance_column(first + column, first);
+        for (i, entry) in of_all.iter().skip(first).take(CENTRE_UNKNOWNS).enumerate() {
+            covariance[(i, column)] = *entry;
+        }
     }
 }

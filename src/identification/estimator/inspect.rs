@@ -7,6 +7,7 @@
 
 use super::Stage;
 use super::fit::{Fit, SeenPose};
+use super::result::Accepted;
 use crate::identification::joint::Joint;
 use crate::identification::machine::Machine;
 use crate::identification::parameters::MAX_UNKNOWNS;
@@ -77,7 +78,7 @@ impl<T: Real> Inspect<T> {
 
     /// The next pose towards the first.
     pub fn advance(&mut self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &mut [Pose<T>]) -> Option<Stage<T>> {
-        let Some(index) = self.next.checked_sub(1) else { return Some(self.judge(fit, machine, poses)) };
+        let Some(index) = self.next.checked_sub(1) else { return Some(self.judge(fit)) };
         self.next = index;
         let pose = poses.get(index).filter(|pose| pose.is_used())?;
         let seen = fit.seen(machine, pose)?;
@@ -155,12 +156,12 @@ impl<T: Real> Inspect<T> {
         }
     }
 
-    fn judge(&self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &[Pose<T>]) -> Stage<T> {
+    fn judge(&self, fit: &mut Fit<T>) -> Stage<T> {
         match self.refusal(fit) {
             Some(refusal) => Stage::Done(Err(refusal)),
             None => {
                 fit.path_sigmas_mm = [self.across_mm2, self.all_mm2].map(|sum| self.sigma_mm(fit, sum));
-                fit.accept_moving(machine, poses)
+                fit.accept(Accepted::Moving)
             }
         }
     }

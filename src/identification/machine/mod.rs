@@ -5,13 +5,16 @@
 //! fitted to the points as they are, and every σ of a centre is meant in that frame. Each constant takes part when its
 //! tolerance is not zero, with that as its prior standard deviation (maximum a posteriori).
 
+mod deviation;
 mod estimate;
 mod shape;
 
+pub use deviation::MachineDeviation;
 pub use estimate::MachineEstimate;
+pub use shape::MAX_MODES;
 pub(super) use shape::for_each_mode;
 
-use self::shape::{MAX_MODES, ShapeModes};
+use self::shape::ShapeModes;
 use crate::kinematics::{Geometry, PlatformSolver};
 use crate::linear_algebra::packed_index;
 use crate::rig::{CABLES, Rig, Tolerance};
@@ -86,18 +89,31 @@ impl<T: Real> Machine<T> {
             (true, true) => machine.ends.set_edges(&rig.platform_mm()),
             (true, false) => machine.ends.set_six(&geometry.end_mm),
         }
-        for index in 0..machine.parameters() {
-            let sigma = match machine.parameter(index) {
+        machine.state_tolerances();
+        machine
+    }
+
+    /// Changes how well the encoder offsets are known, 1σ, mm; 0 = exactly. In place: the shapes stay as they are.
+    pub fn set_offset_prior(&mut self, offset_mm: T) {
+        self.tolerance.offset_mm = offset_mm;
+        self.state_tolerances();
+    }
+
+    /// Each constant's prior is its own tolerance.
+    fn state_tolerances(&mut self) {
+        self.precision = [T::zero(); MACHINE_PACKED];
+        let tolerance = self.tolerance;
+        for index in 0..self.parameters() {
+            let sigma = match self.parameter(index) {
                 MachineParameter::Base(_) => tolerance.base_mm,
                 MachineParameter::Ends(_) => tolerance.edges_mm,
                 MachineParameter::Offset(_) => tolerance.offset_mm,
                 MachineParameter::Scale(_) => tolerance.drum / T::of(SCALE_UNIT),
             };
-            if let Some(entry) = machine.precision.get_mut(packed_index(index, index)) {
+            if let Some(entry) = self.precision.get_mut(packed_index(index, index)) {
                 *entry = T::one() / (sigma * sigma);
             }
         }
-        machine
     }
 
     /// The same machine with priors that are correlated, as commissioning leaves them: the packed lower triangle of
@@ -123,6 +139,11 @@ impl<T: Real> Machine<T> {
     /// Standard deviation of one length, mm.
     pub fn noise_mm(&self) -> T {
         self.noise_mm
+    }
+
+    /// Length of each cable at count zero, mm.
+    pub fn home_mm(&self) -> &[T; CABLES] {
+        &self.home_mm
     }
 
     /// The tolerances, 1σ.

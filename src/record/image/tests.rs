@@ -4,28 +4,43 @@ extern crate std;
 use super::*;
 use std::vec::Vec;
 
-/// `b'GLNR' + pack('<HHIIH', 2, 0x102, 0x3040506, 0x708090A, 0xB0C) + bytes([3, 0, 1, 2, 3, 0x11, 2, 0x13, 0, 0])`,
-/// then the 44 numbers of [`record`] as `<f`, 25 times `bytes([k + 1, 2 * k])`, `pack('<HHI', 0x1415, 0x1617, 0x18191A1B)`, 54 zeros, and `zlib.crc32(b'\xa5gle' + all that)` as `<I`.
-const BY_PYTHON: &str = "\
-    474c4e5202000201060504030a0908070c0b030001020311021300000000c9420000cb420000cd420000cf420000d1\
+/// `b'GLNR' + pack('<HHIIH', 3, 0x102, 0x3040506, 0x708090A, 0xB0C) + bytes([3, 0, 1, 2, 3, 0x11, 2, 0x13, 0, 0])`,
+/// then the 44 numbers of [`record`] as `<f`, 25 times `bytes([k + 1, 2 * k])`, `pack('<HHI', 0x1415, 0x1617, 0x18191A1B)`,
+/// 50 zeros, the 30 numbers of the machine as `<f`, 204 zeros, and `zlib.crc32(b'\xa5gle' + all that)` as `<I`.
+const BALL_BY_PYTHON: &str = "\
+    474c4e5203000201060504030a0908070c0b030001020311021300000000c9420000cb420000cd420000cf420000d1\
     420000d3420000803e0000a03f0000104000005040000088400000a8400000c8400000e84000000441000014410000\
     244100003441000044410000544100006441000074410000824100008a410000924100009a410000a241000080bf00\
     0000c0000040c0000080c00000a0c00000c0c00000004000000840000010400000184000002040000028400000803d\
     0000003e0000403f0000c03e0000003f01000202030404060508060a070c080e09100a120b140c160d180e1a0f1c10\
     1e11201222132414261528162a172c182e1930151417161b1a19180000000000000000000000000000000000000000\
-    00000000000000000000000000000000000000000000000000000000000000000000def48bba";
+    000000000000000000000000000000000000000000000000000000000000000000bf0000c0bf000020c0000060c000\
+    0090c00000b0c00000d0c00000f0c0000008c1000018c1000028c1000038c10000a2410000aa410000b2410000ba41\
+    0000c2410000ca410000d2410000da410000e2410000ea410000f2410000fa410000803d0000003e0000403e000080\
+    3e0000a03e0000c03e0000000000000000000000000000000000000000000000000000000000000000000000000000\
+    0000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000\
+    0000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000\
+    0000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000\
+    000000000000000000000000000000000000000000000000004fa2eff3";
 
-/// The same of version 3, with 1 at byte 262, `pack('<24h', *[(k - 12) * 700 for k in range(24)])` from 264 on, 4 zeros.
-const MOVING_BY_PYTHON: &str = "\
+/// The same with 1 at byte 262 and `pack('<24h', *[(k - 12) * 700 for k in range(24)])` from 264 on.
+const BY_PYTHON: &str = "\
     474c4e5203000201060504030a0908070c0b030001020311021300000000c9420000cb420000cd420000cf420000d1\
     420000d3420000803e0000a03f0000104000005040000088400000a8400000c8400000e84000000441000014410000\
     244100003441000044410000544100006441000074410000824100008a410000924100009a410000a241000080bf00\
     0000c0000040c0000080c00000a0c00000c0c00000004000000840000010400000184000002040000028400000803d\
     0000003e0000403f0000c03e0000003f01000202030404060508060a070c080e09100a120b140c160d180e1a0f1c10\
     1e11201222132414261528162a172c182e1930151417161b1a1918010030dfece1a8e464e720eadcec98ef54f210f5\
-    ccf788fa44fd0000bc0278053408f00aac0d68102413e0159c18581b141e0000000025fcbd3a";
+    ccf788fa44fd0000bc0278053408f00aac0d68102413e0159c18581b141e000000bf0000c0bf000020c0000060c000\
+    0090c00000b0c00000d0c00000f0c0000008c1000018c1000028c1000038c10000a2410000aa410000b2410000ba41\
+    0000c2410000ca410000d2410000da410000e2410000ea410000f2410000fa410000803d0000003e0000403e000080\
+    3e0000a03e0000c03e0000000000000000000000000000000000000000000000000000000000000000000000000000\
+    0000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000\
+    0000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000\
+    0000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000\
+    00000000000000000000000000000000000000000000000000652534eb";
 
-/// What [`BY_PYTHON`] holds: a ball, as the version before kept it.
+/// What [`BALL_BY_PYTHON`] holds.
 fn ball() -> Record {
     Record { motion: None, ..record() }
 }
@@ -54,6 +69,11 @@ fn record() -> Record {
         verification_deviation_mm: 0.375,
         verification_limit_mm: 0.5,
         motion: Some(motion()),
+        machine: MachineDeviation {
+            base_mm: core::array::from_fn(|k| -0.5 - k as f32),
+            ends_mm: core::array::from_fn(|k| 20.25 + k as f32),
+            scale: core::array::from_fn(|k| 0.0625 * (k as f32 + 1.0)),
+        },
     }
 }
 
@@ -65,7 +85,7 @@ fn motion() -> ShownMotion {
 }
 
 fn by_python() -> Image {
-    bytes_of(MOVING_BY_PYTHON)
+    bytes_of(BY_PYTHON)
 }
 
 fn bytes_of(digits: &str) -> Image {
@@ -87,11 +107,9 @@ fn what_was_written_is_read() {
 }
 
 #[test]
-fn a_record_of_the_version_before_is_a_ball() {
-    let before = bytes_of(BY_PYTHON);
-    assert_eq!(header(&before), Ok(Header { version: 2, sequence: 0x0304_0506 }));
-    assert_eq!(decode(&before), ball());
-    assert!(OLDEST == 2 && VERSION == 3);
+fn a_ball_is_written_and_read() {
+    assert_eq!(encode(&ball(), 0x0304_0506), bytes_of(BALL_BY_PYTHON));
+    assert_eq!(decode(&bytes_of(BALL_BY_PYTHON)), ball());
 }
 
 /// A CRC-32 finds every burst of up to 32 bits, so every wrong byte.
@@ -122,7 +140,7 @@ fn a_record_without_sense_is_told() {
     let record = || Record { motion: Some(ShownMotion::from_parts([[1; 3]; MOTION_PARTS])), ..record() };
     assert_eq!(record().check(), Ok(()));
     assert_eq!(ball().check(), Ok(()));
-    let spoilt: [fn(&mut Record); 11] = [
+    let spoilt: [fn(&mut Record); 13] = [
         |r| r.motion = Some(ShownMotion::from_parts(core::array::from_fn(|k| [if k == 6 { -1 } else { 1 }; 3]))),
         |r| r.motion = Some(ShownMotion::from_parts(core::array::from_fn(|k| [if k == 7 { 6_000 } else { 1 }; 3]))),
         |r| r.run_id = 0,
@@ -134,6 +152,8 @@ fn a_record_without_sense_is_told() {
         |r| r.zeros_mm[5] = f32::NEG_INFINITY,
         |r| r.zero_sigmas_mm[0] = -1.0,
         |r| r.verification_limit_mm = f32::NAN,
+        |r| r.machine.ends_mm[11] = f32::NAN,
+        |r| r.machine.scale[5] = f32::INFINITY,
     ];
     for (index, spoil) in spoilt.into_iter().enumerate() {
         let mut record = record();

@@ -12,7 +12,7 @@ use glenoid::can::Opcode;
 use glenoid::device::{Config, Device};
 use glenoid::procedure::transition::next;
 use glenoid::procedure::{Limits, Settings, StateName, Trigger};
-use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, Rig, RigError};
+use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, Drum, Rig, RigError};
 use rayon::prelude::*;
 use std::fmt;
 use steps::Counts;
@@ -75,7 +75,7 @@ impl fmt::Display for Outcome {
 /// # Panics
 /// With the sequence's number, when a value is in use that nobody has chosen, or the device breaks another promise.
 pub fn run(sequences: u64) -> Result<Outcome, String> {
-    let rig = Rig::shoulder(ASSUMED_BASE_RADIUS_MM as f32).map_err(|error| error.text())?;
+    let rig = rig().map_err(|error| error.text())?;
     let config =
         Config { limits: Limits::new(&rig, settings()).map_err(|error| error.to_string())?, ..Config::for_rig(rig) };
     let device = Device::new(config);
@@ -91,6 +91,13 @@ pub fn run(sequences: u64) -> Result<Outcome, String> {
         outcome.unwrap_or_else(|_| panic!("sequence {number}"))
     };
     Ok((0..sequences).into_par_iter().map(play).reduce(Outcome::default, Outcome::add))
+}
+
+/// The shoulder with drums so fast that the arm can leap from pose to pose.
+fn rig() -> Result<Rig<f32>, RigError> {
+    let shoulder = Rig::<f32>::shoulder(ASSUMED_BASE_RADIUS_MM as f32)?;
+    let drum = Drum { fastest_mm_per_s: 30_000.0, ..*shoulder.drum() };
+    Rig::new(*shoulder.base_mm(), *shoulder.edges_mm(), drum, shoulder.length_noise_mm(), *shoulder.nominal())
 }
 
 /// Poses of one wearer, and a few of another: those contradict the first.

@@ -34,10 +34,10 @@ impl World {
             44 => self.press_often(),
             45 if self.random.random_ratio(1, 4) => self.restart(),
             46 if self.random.random_ratio(1, 2) => self.leap(poses),
-            46 => self.pass(700),
+            46 => self.silence(700),
             45..50 => self.command(Opcode::Start as u8, 0, 0),
             50..75 => {
-                let opcode = self.random.random_range(1..=13);
+                let opcode = self.random.random_range(1..=14);
                 if opcode == Opcode::Accept as u8 {
                     return self.accept();
                 }
@@ -105,14 +105,26 @@ impl World {
         self.accepting = Accepting::Nothing;
     }
 
+    /// Time passes, the arm rests.
     fn pass(&mut self, ms: u32) {
         for _ in 0..ms.div_ceil(10) {
             self.now_ms = self.now_ms.wrapping_add(10);
+            if let Some(counts) = self.counts {
+                self.event(Event::Counts(counts));
+            }
             self.event(Event::Tick);
         }
     }
 
+    /// Time passes, and the encoders say nothing.
+    fn silence(&mut self, ms: u32) {
+        let counts = self.counts.take();
+        self.pass(ms);
+        self.counts = counts;
+    }
+
     fn hold(&mut self, counts: &Counts) {
+        self.counts = Some(*counts);
         for _ in 0..5 {
             self.now_ms = self.now_ms.wrapping_add(10);
             self.event(Event::Counts(*counts));

@@ -1,7 +1,6 @@
 //! The device in the middle of it, and what must hold after every event.
 
 use super::clients::{Client, Listener, Shown};
-use glenoid::can::Frame;
 use glenoid::device::{Action, Device, Event, MAX_FRAMES};
 use glenoid::procedure::transition::next;
 use glenoid::procedure::{StateName, Trigger};
@@ -29,6 +28,8 @@ pub struct World {
     pub tally: Tally,
     /// A device at power-up, for restarts.
     new: Device,
+    /// Where the arm is.
+    pub counts: Option<[i32; 6]>,
     /// Hears everything.
     bus: Listener,
     /// The value that was accepted last, or that the record has kept.
@@ -64,6 +65,7 @@ impl World {
             accepting: Accepting::Nothing,
             tally: Tally::default(),
             new: device.clone(),
+            counts: None,
             bus: Listener::default(),
             chosen: None,
             record: None,
@@ -89,18 +91,31 @@ impl World {
     /// Handles one event; gives the one that the flash answers with.
     fn one_event(&mut self, event: Event) -> Option<Event> {
         let (before, live) = (self.state(), live_value(&self.device));
-        let mut actions = Vec::new();
-        self.device.handle(self.now_ms, event, &mut |action| actions.push(action));
-        let frames = actions.iter().filter(|action| matches!(action, Action::Send(_))).count();
-        assert!(frames <= MAX_FRAMES, "{frames} frames after {event:?}");
+        let actions = self.handle(event);
         self.check_state(before, &event);
         self.check_value(before, live, &event);
         actions.iter().fold(None, |answer, action| self.carry_out(action).or(answer))
     }
 
+    /// Lets the bus hear what the device sends; gives what the flash and the supply are asked for.
+    fn handle(&mut self, event: Event) -> Vec<Action> {
+        let Self { device, now_ms, bus, clients, .. } = self;
+        let (mut frames, mut asked) = (0, Vec::new());
+        device.handle(*now_ms, event, &mut |action| match action {
+            Action::Send(frame) => {
+                frames += 1;
+                bus.hear(&frame);
+                clients.iter_mut().for_each(|client| client.hear(&frame));
+            }
+            Action::StatusLed(_) | Action::Log(_) => {}
+            action => asked.push(action),
+        });
+        assert!(frames <= MAX_FRAMES, "{frames} frames after {event:?}");
+        asked
+    }
+
     fn carry_out(&mut self, action: &Action) -> Option<Event> {
         match action {
-            Action::Send(frame) => self.hear(frame),
             Action::Store(record) => {
                 let result = self.flash();
                 if result.is_ok() {
@@ -118,7 +133,7 @@ impl World {
                 return Some(Event::ParametersStored(Ok(())));
             }
             Action::Stop(_) => self.stopped = true,
-            Action::StatusLed(_) | Action::Log(_) => {}
+            Action::Send(_) | Action::StatusLed(_) | Action::Log(_) => {}
         }
         None
     }
@@ -128,11 +143,6 @@ impl World {
         let refused = self.random.random_ratio(1, 16);
         self.tally.stores_failed += u64::from(refused);
         if refused { Err(StoreError::WriteRefused) } else { Ok(()) }
-    }
-
-    fn hear(&mut self, frame: &Frame) {
-        self.bus.hear(frame);
-        self.clients.iter_mut().for_each(|client| client.hear(frame));
     }
 
     fn check_state(&mut self, before: StateName, event: &Event) {
@@ -182,8 +192,7 @@ impl World {
         self.device = self.new.clone();
         self.chosen = self.record.map(|record| record.parameters.to_array());
         let loaded = Loaded { record: self.record.ok_or(LoadError::Nothing), journal: self.journal, parameters: None };
-        let mut actions = Vec::new();
-        self.device.handle(self.now_ms, Event::PowerUp(loaded), &mut |action| actions.push(action));
+        let actions = self.handle(Event::PowerUp(loaded));
         assert_eq!(live_value(&self.device), self.chosen, "after a restart");
         if let Some(event) = actions.iter().fold(None, |answer, action| self.carry_out(action).or(answer)) {
             self.event(event);

@@ -3,6 +3,7 @@
 use super::default_rig;
 use super::source::Source;
 use crate::identify::input_error::InputError;
+use crate::wearer::{Cables, FittedArm};
 use glenoid::rig::{CABLES, CableEnds, Drum, Pulley, Rig, RigError};
 use nalgebra::Vector3;
 use toml::Spanned;
@@ -30,8 +31,17 @@ impl<'a> Source<'a> {
         let ends: [CableEnds<f64>; CABLES] =
             ends.try_into().map_err(|_| self.error(tables.span(), "six [[cable]] tables are wanted"))?;
         let shoulder = default_rig()?;
-        Rig::with_cables(ends, drum, shoulder.length_noise_mm(), *shoulder.nominal())
-            .map_err(|error| self.error(tables.span(), which(&error, &ends)))
+        let rig = Rig::with_cables(ends, drum, shoulder.length_noise_mm(), *shoulder.nominal())
+            .map_err(|error| self.error(tables.span(), which(&error, &ends)))?;
+        match unreached(&rig) {
+            Some(cable) => {
+                let radius_mm = ends[cable].pulley.radius_mm;
+                let message =
+                    format!("cable {}: a pulley of {radius_mm} mm cannot be reached by its cable at home", cable + 1);
+                Err(self.error(tables.span(), message))
+            }
+            None => Ok(rig),
+        }
     }
 
     pub(super) fn cable(&self, value: &Spanned<DeValue<'a>>) -> Result<CableEnds<f64>, InputError> {
@@ -54,12 +64,6 @@ impl<'a> Source<'a> {
             pulley.axis = direction
                 .try_normalize(1e-9)
                 .ok_or_else(|| self.error(axis.span(), "pulley_axis: the direction has no length"))?;
-            let span = end_distance(&base_mm, &end_mm);
-            if 2.0 * pulley.radius_mm >= span.max(1.0) {
-                let message =
-                    format!("pulley_radius: a pulley of {} mm cannot be reached by its cable", pulley.radius_mm);
-                return Err(self.error(radius.span(), message));
-            }
         } else if let Some(axis) = table.get("pulley_axis") {
             return Err(self.error(axis.span(), "pulley_axis without pulley_radius"));
         }
@@ -67,9 +71,16 @@ impl<'a> Source<'a> {
     }
 }
 
-/// A bound on how far the cable reaches: the platform's frame may stand anywhere, so only its size counts.
-fn end_distance(base_mm: &Vector3<f64>, end_mm: &Vector3<f64>) -> f64 {
-    base_mm.norm() + end_mm.norm()
+/// The first cable, from 0, whose end lies within its pulley's wheel when the platform is at home.
+fn unreached(rig: &Rig<f64>) -> Option<usize> {
+    let home = FittedArm::new(rig, Vector3::zeros(), Vector3::zeros());
+    let cables = Cables::new(rig);
+    let ends_mm = home.ends_mm().map(|end| home.centre_mm() + end);
+    // A platform without a home by the drawing has none to compare with.
+    if !ends_mm.iter().all(|end| end.norm().is_finite()) {
+        return None;
+    }
+    cables.lengths_mm(&ends_mm).iter().position(|length| !length.is_finite())
 }
 
 /// Names the cables that a complaint is about.

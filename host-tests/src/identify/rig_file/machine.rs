@@ -4,9 +4,21 @@ use super::default_rig;
 use super::source::Source;
 use crate::identify::input_error::InputError;
 use glenoid::identification::Machine;
-use glenoid::rig::{CABLES, Correction, Drum, Rig, Tolerance};
+use glenoid::rig::{CABLES, Correction, Drum, Rig, RigError, Tolerance};
+use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
+
+/// The keys of `[tolerance]`.
+const TOLERANCES: [(&str, fn(&mut Tolerance<f64>, f64)); 4] = [
+    ("base", |tolerance, value| tolerance.base_mm = value),
+    ("edges", |tolerance, value| tolerance.edges_mm = value),
+    ("zero", |tolerance, value| tolerance.offset_mm = value),
+    ("drum", |tolerance, value| tolerance.drum = value),
+];
+
+/// A key of `[tolerance]`, its number, its place, and the tolerance with all keys so far.
+type ToleranceKey = (&'static str, f64, Range<usize>, Tolerance<f64>);
 
 impl<'a> Source<'a> {
     /// The shoulder's drive with the file's home lengths.
@@ -25,8 +37,10 @@ impl<'a> Source<'a> {
     /// The rig with its tolerances and what commissioning has found.
     pub(super) fn known_machine(&self, table: &DeTable<'a>, rig: Rig<f64>) -> Result<Rig<f64>, InputError> {
         let mut rig = rig;
-        if let Some((section, tolerance)) = self.tolerance(table)? {
-            rig = rig.with_tolerance(tolerance).map_err(|error| self.error(section.span(), error.text()))?;
+        // One key after the other, so that a complaint is about one of them.
+        for (key, number, place, tolerance) in self.tolerances(table)? {
+            let complaint = |error: RigError| self.error(place, format!("{key} = {number}: {}", error.text()));
+            rig = rig.with_tolerance(tolerance).map_err(complaint)?;
         }
         let offsets = self.six(table, "zeros", "mm")?;
         let scales = self.six(table, "drum", "scale")?;
@@ -45,13 +59,22 @@ impl<'a> Source<'a> {
         table: &'t DeTable<'a>,
     ) -> Result<Option<(&'t Spanned<DeValue<'a>>, Tolerance<f64>)>, InputError> {
         let Some(section) = table.get("tolerance") else { return Ok(None) };
-        let of = |key: &str| match section.get_ref().as_table().and_then(|section| section.get(key)) {
-            Some(value) => self.number(value, key),
-            None => Ok(0.0),
-        };
-        let tolerance =
-            Tolerance { base_mm: of("base")?, edges_mm: of("edges")?, offset_mm: of("zero")?, drum: of("drum")? };
+        let tolerance = self.tolerances(table)?.pop().map_or(Tolerance::exact(), |(_, _, _, tolerance)| tolerance);
         Ok(Some((section, tolerance)))
+    }
+
+    /// What `[tolerance]` says, key by key: the key, its number, its place, and the tolerance with all keys so far.
+    fn tolerances(&self, table: &DeTable<'a>) -> Result<Vec<ToleranceKey>, InputError> {
+        let section = table.get("tolerance").and_then(|section| section.get_ref().as_table());
+        let mut tolerance = Tolerance::exact();
+        let mut keys = Vec::new();
+        for (key, set) in TOLERANCES {
+            let Some(value) = section.and_then(|section| section.get(key)) else { continue };
+            let number = self.number(value, key)?;
+            set(&mut tolerance, number);
+            keys.push((key, number, value.span(), tolerance));
+        }
+        Ok(keys)
     }
 
     fn six(&self, table: &DeTable<'a>, section: &str, key: &str) -> Result<Option<[f64; CABLES]>, InputError> {

@@ -4,7 +4,9 @@ use crate::study::findings::Problem;
 use crate::study::scene::{Reach, Scene, normal, symmetric, with_noise};
 use crate::study::solve::{Answer, Knowledge, solve_with_zeros};
 use crate::wearer::{Encoder, rotation};
+use glenoid::identification::Machine;
 use glenoid::identification::joint::Joint;
+use glenoid::identification::machine::MachineDeviation;
 use glenoid::kinematics::CableLengths;
 use glenoid::monitor::SlipDetector;
 use glenoid::rig::{CABLES, Parameters, RigError};
@@ -119,7 +121,10 @@ impl Therapy {
     fn watch(&self, answer: &Answer) -> Result<SlipDetector<f32>, RigError> {
         let rig = self.scene.rig_single();
         let parameters = Parameters::from_array(answer.parameters_mm.map(|x| x as f32));
-        Ok(SlipDetector::new(rig, &parameters, &answer.zeros_mm.map(|x| x as f32), rig.length_noise_mm(), Joint::Ball))
+        let zeros_mm = answer.zeros_mm.map(|x| x as f32);
+        let as_drawn = MachineDeviation::none();
+        let noise_mm = rig.length_noise_mm();
+        Ok(SlipDetector::new(&Machine::new(rig), &as_drawn, &parameters, &zeros_mm, noise_mm, Joint::Ball))
     }
 
     /// What the device makes of six true lengths: noise, then whole counts, mm.

@@ -130,3 +130,53 @@ fn a_rig_of_another_make_is_solved() {
         assert!((found.as_f64().unwrap() - truth).abs() < 1e-4, "{centre}");
     }
 }
+
+/// The shoulder in six `[[cable]]` tables; `more` is added to the one with this number.
+fn six_cables(number: usize, more: &str) -> String {
+    let points = ["150, 0, 0", "-75, 129.9, 0", "-75, -129.9, 0"];
+    let ends = ["51.5, 89.2, 96", "-103, 0, 96", "51.5, -89.2, 96"];
+    let base = [0, 1, 1, 2, 2, 0];
+    let cable = |k: usize| {
+        let more = if k + 1 == number { more } else { "" };
+        format!("[[cable]]\nbase = [{}]\nend = [{}]\n{more}", points[base[k]], ends[k / 2])
+    };
+    (0..6).map(cable).collect()
+}
+
+/// Ends, pulleys and tolerances: each complaint names the file, the line, and the thing.
+#[test]
+fn what_cannot_be_of_a_built_machine_names_its_place() {
+    let desk = Desk::new("bad_machines");
+    desk.put("log.csv", csv(&shoulder(1, 10, 0.0)));
+    let tolerance = |lines: &str| format!("{BASE}{EDGES}[tolerance]\n{lines}");
+    let coinciding = six_cables(0, "").replacen("-103, 0, 96", "51.5, 89.2, 96", 2);
+    for (rig, place, what) in [
+        (format!("{BASE}{}", six_cables(0, "")), "line 1, ", "base and [[cable]] contradict each other"),
+        (six_cables(0, "").replacen("[[cable]]", "[[table]]", 1), "line 1, ", "unknown key"),
+        (six_cables(3, "pulley_radius = 5\n"), "line 7, ", "pulley_axis"),
+        (six_cables(3, "pulley_axis = [0, 0, 1]\n"), "line 10, ", "pulley_axis without pulley_radius"),
+        (six_cables(2, "pulley_radius = -5\npulley_axis = [0, 0, 1]\n"), "line 7, ", "a radius is not negative"),
+        (six_cables(2, "pulley_radius = 5\npulley_axis = [0, 0, 0]\n"), "line 8, ", "the direction has no length"),
+        (
+            six_cables(4, "pulley_radius = 300\npulley_axis = [0, 0, 1]\n"),
+            "line 1, ",
+            "cable 4: a pulley of 300 mm cannot be reached",
+        ),
+        (coinciding, "line 1, ", "cables 2 and 3"),
+        (tolerance("base = -0.5\n"), "line 4, column 8: ", "base = -0.5: a tolerance is negative or absurd"),
+        (
+            tolerance("base = 0.5\nedges = 1000\n"),
+            "line 5, column 9: ",
+            "edges = 1000: a tolerance is negative or absurd",
+        ),
+        (tolerance("drum = 0.5\n"), "line 4, column 8: ", "drum = 0.5: a tolerance is negative or absurd"),
+        (tolerance("zero = nan\n"), "line 4, column 8: ", "not a finite number"),
+        (format!("{BASE}{EDGES}[drum]\nscale = [1, 1, 1, 1, 1, 2]\n"), "line 3, ", "scale is off by more than 20 %"),
+        (format!("{BASE}{EDGES}[zeros]\nmm = [1, 1]\n"), "line 4, ", "6 numbers are wanted, there are 2"),
+    ] {
+        let ran = desk.put("rig.toml", &rig).identify("log.csv --rig rig.toml");
+        assert_eq!((ran.code, ran.stdout.as_str()), (Some(1), ""), "{rig}: {ran:?}");
+        assert!(ran.stderr.starts_with(&format!("cargo identify: rig.toml, {place}")), "{rig}: {ran:?}");
+        assert!(ran.stderr.contains(what), "{rig}: {ran:?}");
+    }
+}

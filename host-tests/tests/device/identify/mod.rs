@@ -5,6 +5,7 @@ mod any_bytes;
 mod bad_logs;
 mod bad_rigs;
 mod bus_logs;
+mod causes;
 mod command;
 mod hinge;
 mod log_shapes;

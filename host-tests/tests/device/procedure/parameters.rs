@@ -15,6 +15,11 @@ fn ask(bench: &mut Bench, operation: Operation, index: u16, value: u32) -> Param
     bench.parameter(ParameterRequest { operation: operation as u8, index, nonce: 0, value })
 }
 
+/// A device as it leaves the image.
+fn bench_of_defaults() -> Bench {
+    Bench::of(ParameterSet::new().config(Restart::default(), 0).unwrap(), WearerSettings::default())
+}
+
 /// Writes a whole set over the bus, and saves it; returns what the board was asked to store.
 fn write_and_save(bench: &mut Bench, set: &ParameterSet) -> ParameterSet {
     for entry in TABLE {
@@ -27,7 +32,7 @@ fn write_and_save(bench: &mut Bench, set: &ParameterSet) -> ParameterSet {
 
 #[test]
 fn every_parameter_is_listed_and_read() {
-    let mut bench = Bench::new(80);
+    let mut bench = bench_of_defaults();
     let mut index = 0;
     for entry in TABLE {
         let listed = ask(&mut bench, Operation::List, index + 1, 0);
@@ -88,7 +93,7 @@ fn one_image_becomes_shoulder_wrist_and_a_large_rig() {
 
 #[test]
 fn bad_requests_are_refused_by_code_and_change_nothing() {
-    let mut bench = Bench::new(82);
+    let mut bench = bench_of_defaults();
     let nan = f32::NAN.to_bits();
     for (operation, index, value, code) in [
         (Operation::Read, 9, 0, Reason::UnknownParameter),

@@ -3,6 +3,7 @@
 use core::hint::black_box;
 
 use glenoid::identification::joint::Joint;
+use glenoid::identification::machine::MachineDeviation;
 use glenoid::kinematics::rotation::{nearest_attitude, rotation_of, turned};
 use glenoid::kinematics::{CableLengths, JointCentre};
 use glenoid::monitor::SlipDetector;
@@ -42,10 +43,16 @@ pub fn new_detector<T: Number>(bench: &mut Bench<T>) -> Option<()> {
         }
         bench.motion.push(CableLengths::new(lengths_mm).ok()?).ok()?;
     }
-    let rig = &bench.problem.rig;
     let offsets = [T::zero(); CABLES];
-    bench.held =
-        Held::Detector(SlipDetector::new(rig, &bench.problem.truth, &offsets, rig.length_noise_mm(), Joint::Ball));
+    let (as_drawn, noise_mm) = (MachineDeviation::none(), bench.machine.noise_mm());
+    bench.held = Held::Detector(SlipDetector::new(
+        &bench.machine,
+        &as_drawn,
+        &bench.problem.truth,
+        &offsets,
+        noise_mm,
+        Joint::Ball,
+    ));
     Some(())
 }
 
