@@ -70,8 +70,10 @@ fn an_elbow_is_identified_in_both_precisions() {
         let off_mm = (point - truth.nearest_mm(&point)).norm();
         assert!(off_mm < 4.0 * sigma("point_sigma_mm") + 0.3 * sigma("axis_sigma_deg"), "{off_mm}");
         assert!((80.0..=120.0).contains(&sigma("flexion_deg")));
-        assert_eq!(found["poses_used"].as_u64(), Some(30));
-        assert_eq!(numbers(&found, "angles_deg").len(), 30);
+        // Rows that show the same angle are one pose.
+        let used = found["poses_used"].as_u64().unwrap();
+        assert!((25..=30).contains(&used), "{used}");
+        assert_eq!(numbers(&found, "angles_deg").len() as u64, used);
     }
     let words = desk.identify("log.csv --rig rig.toml --noise 0.0577").words();
     assert!(words.starts_with("ACCEPTED: a hinge axis in base"), "{words}");
