@@ -2,7 +2,7 @@
 
 use super::error::StoreError;
 use super::flash::PageFlash;
-use super::journal::{ENTRY_LEN, JournalEntry, decode, encode};
+use super::journal_entry::{ENTRY_LEN, JournalEntry, decode, encode};
 use embedded_storage::nor_flash::NorFlash;
 
 /// Places in the page in use that are tried for an entry: a torn word may read as erased and yet refuse to be written.

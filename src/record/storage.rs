@@ -8,7 +8,7 @@ use super::erasure::Erasure;
 use super::error::{LoadError, StoreError};
 use super::flash::PageFlash;
 use super::image::{self, IMAGE_LEN, Image};
-use super::journal::JournalEntry;
+use super::journal_entry::JournalEntry;
 use super::journal_pages::{Appending, JournalPages};
 use super::loaded::Loaded;
 use super::parameter_store::{self, PARAMETER_IMAGE_LEN, ParameterImage, ParameterPages};
