@@ -50,7 +50,7 @@ struct Outside {
     adapter: Adapter,
     led: Option<BlinkPattern>,
     log: Log<Entry>,
-    storage: Storage<FileFlash>,
+    storage: &'static mut Storage<FileFlash>,
     /// The record that was refused, which the device is still to hear.
     refused: Option<StoreError>,
     /// The deepest calls of this firmware lie just behind us.
@@ -115,7 +115,7 @@ impl Board {
         let can_queues = singleton!(: Queues = Queues::new())?;
         let rig_queues = singleton!(: Queues = Queues::new())?;
         let mut clock = Clock::start(core.SYST);
-        let mut storage = Storage::new(FileFlash::open(), 0);
+        let storage = storage()?;
         let (config, parameters) = storage.config(restart, 0)?;
         let board = Self {
             device: device(&config)?,
@@ -295,4 +295,10 @@ fn main() -> ! {
 #[inline(never)]
 fn device(config: &Config) -> Option<&'static mut Device> {
     singleton!(: Device = Device::new(*config))
+}
+
+/// The storage in its place, once, as the device: it would lie in every frame that the board passes through.
+#[inline(never)]
+fn storage() -> Option<&'static mut Storage<FileFlash>> {
+    singleton!(: Storage<FileFlash> = Storage::new(FileFlash::open(), 0))
 }

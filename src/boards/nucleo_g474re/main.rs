@@ -53,7 +53,7 @@ struct Outside {
     bus: Bus,
     led_pattern: BlinkPattern,
     /// None: the flash is divided otherwise than expected.
-    storage: Option<Storage<ChipFlash>>,
+    storage: Option<&'static mut Storage<ChipFlash>>,
     /// What was not stored at all, which the device is still to hear.
     refused: Option<Event>,
     /// The deepest calls of this firmware, or its longest standstill, lie just behind us.
@@ -100,7 +100,7 @@ impl Outside {
 
     /// The next step of what is to be stored; what the device is to hear of it.
     fn go_on_storing(&mut self) -> Option<Event> {
-        self.storage.as_mut().and_then(Storage::go_on).and_then(Event::of)
+        self.storage.as_mut().and_then(|storage| storage.go_on()).and_then(Event::of)
     }
 }
 
@@ -160,7 +160,7 @@ impl Board {
             cable_6: (chip.TIM8, chip.PC6, chip.PC7),
         });
         let mut storage = match ChipFlash::open(chip.FLASH) {
-            Ok((flash, from)) => Some(Storage::new(flash, from)),
+            Ok((flash, from)) => Some(storage(flash, from)?),
             Err(error) => {
                 defmt::error!("flash: {}, so nothing is kept", error);
                 None
@@ -216,7 +216,7 @@ impl Board {
     /// One turn of the main loop; false if there was nothing to do.
     fn turn(&mut self) -> bool {
         // While something is stored, commands wait: whoever gets the next answer can rely on it.
-        let stores = self.outside.storage.as_ref().is_some_and(Storage::is_storing);
+        let stores = self.outside.storage.as_ref().is_some_and(|storage| storage.is_storing());
         let heard = !stores && self.hear_bus();
         let sample = sampling::latest();
         let busy = self.device.is_busy();
@@ -243,7 +243,7 @@ impl Board {
         if let Some(event) = self.outside.go_on_storing() {
             self.handle(now_ms, event);
         }
-        let stores_on = self.outside.storage.as_ref().is_some_and(Storage::is_quick);
+        let stores_on = self.outside.storage.as_ref().is_some_and(|storage| storage.is_quick());
         if !busy && core::mem::take(&mut self.outside.measure) {
             let usage = stack::usage();
             defmt::info!("stack: {=usize} of {=usize} bytes used at most", usage.used_bytes, usage.size_bytes);
@@ -354,4 +354,10 @@ fn give_up(reason: &str) -> ! {
 #[inline(never)]
 fn device(config: &Config) -> Option<&'static mut Device> {
     singleton!(: Device = Device::new(*config))
+}
+
+/// The storage in its place, once, as the device: it would lie in every frame that the board passes through.
+#[inline(never)]
+fn storage(flash: ChipFlash, from: u32) -> Option<&'static mut Storage<ChipFlash>> {
+    singleton!(: Storage<ChipFlash> = Storage::new(flash, from))
 }
