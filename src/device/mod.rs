@@ -259,7 +259,7 @@ impl Device {
     /// A device at power-up.
     // Inlined so that it is built where it stays: 13 KB of temporary copies on the stack otherwise.
     #[inline(always)]
-    pub fn new(config: Config) -> Self {
+    pub fn new(config: &Config) -> Self {
         let fingerprint = fingerprint(&config.rig);
         Self {
             base: config.base,

@@ -232,7 +232,7 @@ mod tests {
     #[test]
     fn a_centre_that_changes_in_memory_is_noticed() {
         let rig = crate::rig::Rig::shoulder(150.0).unwrap();
-        let mut device = Device::new(crate::device::Config::for_rig(rig));
+        let mut device = Device::new(&crate::device::Config::for_rig(rig));
         let stops = |device: &mut Device| {
             let mut stops = 0;
             for now_ms in 0..200 {

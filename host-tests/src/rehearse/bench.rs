@@ -64,7 +64,7 @@ impl InProcess {
     /// A bench for a device of this kind with an erased flash, at time zero.
     pub fn new(config: Config) -> Self {
         let storage = Storage::new(MockFlash::new(STORAGE_PAGES, TornWord::Zeros, 1), 0);
-        let mut bench = Self { config, device: Device::new(config), storage, now_ms: 0, heard: Vec::new() };
+        let mut bench = Self { config, device: Device::new(&config), storage, now_ms: 0, heard: Vec::new() };
         bench.start();
         bench
     }
@@ -75,7 +75,7 @@ impl InProcess {
             Ok(set) => set.config(self.config.restart, self.config.serial).unwrap_or(self.config),
             Err(_) => self.config,
         };
-        self.device = Device::new(config);
+        self.device = Device::new(&config);
         let loaded = self.storage.load(fingerprint(&config.rig), None);
         self.handle(Event::PowerUp(loaded));
     }

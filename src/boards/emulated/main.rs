@@ -97,7 +97,7 @@ struct Board {
 
 /// The board before its device has heard anything.
 struct Assembled {
-    board: Board,
+    board: &'static mut Board,
     /// Fingerprint of the rig.
     rig: u32,
     /// Why the stored parameters are not those in use.
@@ -117,8 +117,11 @@ impl Board {
         let mut clock = Clock::start(core.SYST);
         let storage = storage()?;
         let (config, parameters) = storage.config(restart, 0)?;
-        let board = Self {
-            device: device(&config)?,
+        let rig = fingerprint(&config.rig);
+        let device = device(&config)?;
+        // In a place of its own: on the stack it would lie under everything, twice while it is built.
+        let board = singleton!(: Board = Board {
+            device,
             rig: Uart::start(&RIG_LINE, rig_queues),
             rig_link: RigLink::new(),
             outside: Outside {
@@ -135,8 +138,8 @@ impl Board {
             last_tick_ms: clock.now_ms(),
             clock,
             watchdog: Watchdog::start(),
-        };
-        Some(Assembled { board, rig: fingerprint(&config.rig), parameters })
+        })?;
+        Some(Assembled { board, rig, parameters })
     }
 
     fn power_up(&mut self, restart: &Restart, rig: u32, parameters: Option<LoadError>) {
@@ -294,7 +297,7 @@ fn main() -> ! {
 /// anything else runs.
 #[inline(never)]
 fn device(config: &Config) -> Option<&'static mut Device> {
-    singleton!(: Device = Device::new(*config))
+    singleton!(: Device = Device::new(config))
 }
 
 /// The storage in its place, once, as the device: it would lie in every frame that the board passes through.

@@ -117,7 +117,7 @@ struct Board {
 
 /// The board before its device has heard anything.
 struct Assembled {
-    board: Board,
+    board: &'static mut Board,
     core: cortex_m::Peripherals,
     /// Fingerprint of the rig.
     rig: u32,
@@ -127,8 +127,8 @@ struct Assembled {
 
 impl Board {
     /// None if it was called before: the peripherals and the device exist once.
-    fn start(restart: Restart) -> Option<Self> {
-        let Assembled { mut board, core, rig, parameters } = Self::assemble(restart)?;
+    fn start(restart: Restart) -> Option<&'static mut Self> {
+        let Assembled { board, core, rig, parameters } = Self::assemble(restart)?;
         board.power_up(&restart, rig, parameters);
         let (mut scb, mut dcb) = (core.SCB, core.DCB);
         sampling::start(core.SYST, &mut scb, &mut dcb, core.DWT);
@@ -175,7 +175,9 @@ impl Board {
         #[cfg(feature = "control-loop")]
         control::start(&config.rig);
         let bus = Bus::join(chip.FDCAN1, chip.PA11, chip.PA12, config.base)?;
-        let board = Self {
+        let rig = fingerprint(&config.rig);
+        // In a place of its own: on the stack it would lie under everything, twice while it is built.
+        let board = singleton!(: Board = Board {
             device,
             outside: Outside { bus, led_pattern: BlinkPattern::Ready, storage, refused: None, measure: false },
             led: Output::new(chip.PA5, Level::Low, Speed::Low),
@@ -185,8 +187,8 @@ impl Board {
             _encoders: encoders,
             // closed, it connects the pin to the supply (UM2505, "Push-buttons")
             _button: Input::new(chip.PC13, Pull::Down),
-        };
-        Some(Assembled { board, core, rig: fingerprint(&config.rig), parameters })
+        })?;
+        Some(Assembled { board, core, rig, parameters })
     }
 
     fn power_up(&mut self, restart: &Restart, rig: u32, parameters: Option<LoadError>) {
@@ -328,7 +330,7 @@ fn main() -> ! {
     ccm_code::load();
     let restart = retained_ram::take(Some(reset_cause()));
     stack::paint();
-    let Some(mut board) = Board::start(restart) else { give_up("started twice") };
+    let Some(board) = Board::start(restart) else { give_up("started twice") };
     // what is measured from here on is the work, not the start; painting holds the sampling up
     stack::paint();
     sampling::measure_anew();
@@ -353,7 +355,7 @@ fn give_up(reason: &str) -> ! {
 /// anything else runs.
 #[inline(never)]
 fn device(config: &Config) -> Option<&'static mut Device> {
-    singleton!(: Device = Device::new(*config))
+    singleton!(: Device = Device::new(config))
 }
 
 /// The storage in its place, once, as the device: it would lie in every frame that the board passes through.

@@ -115,5 +115,5 @@ fn paper(rig: &Rig<f32>) -> Event {
 /// anything else runs.
 #[inline(never)]
 fn device(config: Config) -> Option<&'static mut Device> {
-    singleton!(: Device = Device::new(config))
+    singleton!(: Device = Device::new(&config))
 }

@@ -78,7 +78,7 @@ pub fn run(sequences: u64) -> Result<Outcome, String> {
     let rig = rig().map_err(|error| error.text())?;
     let config =
         Config { limits: Limits::new(&rig, settings()).map_err(|error| error.to_string())?, ..Config::for_rig(rig) };
-    let device = Device::new(config);
+    let device = Device::new(&config);
     let poses = poses().map_err(|error| error.text())?;
     let play = |number| {
         let outcome = std::panic::catch_unwind(|| {

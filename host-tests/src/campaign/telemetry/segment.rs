@@ -48,7 +48,7 @@ impl Scene {
         let poses: Vec<_> = (0..20).map(|_| wearer.next_pose()).collect();
         let ways = poses.iter().zip(poses.iter().cycle().skip(1));
         let counts = ways.flat_map(|(from, to)| wearer.motion(from, to, 1_000, SAMPLE_MS as u32)).collect();
-        Ok(Self { device: Device::new(Config::for_rig(rig)), record, counts })
+        Ok(Self { device: Device::new(&Config::for_rig(rig)), record, counts })
     }
 
     /// Plays so many milliseconds.

@@ -87,7 +87,7 @@ impl Bench {
         let wearer = Wearer::new(rig, wearer);
         let at = wearer.home();
         let mut bench = Self {
-            device: Device::new(config),
+            device: Device::new(&config),
             now_ms,
             counts: at.counts,
             at,
@@ -201,7 +201,7 @@ impl Bench {
     /// The board is switched off and on; the record is what it finds. Everything said before is forgotten.
     pub fn restart(&mut self, restart: Restart, loaded: Result<Record, LoadError>) {
         let config = Config { restart, ..Config::for_rig(Rig::shoulder(150.0).unwrap()) };
-        self.device = Device::new(config);
+        self.device = Device::new(&config);
         self.heartbeat = None;
         self.messages.clear();
         self.logs.clear();

@@ -72,7 +72,7 @@ fn the_first_accept_waits_for_every_cable() {
     // the machine stays what it is: neither another accept nor a restart asks again
     bench.pass(100);
     let (record, journal) = (*bench.records.last().unwrap(), bench.journal.last().copied());
-    bench.device = Device::new(config(true));
+    bench.device = Device::new(&config(true));
     bench.event(Event::PowerUp(Loaded { journal, ..Ok(record).into() }));
     bench.pass(600);
     bench.lead_to(StateName::Review);
