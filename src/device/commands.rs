@@ -22,7 +22,8 @@ impl Device {
             self.confirmed = true;
             self.keep(out);
             self.trust(None, out);
-            self.slip_monitor = SlipMonitor::over(self.procedure.machine(), self.procedure.live());
+            // over the new centre from the next tick on: an accept does enough
+            (self.slip_monitor, self.monitor_is_due) = (SlipMonitor::default(), true);
         }
         if matches!(command, Command::Start { .. }) && reply.reason == Reason::Fine {
             self.reporter.forget_shown();

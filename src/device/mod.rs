@@ -218,6 +218,8 @@ pub struct Device {
     bus_off: FaultReporter,
     restarted: FaultReporter,
     slip_monitor: SlipMonitor,
+    /// It is to be made anew for the centre in use.
+    monitor_is_due: bool,
     slip: FaultReporter,
     /// The firmware stopped before this start, and nobody has asked about it yet.
     restart_is_news: bool,
@@ -279,6 +281,7 @@ impl Device {
             bus_off: FaultReporter::new(),
             restarted: FaultReporter::new(),
             slip_monitor: SlipMonitor::default(),
+            monitor_is_due: false,
             slip: FaultReporter::new(),
             restart_is_news: config.restart.cause.is_fault(),
             answered: Answered::new(),
@@ -357,17 +360,27 @@ impl Device {
     fn tick(&mut self, now_ms: u32, out: &mut impl FnMut(Action)) {
         self.lock.tick(now_ms);
         self.restart_when_saved(now_ms, out);
+        if core::mem::take(&mut self.monitor_is_due) {
+            self.renew_monitor();
+        }
         if let Some(notice) = self.procedure.tick(now_ms) {
             self.note_pose(now_ms, &notice, out);
         }
         self.tick_button(now_ms, out);
         self.report_fault(now_ms, out);
         if self.pace.heartbeat_is_due(now_ms) {
+            self.check_live(out);
             self.send_heartbeat(now_ms, out);
         }
         self.send_report(now_ms, out);
         self.send_sets(now_ms, out);
         self.show(now_ms, out);
+    }
+
+    // Not inlined: a monitor would lie on the stack under every tick (`cargo stack --ways`).
+    #[inline(never)]
+    fn renew_monitor(&mut self) {
+        self.slip_monitor = SlipMonitor::over(self.procedure.machine(), self.procedure.live());
     }
 
     /// Sends a message; a value that does not fit becomes a fault instead of a number.

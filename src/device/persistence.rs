@@ -50,9 +50,10 @@ impl Device {
 
     /// Hands the new centre in use to the board, to be stored.
     pub(super) fn keep(&mut self, out: &mut impl FnMut(Action)) {
-        self.persistence.seal = self.live_checksum();
-        if let Some(live) = self.procedure.live() {
-            out(Action::Store(record(live, self.serial, self.fingerprint)));
+        let record = self.procedure.live().map(|live| record(live, self.serial, self.fingerprint));
+        self.persistence.seal = record.as_ref().map(seal);
+        if let Some(record) = record {
+            out(Action::Store(record));
         }
     }
 
@@ -68,7 +69,7 @@ impl Device {
 
     fn live_checksum(&self) -> Option<u32> {
         let live = self.procedure.live()?;
-        Some(image::stated_checksum(&image::encode(&record(live, self.serial, self.fingerprint), 0)))
+        Some(seal(&record(live, self.serial, self.fingerprint)))
     }
 
     /// The board has tried to store.
@@ -79,6 +80,11 @@ impl Device {
         self.persistence.wrong = result.err().map(reason_of_store);
         out(Action::Log(LogEntry::Stored { run_id: self.procedure.run_id(), reason }));
     }
+}
+
+/// The checksum of a centre's record.
+fn seal(record: &Record) -> u32 {
+    image::stated_checksum(&image::encode(record, 0))
 }
 
 fn reason_of_load(error: LoadError) -> Reason {

@@ -236,9 +236,10 @@ impl Procedure {
                 self.poses.push(pose).map_err(|_| refused(Reason::PosesFull))?;
                 self.spread.add(&pose.rotation());
                 self.accuracy.add(&self.machine, &pose);
-                self.predicted_sigma_mm = self.accuracy.predicted(&self.machine).map(|predicted| predicted.sigma_mm);
-                let with_more = self.accuracy.predicted_with(&self.machine, MORE_POSES);
-                self.sigma_with_more_mm = with_more.map(|predicted| predicted.sigma_mm);
+                let predicted = self.accuracy.predicted(&self.machine);
+                self.predicted_sigma_mm = predicted.map(|predicted| predicted.sigma_mm);
+                self.sigma_with_more_mm =
+                    predicted.and_then(|predicted| self.accuracy.sigma_with(&self.machine, &predicted, MORE_POSES));
                 self.run.advice = self.advice();
             }
             PoseSet::HeldOut => {

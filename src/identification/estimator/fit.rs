@@ -181,13 +181,7 @@ impl<T: Real> Fit<T> {
             pass.search = Search::Going(AttitudeSearch::new());
         }
         if let Search::Going(search) = &mut pass.search {
-            let lengths = self.estimate.corrected(machine, pose.lengths());
-            let centre = self.joint.centre_at(&self.centre, &pose.rotation());
-            let solver = AttitudeSolver { geometry: self.estimate.geometry(), centre: &centre };
-            if search.advance(&solver, &lengths, CableSet::ALL) {
-                if let Some(fit) = search.best() {
-                    pose.set_attitude(fit.attitude);
-                }
+            if self.search(search, machine, pose) {
                 pass.search = Search::Over;
             }
             return true;
@@ -198,6 +192,20 @@ impl<T: Real> Fit<T> {
             self.add_placed(pass, index, machine, pose, weights);
         }
         true
+    }
+
+    /// Goes on searching for a pose's rotation; true when that is over.
+    // Rare, and not inlined: its frame would be made for every pose of every pass.
+    #[inline(never)]
+    fn search(&self, search: &mut AttitudeSearch<T>, machine: &Machine<T>, pose: &mut Pose<T>) -> bool {
+        let lengths = self.estimate.corrected(machine, pose.lengths());
+        let centre = self.joint.centre_at(&self.centre, &pose.rotation());
+        let solver = AttitudeSolver { geometry: self.estimate.geometry(), centre: &centre };
+        let is_over = search.advance(&solver, &lengths, CableSet::ALL);
+        if let (true, Some(fit)) = (is_over, search.best()) {
+            pose.set_attitude(fit.attitude);
+        }
+        is_over
     }
 
     #[cfg_attr(feature = "ccm", inline(never), unsafe(link_section = ".ccm_code"), allow(unsafe_code))]

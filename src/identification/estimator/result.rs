@@ -17,7 +17,7 @@ use crate::rig::CABLES;
 use crate::scalar::Real;
 use nalgebra::{Matrix3, Matrix6};
 
-/// Columns of the covariance of O and C a slice.
+/// Columns of the covariance of O and C a slice, and standard deviations of offsets.
 const COLUMNS_A_SLICE: usize = 2;
 
 /// What is accepted.
@@ -41,13 +41,22 @@ pub(super) struct Acceptance<T> {
     covariance: Matrix6<T>,
     /// Of the result, and for its standard deviations, mm; known once the gate is passed.
     noise_mm: Option<(T, T)>,
-    offset_sigmas: Option<[T; CABLES]>,
+    /// For a noise of 1 mm; so many of them are known.
+    offset_sigmas: [T; CABLES],
+    offsets: usize,
 }
 
 impl<T: Real> Acceptance<T> {
     /// Begins.
     pub fn new(of: Accepted) -> Self {
-        Self { of, columns: 0, covariance: Matrix6::zeros(), noise_mm: None, offset_sigmas: None }
+        Self {
+            of,
+            columns: 0,
+            covariance: Matrix6::zeros(),
+            noise_mm: None,
+            offset_sigmas: [T::zero(); CABLES],
+            offsets: 0,
+        }
     }
 
     /// The next slice: columns of the covariance, then the gate, then the result. Gives what is to be left out in turn, and
@@ -65,12 +74,20 @@ impl<T: Real> Acceptance<T> {
             self.columns += COLUMNS_A_SLICE;
             return None;
         }
+        if let Some(first) = machine.first_offset()
+            && self.offsets < CABLES
+        {
+            for (cable, sigma) in self.offset_sigmas.iter_mut().enumerate().skip(self.offsets).take(COLUMNS_A_SLICE) {
+                *sigma = non_negative_root(fit.equations.variance(first + cable));
+            }
+            self.offsets += COLUMNS_A_SLICE;
+            return None;
+        }
         let Some((noise_mm, sigma_noise_mm)) = self.noise_mm else {
             self.noise_mm = Some(match self.of {
                 Accepted::Ball { .. } => fit.residuals.noise_of_result_mm(fit.settings.noise, poses),
                 Accepted::Moving => (fit.residuals.noise_mm, fit.residuals.noise_mm),
             });
-            self.offset_sigmas = fit.offset_sigmas(machine);
             return self.gate(fit, machine).err().map(Err);
         };
         let widened = match self.of {
@@ -79,8 +96,8 @@ impl<T: Real> Acceptance<T> {
         };
         let variance = sigma_noise_mm * sigma_noise_mm * widened;
         fit.write_result(machine, poses, &(self.covariance * variance), noise_mm);
-        if let Some(sigmas) = self.offset_sigmas {
-            fit.result.offset_sigmas_mm = sigmas.map(|sigma| sigma * sigma_noise_mm);
+        if machine.first_offset().is_some() {
+            fit.result.offset_sigmas_mm = self.offset_sigmas.map(|sigma| sigma * sigma_noise_mm);
         }
         let check = match self.of {
             Accepted::Ball { dominant } if fit.settings.require_redundancy => {
@@ -102,7 +119,7 @@ impl<T: Real> Acceptance<T> {
         let accuracy = Accuracy {
             centre: &(block::<T, 0, 0>(&self.covariance) * gate_variance),
             centre_alone: centre_alone(&fit.centre_information).map(|alone| alone * gate_variance),
-            worst_offset: self.offset_sigmas.map(|sigmas| worst(&sigmas, gate_noise)),
+            worst_offset: machine.first_offset().map(|_| worst(&self.offset_sigmas, gate_noise)),
         };
         require_accuracy(&accuracy, fit.settings.sigma_limit_mm)
     }
@@ -130,12 +147,6 @@ impl<T: Real> Fit<T> {
                 break;
             }
         }
-    }
-
-    /// 1σ of the encoder offsets for a noise of 1 mm; `None` when they take no part.
-    fn offset_sigmas(&self, machine: &Machine<T>) -> Option<[T; CABLES]> {
-        let first = machine.first_offset()?;
-        Some(core::array::from_fn(|k| non_negative_root(self.equations.variance(first + k))))
     }
 }
 
