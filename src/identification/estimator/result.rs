@@ -49,7 +49,14 @@ pub(super) struct Acceptance<T> {
 impl<T: Real> Acceptance<T> {
     /// Begins.
     pub fn new(of: Accepted) -> Self {
-        Self { of, columns: 0, covariance: Matrix6::zeros(), noise_mm: None, offset_sigmas: [T::zero(); CABLES], offsets: 0 }
+        Self {
+            of,
+            columns: 0,
+            covariance: Matrix6::zeros(),
+            noise_mm: None,
+            offset_sigmas: [T::zero(); CABLES],
+            offsets: 0,
+        }
     }
 
     /// The next slice: columns of the covariance, then the gate, then the result. Gives what is to be left out in turn, and
