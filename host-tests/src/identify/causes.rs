@@ -94,6 +94,11 @@ struct Scored {
 }
 
 impl CauseKind {
+    /// May it be the joint, and no fault of the machine?
+    pub const fn may_be_the_joint(self) -> bool {
+        matches!(self, Self::Loose | Self::MovingJoint)
+    }
+
     /// Largest size that is told by the linear model: mm, of a drum per cent.
     const fn largest(self) -> f64 {
         match self {
@@ -210,7 +215,8 @@ fn contradiction_in(machine: &Machine<f64>, fit: &AllPosesFit) -> Option<Cause> 
         let learnt = sigma * sigma - fit.covariance[(index, index)];
         let cause = Cause {
             cable: cable.map(|cable| cable as u8 + 1),
-            size: value,
+            // What the poses alone say: the tolerance draws the estimate towards what is stated.
+            size: value * sigma * sigma / learnt,
             explains: true,
             ..Cause::of(kind)
         };
