@@ -11,7 +11,7 @@ const SAMPLE_MS: u32 = 10;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let rig = Rig::<f32>::shoulder(150.0).map_err(|error| error.text())?;
-    let mut device = Device::new(Config::for_rig(rig));
+    let mut device = Device::new(&Config::for_rig(rig));
     let mut now_ms = 0;
     let mut out = |action: Action| match action {
         Action::Send(frame) => println!("send {frame:?}"),

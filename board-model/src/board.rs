@@ -54,15 +54,20 @@ impl Board {
 
     /// The supply goes away in the middle of whatever is done, and comes back. The encoders stand at 0 then.
     pub fn power_cycle(&mut self) {
-        self.earlier.extend(self.machine.chip_mut().breaches.take());
         let flash = &mut self.machine.chip_mut().flash;
         flash.cut();
         let cells = flash.cells.clone();
         let bus = self.machine.chip().can.bus.clone();
-        self.seed += 1;
-        self.machine = Machine::power_on(&self.image, Chip::new(cells, self.seed), self.seed);
+        self.switch_on(cells, self.seed + 1);
         let here = &mut self.machine.chip_mut().can.bus;
         (here.lonely, here.shorted) = (bus.lonely, bus.shorted);
+    }
+
+    /// The supply comes on with these cells in the flash: another life of a board whose program is translated already.
+    pub fn switch_on(&mut self, cells: Cells, seed: u64) {
+        self.earlier.extend(self.machine.chip_mut().breaches.take());
+        self.seed = seed;
+        self.machine.power_cycle(Chip::new(cells, seed), seed);
         (self.counts, self.target, self.heard) = ([0; CABLES], [0; CABLES], 0);
     }
 
@@ -121,8 +126,8 @@ impl Board {
         Ok(())
     }
 
-    /// The firmware has set its sampling going.
-    fn is_up(&self) -> bool {
+    /// The firmware has set its sampling going: what was kept has been read by then.
+    pub fn is_up(&self) -> bool {
         self.machine.chip().systick.is_on()
     }
 

@@ -1,7 +1,8 @@
 //! The board's log, read out of its RAM as a debug probe does, and decoded.
 
 use crate::image::Image;
-use crate::machine::{Machine, SRAM};
+use crate::machine::Machine;
+use crate::memories::SRAM;
 use defmt_decoder::{DecodeError, Table};
 
 /// Distances in the control block (SEGGER RTT): the first up-channel, and its fields.

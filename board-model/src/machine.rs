@@ -4,62 +4,17 @@ use crate::breach::Rule;
 use crate::chip::Chip;
 use crate::core::nvic::Masks;
 use crate::core::scb::cfsr;
+use crate::hooks::hook;
 use crate::image::Image;
+use crate::marks::{self as mark, Marks, marks};
+use crate::memories::{ALIAS, CCM, FLASH, fill_with_noise, map_memories, map_windows};
 use crate::peripheral::rcc::Cause;
-use rand::{RngCore, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use std::rc::Rc;
-use unicorn_engine::unicorn_const::{Arch, HookType, MemType, Mode, Prot};
+use unicorn_engine::unicorn_const::{Arch, MemType, Mode, Prot};
 use unicorn_engine::{RegisterARM, Unicorn};
 
-/// The memories: where they are, and how long.
-pub const FLASH: (u32, usize) = (0x0800_0000, 0x4_0000);
-/// Static variables and the stack.
-pub const SRAM: (u32, usize) = (0x2000_0000, 0x1_8000);
-/// The core-coupled memory.
-pub const CCM: (u32, usize) = (0x1000_0000, 0x8000);
-/// The vectors are looked for here; the chip shows its flash.
-const ALIAS: u32 = 0;
-/// What the factory wrote: the size of the flash, KiB.
-const FACTORY: (u32, usize) = (0x1FFF_7000, 0x1000);
-const FLASH_SIZE: (u32, u16) = (0x1FFF_75E0, 512);
-/// Windows of the peripherals.
-const WINDOWS: [(u32, u32); 6] = [
-    (0x0804_0000, 0x4_0000),
-    (0x4000_0000, 0x2_0000),
-    (0x4002_0000, 0x8000),
-    (0x4800_0000, 0x2000),
-    (0xE000_0000, 0x4_0000),
-    (0xE004_2000, 0x1000),
-];
 /// A branch to here returns from an exception.
 pub const RETURNS: u32 = 0xFFFF_FF00;
-
-/// What an instruction is to the model.
-mod mark {
-    /// It stands in an IT block: exceptions wait until it is over.
-    pub const IN_IT: u8 = 1;
-    /// WFI.
-    pub const SLEEP: u8 = 2;
-    /// CPSID i.
-    pub const MASKS: u8 = 4;
-    /// CPSIE i, or MSR to a mask.
-    pub const UNMASKS: u8 = 8;
-    /// MRS from IPSR, which Unicorn leaves 0.
-    pub const READS_IPSR: u8 = 16;
-}
-
-/// Marks of the code in one memory.
-struct Marks {
-    from: u32,
-    of: Vec<u8>,
-}
-
-impl Marks {
-    fn at(&self, address: u32) -> u8 {
-        self.of.get((address.wrapping_sub(self.from) / 2) as usize).copied().unwrap_or(0)
-    }
-}
 
 /// How long something took, and where it began.
 #[derive(Debug, Clone, Copy, Default)]
@@ -72,32 +27,48 @@ pub struct Longest {
 
 /// An access that failed.
 #[derive(Debug, Clone, Copy)]
-struct Failed {
-    kind: MemType,
-    address: u32,
+pub(crate) struct Failed {
+    pub(crate) kind: MemType,
+    pub(crate) address: u32,
 }
 
 /// What the hooks see.
 pub struct State {
     /// The chip.
     pub chip: Chip,
-    marks: Rc<[Marks; 2]>,
-    deadline: u64,
+    pub(crate) marks: Rc<[Marks; 2]>,
+    pub(crate) deadline: u64,
     /// An exception may be due.
-    attention: bool,
+    pub(crate) attention: bool,
     /// One is due as soon as nothing masks it.
-    masked: bool,
-    pc: u32,
+    pub(crate) masked: bool,
+    pub(crate) pc: u32,
     /// An instruction that Unicorn does not carry out as this model needs.
-    stopped: Option<(u32, u8)>,
+    pub(crate) stopped: Option<(u32, u8)>,
     /// The last instruction may have ended a masking.
-    unmasks: bool,
-    failed: Option<Failed>,
-    masked_since: Option<(u64, u32)>,
+    pub(crate) unmasks: bool,
+    pub(crate) failed: Option<Failed>,
+    pub(crate) masked_since: Option<(u64, u32)>,
     /// The longest time for which interrupts were masked.
     pub longest_masked: Longest,
     /// Instructions executed.
     pub instructions: u64,
+}
+
+impl State {
+    /// The firmware reads from the chip.
+    pub(crate) fn read(&mut self, address: u32, size: u32) -> u32 {
+        self.chip.breaches.pc = self.pc;
+        self.attention = true;
+        self.chip.read(address, size)
+    }
+
+    /// The firmware writes to the chip.
+    pub(crate) fn write(&mut self, address: u32, size: u32, value: u32) {
+        self.chip.breaches.pc = self.pc;
+        self.attention = true;
+        self.chip.write(address, size, value);
+    }
 }
 
 /// The processor.
@@ -116,7 +87,7 @@ pub struct Machine {
 impl Machine {
     /// A board that is switched on with this image in its flash; its RAM holds noise.
     pub fn power_on(image: &Image, chip: Chip, seed: u64) -> Self {
-        let marks = Rc::new([FLASH.0, CCM.0].map(|from| marks(image, from)));
+        let marks = Rc::new([FLASH, CCM].map(|memory| marks(image, memory)));
         let state = State {
             chip,
             marks,
@@ -135,12 +106,26 @@ impl Machine {
             .unwrap_or_else(|error| panic!("Unicorn: {error:?}"));
         // Cortex-M4 by Unicorn's number
         must(cpu.ctl_set_cpu_model(unicorn_engine::ArmCpuModel::CORTEX_M4 as i32));
-        map_memories(&mut cpu, image, seed);
+        map_memories(&mut cpu, image);
         map_windows(&mut cpu);
         hook(&mut cpu);
+        fill_with_noise(&mut cpu, seed);
         let mut machine = Self { cpu, asleep: false, forbidden: Vec::new(), resets: Vec::new(), locked_up: false };
         machine.begin();
         machine
+    }
+
+    /// The supply comes back after it was away: another chip state, the same program, noise in the RAM.
+    pub fn power_cycle(&mut self, chip: Chip, seed: u64) {
+        fill_with_noise(&mut self.cpu, seed);
+        let state = self.cpu.get_data_mut();
+        state.chip = chip;
+        (state.deadline, state.stopped, state.unmasks, state.failed) = (0, None, false, None);
+        (state.longest_masked, state.instructions) = (Longest::default(), 0);
+        self.resets.clear();
+        self.locked_up = false;
+        self.protect();
+        self.begin();
     }
 
     /// The core begins at the reset vector.
@@ -357,137 +342,4 @@ impl Machine {
 /// Unicorn's own errors have no remedy here.
 pub(crate) fn must<T>(result: Result<T, unicorn_engine::unicorn_const::uc_error>) -> T {
     result.unwrap_or_else(|error| panic!("Unicorn: {error:?}"))
-}
-
-fn map_memories(cpu: &mut Unicorn<'static, State>, image: &Image, seed: u64) {
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let mut flash = vec![0xFF; FLASH.1];
-    for (from, bytes) in &image.stored {
-        let at = from.wrapping_sub(FLASH.0) as usize;
-        flash[at..at + bytes.len()].copy_from_slice(bytes);
-    }
-    let mut factory = vec![0xFF; FACTORY.1];
-    factory[(FLASH_SIZE.0 - FACTORY.0) as usize..][..2].copy_from_slice(&FLASH_SIZE.1.to_le_bytes());
-    let mut noise = |len| {
-        let mut bytes = vec![0; len];
-        random.fill_bytes(&mut bytes);
-        bytes
-    };
-    let read_only = Prot::READ | Prot::EXEC;
-    let memories = [
-        (ALIAS, flash.clone(), read_only),
-        (FLASH.0, flash, read_only),
-        (FACTORY.0, factory, Prot::READ),
-        (SRAM.0, noise(SRAM.1), Prot::ALL),
-        (CCM.0, noise(CCM.1), Prot::ALL),
-    ];
-    for (from, bytes, access) in memories {
-        must(cpu.mem_map(from.into(), bytes.len() as u64, access));
-        must(cpu.mem_write(from.into(), &bytes));
-    }
-}
-
-fn map_windows(cpu: &mut Unicorn<'static, State>) {
-    for (from, len) in WINDOWS {
-        let read = move |cpu: &mut Unicorn<'_, State>, offset: u64, size: usize| {
-            let state = cpu.get_data_mut();
-            state.chip.breaches.pc = state.pc;
-            let value = state.chip.read(from + offset as u32, size as u32);
-            state.attention = true;
-            u64::from(value)
-        };
-        let write = move |cpu: &mut Unicorn<'_, State>, offset: u64, size: usize, value: u64| {
-            let state = cpu.get_data_mut();
-            state.chip.breaches.pc = state.pc;
-            state.chip.write(from + offset as u32, size as u32, value as u32);
-            state.attention = true;
-        };
-        must(cpu.mmio_map(from.into(), len.into(), Some(read), Some(write)));
-    }
-}
-
-fn hook(cpu: &mut Unicorn<'static, State>) {
-    let each = |cpu: &mut Unicorn<'_, State>, address: u64, _: u32| {
-        let state = cpu.get_data_mut();
-        let address = address as u32;
-        let mark = state.marks[usize::from(address < FLASH.0 || address >= CCM.0)].at(address);
-        state.pc = address;
-        let is_due = state.attention || state.chip.time.cycles >= state.deadline;
-        if is_due && mark & mark::IN_IT == 0 {
-            must(cpu.emu_stop());
-            return;
-        }
-        if state.masked && mark & mark::IN_IT == 0 && cpu.reg_read(RegisterARM::PRIMASK) == Ok(0) {
-            must(cpu.emu_stop());
-            return;
-        }
-        if cpu.get_data().unmasks {
-            end_masking(cpu);
-        }
-        let state = cpu.get_data_mut();
-        state.chip.time.cycles += 1;
-        state.instructions += 1;
-        if mark & !mark::IN_IT != 0 {
-            note(cpu, address, mark);
-        }
-    };
-    must(cpu.add_code_hook(1, 0, each));
-    let failed = |cpu: &mut Unicorn<'_, State>, kind: MemType, address: u64, _: usize, _: i64| {
-        cpu.get_data_mut().failed = Some(Failed { kind, address: address as u32 });
-        false
-    };
-    must(cpu.add_mem_hook(HookType::MEM_INVALID, 1, 0, failed));
-}
-
-/// The instruction before may have let the interrupts in again.
-fn end_masking(cpu: &mut Unicorn<'_, State>) {
-    let is_open = cpu.reg_read(RegisterARM::PRIMASK) == Ok(0);
-    let state = cpu.get_data_mut();
-    state.unmasks = false;
-    if is_open && let Some((since, pc)) = state.masked_since.take() {
-        let cycles = state.chip.time.cycles - since;
-        // before the sampling begins nobody minds
-        if cycles > state.longest_masked.cycles && state.chip.systick.is_on() {
-            state.longest_masked = Longest { cycles, pc };
-        }
-    }
-}
-
-fn note(cpu: &mut Unicorn<'_, State>, address: u32, mark: u8) {
-    let state = cpu.get_data_mut();
-    let cycle = state.chip.time.cycles;
-    if mark & mark::MASKS != 0 && state.masked_since.is_none() {
-        state.masked_since = Some((cycle, address));
-    }
-    state.unmasks |= mark & mark::UNMASKS != 0;
-    if mark & (mark::SLEEP | mark::READS_IPSR) != 0 {
-        state.stopped = Some((address, mark));
-        must(cpu.emu_stop());
-    }
-}
-
-/// The marks of the code that runs from this memory.
-fn marks(image: &Image, from: u32) -> Marks {
-    let len = if from == CCM.0 { CCM.1 } else { FLASH.1 };
-    let mut of = vec![0; len / 2];
-    let mut left = 0_u32;
-    image.instructions(|address, half, next| {
-        let Some(place) = of.get_mut((address.wrapping_sub(from) / 2) as usize) else { return };
-        if left != 0 {
-            *place |= mark::IN_IT;
-            left -= 1;
-        }
-        match half {
-            0xBF30 => *place |= mark::SLEEP,
-            0xB672 => *place |= mark::MASKS,
-            0xB662 => *place |= mark::UNMASKS,
-            // MSR; which register it writes does not matter here
-            _ if half & 0xFFF0 == 0xF380 => *place |= mark::UNMASKS,
-            0xF3EF if next & 0xFF == 5 => *place |= mark::READS_IPSR,
-            // IT: the lowest set bit of its mask says how many instructions follow
-            _ if half & 0xFF00 == 0xBF00 && half & 0xF != 0 => left = 4 - (half & 0xF).trailing_zeros(),
-            _ => {}
-        }
-    });
-    Marks { from, of }
 }

@@ -15,8 +15,10 @@ from .ask import Asker
 from .calibration import calibrate
 from .device import Device, DeviceError, NoAnswer, open_device
 from .interrupt import after_interrupt
+from .numbering import check_numbering
 from .parameters import Parameters
 from .recording import read_poses, read_runs, write_csv
+from .rig import parameters_of
 from .watching import record, watch
 
 ACCEPTED, TROUBLE, NOT_ACCEPTED, INTERRUPTED = 0, 1, 2, 130
@@ -57,6 +59,8 @@ def _parser() -> argparse.ArgumentParser:
     sub.add_argument("--yes", action="store_true", help="accept a verified centre without asking")
     sub.add_argument("--new", action="store_true", help="abort a run under way and start another")
 
+    command("numbering", _numbering, "Check that the cables are numbered as the rig says: pull one after the other.")
+
     sub = command("watch", _watch, "Show what the board says.")
     sub.add_argument("--all", action="store_true", help="every message, heartbeats too")
     sub.add_argument("--seconds", type=float, help="end after so long")
@@ -72,6 +76,8 @@ def _parser() -> argparse.ArgumentParser:
     setting = actions.add_parser("set", help="prepare a value; nothing changes before save")
     setting.add_argument("name")
     setting.add_argument("value", type=float)
+    loading = actions.add_parser("load", help="prepare what a rig's file says; nothing changes before save")
+    loading.add_argument("file", help="RIG.toml, as cargo identify reads it")
     actions.add_parser("save", help="check the prepared values together and store them; the board starts anew")
     actions.add_parser("discard", help="forget the prepared values")
 
@@ -113,6 +119,11 @@ def _calibrate(options: argparse.Namespace) -> int:
     return NOT_ACCEPTED
 
 
+def _numbering(options: argparse.Namespace) -> int:
+    with _open(options) as device:
+        return 0 if check_numbering(device, _say) else NOT_ACCEPTED
+
+
 def _watch(options: argparse.Namespace) -> int:
     with _open(options) as device:
         watch(device, _say, every=options.all, seconds=options.seconds)
@@ -151,6 +162,11 @@ def _parameters(options: argparse.Namespace) -> int:
         elif options.action == "set":
             parameters.set(options.name, options.value)
             _say(f"{options.name} is prepared; python -m glenoid parameters save makes it so")
+        elif options.action == "load":
+            values = parameters_of(options.file)
+            for name, number in values.items():
+                parameters.set(name, number)
+            _say(f"{len(values)} parameters are prepared; python -m glenoid parameters save makes it so")
         elif options.action == "save":
             parameters.save()
             _say("saved; the board starts anew with it")

@@ -231,7 +231,8 @@ class _Calibration:
         )
         if answer["code"] != "Fine":
             self.decided = False
-            self.tell(f"the board did not obey: {answer['code']}")
+            hint = " (pull the cables first: python -m glenoid numbering)" if answer["code"] == "NumberingUnchecked" else ""
+            self.tell(f"the board did not obey: {answer['code']}{hint}")
 
     def lost(self) -> Result:
         """The run is gone and its outcome was not heard: only what is in use now can tell how it ended."""

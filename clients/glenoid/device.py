@@ -15,7 +15,7 @@ from .vocabulary import PROTOCOL, Message, decode, encode_command
 #: The heartbeat comes every 100 ms; after so long without one the device is called silent, s.
 SILENCE_S = 2.0
 #: Longest wait for an answer before the command is sent again, s, and how often it is sent.
-ANSWER_S, TRIES = 0.4, 5
+ANSWER_S, TRIES = 0.4, 10
 
 
 class DeviceError(Exception):

@@ -10,7 +10,8 @@ _PLACES = {"CandidateCentre": ("axis", ("x", "y", "z")), "CandidateRadius": ("en
 
 
 class Shown:
-    """The twelve frames of a new centre as they were received: x, y, z, p1, p2, p3, offsets of L1 to L6."""
+    """The frames of a new centre as they were received: x, y, z, p1, p2, p3, offsets of L1 to L6, and of a centre that
+    moves the eight parts of its motion."""
 
     def __init__(self) -> None:
         self._frames: dict[int, Message] = {}
@@ -23,12 +24,15 @@ class Shown:
             self._frames[names.index(message[field]) + 3 * (message.name == "CandidateRadius")] = message
         elif message.name == "CandidateZero":
             self._frames[5 + message["cable"]] = message
+        elif message.name == "CandidateMotion":
+            self._frames[12 + int(message["part"])] = message
         elif message.name == "CandidateNaming":
             self._naming = message
 
     def named(self, run: int) -> tuple[int, int] | None:
         """Boot and checksum of this run's centre; None unless all of it was received."""
-        naming, frames = self._naming, [self._frames.get(k) for k in range(12)]
+        moving = [k for k in range(12, 20) if k in self._frames and self._frames[k]["run_id"] == run]
+        naming, frames = self._naming, [self._frames.get(k) for k in [*range(12), *moving]]
         if naming is None or naming["run_id"] != run:
             return None
         if any(frame is None or frame["run_id"] != run for frame in frames):

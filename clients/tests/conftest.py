@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
 import re
 import signal
 import socket
@@ -65,6 +67,19 @@ class Board:
             time.sleep(0.4)
         self.press(1.6)
 
+    def stall(self, seconds: float) -> None:
+        """The emulator gets no processor for so long, as on a machine that has too much to do."""
+        children = Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children").read_text().split()
+        # the emulator was started by another thread than the first, perhaps
+        if not children:
+            tasks = Path(f"/proc/{self.process.pid}/task").iterdir()
+            children = [child for task in tasks for child in (task / "children").read_text().split()]
+        for child in map(int, children):
+            os.kill(child, signal.SIGSTOP)
+        time.sleep(seconds)
+        for child in map(int, children):
+            os.kill(child, signal.SIGCONT)
+
     def end(self) -> None:
         self.process.send_signal(signal.SIGINT)
         self.process.wait(20)
@@ -95,8 +110,10 @@ class Client:
 
     def answer(self, text: str) -> None:
         assert self.process.stdin is not None
-        self.process.stdin.write(text + "\n")
-        self.process.stdin.flush()
+        # one that has ended needs no answer
+        with contextlib.suppress(BrokenPipeError):
+            self.process.stdin.write(text + "\n")
+            self.process.stdin.flush()
 
     def end(self, seconds: float = 90) -> int:
         """The exit status, when it has ended by itself."""

@@ -101,10 +101,14 @@ def test_ctrl_c_of_one_who_joined_leaves_the_run_alone_and_says_how_to_join(boar
     first.process.kill()
 
 
-def test_a_board_that_is_reset_loses_the_run_and_the_client_says_so(board: Board) -> None:
-    client = Client(board, "--yes")
-    client.wait_for("pose 4 taken")
+@pytest.mark.parametrize("when", ["pose 4 taken", "pose 2 held out", "Accept this centre?"])
+def test_a_board_that_is_reset_loses_the_run_and_the_client_says_so(board: Board, when: str) -> None:
+    client = Client(board, answers=True)
+    client.wait_for(when)
     board.order("reset")
+    # whoever is being asked answers
+    time.sleep(3)
+    client.answer("y")
     assert client.end() == 2, client.said
     assert "run 1 is lost: the board was restarted" in client.said
     assert live_run(board) is None
@@ -131,16 +135,69 @@ def test_two_clients_follow_one_run(board: Board) -> None:
 
 
 def test_a_run_that_failed_before_is_told_and_does_not_stop_the_next(board: Board) -> None:
+    with glenoid.open_device("slcan", board.channel) as device:
+        parameters = glenoid.Parameters(device)
+        parameters.set("collecting_timeout", 8_000)
+        parameters.save()
     client = Client(board, "--yes")
     client.wait_for("pose 2 taken")
-    board.order("silent")
-    client.wait_for("EncoderSilent")
     client.process.kill()
     client.process.wait()
-    time.sleep(1)
+    # nobody is there, and no pose comes any more: the board gives up
+    board.order("silent")
+    end = time.monotonic() + 60
+    while state(board) != "Failed":
+        assert time.monotonic() < end, "the run does not fail"
+        time.sleep(0.5)
     board.order("sound")
     again = Client(board, "--yes")
     assert again.end() == 0, again.said
+    assert "run 1 before this one ended with CollectingTimeout: acknowledged" in again.said
+    assert live_run(board) == 2
+
+
+def test_encoders_that_fall_silent_in_a_run_are_told_and_waited_for(board: Board) -> None:
+    client = Client(board, "--yes")
+    client.wait_for("pose 3 taken")
+    board.order("silent")
+    client.wait_for("fault: EncoderSilent")
+    time.sleep(3)
+    assert state(board) == "Collecting"
+    board.order("sound")
+    assert client.end() == 0, client.said
+    assert "but note: EncoderSilent" in client.said
+
+
+def test_the_button_aborts_the_run_of_a_client(board: Board) -> None:
+    client = Client(board, "--yes")
+    client.wait_for("pose 3 taken")
+    board.press(4.6)
+    assert client.end() == 2, client.said
+    assert "run 1 ended with Aborted" in client.said and live_run(board) is None
+
+
+def test_the_button_accepts_the_run_of_a_client_that_waits_for_an_answer(board: Board) -> None:
+    client = Client(board, answers=True)
+    client.wait_for("Accept this centre?")
+    board.accept_by_button(checksum_shown(board))
+    end = time.monotonic() + 20
+    while live_run(board) != 1:
+        assert time.monotonic() < end, "the button did not accept"
+    # what is answered now comes too late, and changes nothing
+    client.answer("n")
+    assert client.end() == 0, client.said
+    assert live_run(board) == 1
+
+
+def test_a_client_learns_that_another_one_rejected(board: Board) -> None:
+    one = Client(board, answers=True)
+    one.wait_for("pose 2 taken")
+    two = Client(board)
+    two.wait_for("run 1 is complete")
+    one.wait_for("Accept this centre?")
+    one.answer("n")
+    assert (one.end(), two.end()) == (2, 2), one.said + two.said
+    assert "Rejected" in two.said and live_run(board) is None
 
 
 def test_silent_encoders_are_told_and_waited_for(board: Board) -> None:
@@ -150,6 +207,18 @@ def test_silent_encoders_are_told_and_waited_for(board: Board) -> None:
     client.wait_for("cannot start yet: EncoderSilent")
     board.order("sound")
     assert client.end() == 0, client.said
+
+
+def test_a_board_that_stands_still_now_and_then_calibrates_all_the_same(board: Board) -> None:
+    """As on a machine with too much to do: neither samples that pile up nor an arm that leaps come of it."""
+    client = Client(board, "--yes")
+    client.wait_for("has begun")
+    for seconds in (0.3, 1.2, 0.4, 2.0, 0.6, 0.9):
+        board.stall(seconds)
+        time.sleep(1.3)
+    assert client.end(180) == 0, client.said
+    assert "EncoderJumped" not in client.said, client.said
+    assert_near_truth(centre_said(client), board)
 
 
 def test_a_board_that_is_switched_off_is_told(board: Board) -> None:

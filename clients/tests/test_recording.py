@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 import subprocess
 from pathlib import Path
 
@@ -112,12 +113,22 @@ def test_a_recorded_run_identifies_the_centre_that_the_board_found(board: Board,
     assert client.end() == 0, client.said
     recorder.process.send_signal(2)
     assert recorder.end() == 0, recorder.said
-    centre = [float(word) for word in client.said.split("in use now: ")[1].split()[:3]]
+    with glenoid.open_device("slcan", board.channel) as device:
+        device.ask("Query")
+        live = {m["axis"]: m["value"] for m in device.listen(1) if m.name == "LiveCentre"}
+    centre = [live[axis] for axis in "xyz"]
+    identify = ROOT / "target" / "release" / "identify"
+    # the recording itself: the board's own arithmetic once more, and what the board showed, to the last digit
+    ran = subprocess.run([identify, path, "--json"], capture_output=True, text=True)
+    note = next(line for line in ran.stderr.splitlines() if "the board found" in line)
+    assert "in run 1; its calculation gives the same here, to the last digit" in note, ran
+    assert [float(word) for word in note.split("the board found ")[1].split()[:3]] == pytest.approx(centre, abs=1e-6)
+    # the table of its poses, in a machine that is exactly as drawn, as the board takes it
     csv = tmp_path / "poses.csv"
     assert main(["poses", str(path), "-o", str(csv)]) == 0
-    for log in (csv, path):
-        identify = ROOT / "target" / "release" / "identify"
-        ran = subprocess.run([identify, log, "--json", "--noise", "0.0577"], capture_output=True, text=True)
-        assert ran.returncode == 0, ran
-        found = __import__("json").loads(ran.stdout)["centre_mm"]
-        assert all(abs(a - b) < 2e-4 for a, b in zip(found, centre, strict=True)), (found, centre)
+    rig = Path(__file__).parent / "rigs" / "shoulder.toml"
+    arguments = [identify, csv, "--json", "--rig", rig, "--noise", "0.057735026"]
+    ran = subprocess.run(arguments, capture_output=True, text=True)
+    assert ran.returncode == 0, ran
+    found = json.loads(ran.stdout)["centre_mm"]
+    assert all(abs(a - b) < 2e-4 for a, b in zip(found, centre, strict=True)), (found, centre)

@@ -1,20 +1,22 @@
 //! Runs a firmware image in QEMU as the emulated drive board.
 
-use glenoid::record::STORAGE_PAGES;
-use std::ffi::OsString;
-use std::fmt;
-use std::io::{self, BufRead, BufReader, Read};
+mod error;
+mod log;
+mod record_file;
+
+pub use error::EmulatorError;
+
+use crate::monitor;
+use crate::packages::{self, Consent};
+use log::{Log, follow};
+use record_file::RecordFile;
+use std::io;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStderr, ChildStdout, Command, ExitStatus, Stdio};
-use std::sync::atomic::{AtomicU32, Ordering};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
-
-use crate::flash::PAGE_LEN;
-use crate::monitor;
-use crate::packages::{self, Consent, PackageError};
 
 /// The emulator's program.
 const PROGRAM: &str = "qemu-system-arm";
@@ -47,46 +49,6 @@ pub struct Options {
     /// Repeat each line of the log on the error output.
     pub show_log: bool,
 }
-
-/// Why the board does not run.
-#[derive(Debug)]
-pub enum EmulatorError {
-    /// The emulator is not installed.
-    Missing(PackageError),
-    /// It could not be started.
-    Start(io::Error),
-    /// The file that is to stand for the flash is something else.
-    NotARecord(String),
-    /// It ended by itself; the texts are its error output and the end of the board's log.
-    Ended {
-        /// How it ended.
-        status: ExitStatus,
-        /// What it complained about.
-        complaint: String,
-    },
-    /// The log did not show this text in time.
-    Silent(String),
-    /// It should have ended, and runs on.
-    StillRunning,
-    /// A serial line could not be reached.
-    Connect(io::Error),
-}
-
-impl fmt::Display for EmulatorError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Missing(error) => write!(f, "`{PROGRAM}` is not on PATH (Debian's package {PACKAGE}): {error}"),
-            Self::NotARecord(what) => f.write_str(what),
-            Self::Start(error) => write!(f, "`{PROGRAM}` could not be started: {error}"),
-            Self::Ended { status, complaint } => write!(f, "the emulator ended ({status}): {complaint}"),
-            Self::Silent(text) => write!(f, "the board did not log \"{text}\" in time"),
-            Self::StillRunning => write!(f, "the emulator did not end in time"),
-            Self::Connect(error) => write!(f, "a serial line of the board could not be reached: {error}"),
-        }
-    }
-}
-
-impl std::error::Error for EmulatorError {}
 
 /// Makes sure that the emulator is installed.
 ///
@@ -144,13 +106,7 @@ impl Emulator {
         let can = local_address(options.can_port).map_err(EmulatorError::Start)?;
         let rig = local_address(options.rig_port).map_err(EmulatorError::Start)?;
         let mut command = command();
-        let record = match &options.record {
-            Some(path) => {
-                refuse_what_is_no_record(path)?;
-                RecordFile::Given(path.clone())
-            }
-            None => RecordFile::Own(own_record()),
-        };
+        let record = RecordFile::at(options.record.as_deref())?;
         command.arg("-semihosting-config").arg(record.semihosting());
         for line in [can, rig] {
             // the UART sends single bytes; without "nodelay" each answer would wait 40 ms for the client's acknowledgement
@@ -312,94 +268,7 @@ impl Drop for Emulator {
         let _ = self.child.kill();
         let _ = self.child.wait();
         self.finish_reading();
-        if let RecordFile::Own(path) = &self.record {
-            let _ = std::fs::remove_file(path);
-        }
     }
-}
-
-/// The file that stands for the flash.
-#[derive(Debug)]
-enum RecordFile {
-    /// Somebody else's, which stays.
-    Given(PathBuf),
-    /// This board's, which goes with it.
-    Own(PathBuf),
-}
-
-impl RecordFile {
-    fn path(&self) -> &Path {
-        let (Self::Given(path) | Self::Own(path)) = self;
-        path
-    }
-
-    /// The emulator's option that tells the firmware the path. A comma would end it, so it is doubled.
-    fn semihosting(&self) -> OsString {
-        let path = self.path().to_string_lossy().replace(',', ",,");
-        format!("enable=on,target=native,arg=firmware,arg=record={path}").into()
-    }
-}
-
-/// A path that no other board of this machine has.
-/// The board erases and writes this file: one that is there and is no record is somebody's.
-fn refuse_what_is_no_record(path: &Path) -> Result<(), EmulatorError> {
-    const LEN: u64 = (STORAGE_PAGES * PAGE_LEN) as u64;
-    match std::fs::metadata(path) {
-        Ok(file) if file.is_file() && [0, LEN].contains(&file.len()) => Ok(()),
-        // The board can do nothing to a folder: a flash that refuses everything.
-        Ok(file) if file.is_dir() => Ok(()),
-        Ok(file) => Err(EmulatorError::NotARecord(format!(
-            "{} is no record of the board: it has {} bytes, not {LEN}; it stays as it is",
-            path.display(),
-            file.len()
-        ))),
-        // it will be made
-        Err(_) => Ok(()),
-    }
-}
-
-fn own_record() -> PathBuf {
-    static NEXT: AtomicU32 = AtomicU32::new(0);
-    let number = NEXT.fetch_add(1, Ordering::Relaxed);
-    std::env::temp_dir().join(format!("glenoid-record-{}-{number}", std::process::id()))
-}
-
-/// The lines that the emulator printed.
-#[derive(Debug, Default)]
-struct Log {
-    lines: Mutex<Vec<String>>,
-    grown: Condvar,
-}
-
-impl Log {
-    fn lines(&self) -> MutexGuard<'_, Vec<String>> {
-        // a reader that panicked has at worst left out a line
-        self.lines.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// The line that contains the text for this time, waiting once for new lines.
-    fn find(&self, text: &str, times: usize, limit: Duration) -> Option<String> {
-        let find =
-            |lines: &[String]| lines.iter().filter(|line| line.contains(text)).nth(times.saturating_sub(1)).cloned();
-        let lines = self.lines();
-        find(&lines).or_else(|| {
-            let (lines, _) = self.grown.wait_timeout(lines, limit).unwrap_or_else(PoisonError::into_inner);
-            find(&lines)
-        })
-    }
-}
-
-/// Collects lines until the stream ends.
-fn follow(stream: impl Read + Send + 'static, log: Arc<Log>, show: bool) -> JoinHandle<()> {
-    thread::spawn(move || {
-        for line in BufReader::new(stream).lines().map_while(Result::ok) {
-            if show {
-                eprintln!("{line}");
-            }
-            log.lines().push(line);
-            log.grown.notify_all();
-        }
-    })
 }
 
 /// The given port on this machine alone, or one that is free at this moment.

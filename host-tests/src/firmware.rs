@@ -38,6 +38,10 @@ impl Image {
     /// The real drive board (NUCLEO-G474RE).
     pub const NUCLEO_G474RE: Self = Self { package: LIBRARY, binary: "nucleo-g474re", feature: "nucleo-g474re" };
 
+    /// The same with the control loop of the example in its sampling's interrupt. It takes the other's place on the disk: read
+    /// it at once.
+    pub const CONTROL_LOOP: Self = Self { package: LIBRARY, binary: "nucleo-g474re", feature: "control-loop" };
+
     /// The images that make a drive board, real or emulated.
     pub const BOARDS: [Self; 2] = [Self::EMULATED, Self::NUCLEO_G474RE];
 

@@ -4,9 +4,11 @@
 //! column), the library's solver is run in the precision asked for ([`calculation`]), and the outcome is one [`report`]
 //! that is printed as JSON or as a [`summary`] with a remedy for every refusal.
 
+mod board_calculation;
 pub mod calculation;
 pub mod causes;
 pub mod held_phase;
+pub mod hinge;
 pub mod input_error;
 mod known_keys;
 pub mod lengths_file;
@@ -84,14 +86,20 @@ pub struct Finding {
 pub fn run(request: &Request) -> Result<Finding, InputError> {
     let machine = machine(request.rig.as_deref())?;
     let noise_mm = request.noise_mm.unwrap_or(machine.rig.length_noise_mm());
-    let log = log(&request.lengths, &machine.rig)?.with_repeated_rows_merged(noise_mm);
+    let log = log(&request.lengths, &machine.rig)?;
+    // a board that nobody told otherwise takes the shoulder as it is drawn
+    let board_rig = if request.rig.is_some() { machine.rig } else { rig_file::drawn_rig()? };
+    let of_board = board_calculation::note(&log, &board_rig).map(|note| format!("{}: {note}", log.file()));
+    let log = log.with_repeated_rows_merged(noise_mm);
     let second = match request.verify.as_deref() {
         Some(path) => Some(self::log(path, &machine.rig)?),
         // A recording of the bus holds the board's own second set.
         None => log.second_set(),
     };
     let logs = [Some(&log), second.as_ref()].into_iter().flatten();
-    let notes = logs.flat_map(|log| log.notes().iter().map(|note| format!("{}: {note}", log.file()))).collect();
+    let mut notes: Vec<_> =
+        logs.flat_map(|log| log.notes().iter().map(|note| format!("{}: {note}", log.file()))).collect();
+    notes.extend(of_board);
     let setting = setting(request, &machine, log.rows().len());
     let still = request.still.as_deref().map(|path| self::log(path, &machine.rig)).transpose()?;
     let still = still.map(|log| log.with_repeated_rows_merged(noise_mm));

@@ -1,5 +1,7 @@
 //! Host side of Glenoid.
 
+pub mod anatomy;
+pub mod campaign;
 pub mod command_line;
 pub mod commission;
 pub mod debugger;

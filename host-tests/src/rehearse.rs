@@ -14,7 +14,7 @@ mod judgement;
 mod machine;
 mod options;
 mod parameters;
-mod replay;
+pub(crate) mod replay;
 mod report;
 mod restart;
 mod session;
@@ -97,8 +97,7 @@ pub fn rehearse(
     let mut session = Session::new(bench, wearer, rig.drum().fastest_mm_per_s, display);
     let told = known.told.as_ref().map(|set| session.become_machine(set)).transpose();
     let calibrated = told.and_then(|told| {
-        let transcript =
-            session.calibrate(options.poses, options.verification_poses(), options.zero_prior_steps())?;
+        let transcript = session.calibrate(options.poses, options.verification_poses(), options.zero_prior_steps())?;
         Ok((transcript, told))
     });
     let outcome = calibrated.and_then(|(transcript, told)| {

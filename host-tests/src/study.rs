@@ -4,6 +4,7 @@
 //! and prints nothing; [`output`] does. Every trial draws from a random stream of its own, and results are summed in
 //! the order of the trials, so that the bytes are the same on one core and on many.
 
+mod arm;
 mod bound;
 pub(crate) mod built;
 mod commissioning;
@@ -18,6 +19,7 @@ mod statistics;
 mod trials;
 
 pub mod adversarial;
+pub mod elbow;
 mod million;
 mod outliers;
 mod paper;
@@ -61,5 +63,7 @@ pub const ALL: &[Study] = &[
     watch::STUDY,
     machine::STUDY,
     commissioning::STUDY,
+    elbow::STUDY,
+    arm::STUDY,
     pulley::STUDY,
 ];

@@ -1,6 +1,6 @@
 //! What a client asks of the device, and how a frame becomes a command or a reason why it is none.
 
-use super::frame::{Frame, MAX_DATA_LEN};
+use super::frame::Frame;
 use super::payload::{Field, Payload};
 use crate::procedure::{Command, PoseSet, Reason};
 
@@ -12,6 +12,10 @@ const RUN_ID: Field = Field::integer(32, 16);
 const ARGUMENT: Field = Field::integer(48, 16);
 /// One step of the argument of [`Opcode::SetZeroPrior`], mm: 2^-10.
 pub const ZERO_PRIOR_STEP_MM: f32 = 1.0 / 1024.0;
+/// In the argument of [`Opcode::Start`]: poses are captured by command only.
+pub const BY_COMMAND_ONLY: u16 = 1;
+/// In the argument of [`Opcode::Start`]: two phases, the first with the shoulder blade held.
+pub const HELD_FIRST: u16 = 2;
 /// In the argument of [`Opcode::ReadPose`]: the second set is meant.
 const HELD_OUT: u16 = 0x100;
 
@@ -20,7 +24,8 @@ const HELD_OUT: u16 = 0x100;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum Opcode {
-    /// Start a run. Argument bit 0: poses are captured by command only.
+    /// Start a run. Argument bit 0: poses are captured by command only; bit 1: two phases, the first with the shoulder
+    /// blade held.
     Start = 1,
     /// Take the pose in which the arm is now.
     Capture = 2,
@@ -47,11 +52,13 @@ pub enum Opcode {
     /// The centre in use is right for the arm that is in the machine now. Must name run, boot and checksum of the value
     /// in use, as Accept does of the new one.
     Confirm = 13,
+    /// Has the named cable been pulled since this was first asked, and moved its own encoder? Argument: the cable, 1 to 6.
+    CheckCable = 14,
 }
 
 impl Opcode {
     /// All opcodes in order.
-    pub const ALL: [Opcode; 13] = [
+    pub const ALL: [Opcode; 14] = [
         Self::Start,
         Self::Capture,
         Self::Identify,
@@ -65,6 +72,7 @@ impl Opcode {
         Self::SetZeroPrior,
         Self::SetWearer,
         Self::Confirm,
+        Self::CheckCable,
     ];
 
     /// The opcode with this number.
@@ -85,7 +93,7 @@ impl Opcode {
 
     /// May the command name a run at all?
     const fn may_name_run(self) -> bool {
-        !matches!(self, Self::Start | Self::Query | Self::SetZeroPrior | Self::SetWearer)
+        !matches!(self, Self::Start | Self::Query | Self::SetZeroPrior | Self::SetWearer | Self::CheckCable)
     }
 }
 
@@ -129,6 +137,11 @@ pub enum Order {
         /// The wearer's number; 0 = not said.
         wearer: u16,
     },
+    /// Look whether this cable, 1 to 6, was pulled and moved its own encoder.
+    CheckCable {
+        /// The cable.
+        cable: u8,
+    },
     /// The zeros of the runs to come are known to so many steps of [`ZERO_PRIOR_STEP_MM`], 1σ; 0 = exactly.
     SetZeroPrior {
         /// Steps.
@@ -171,11 +184,7 @@ impl Request {
     /// # Errors
     /// The request as far as it could be read, with [`Reason::WrongLength`] or [`Reason::ReservedNotZero`].
     pub fn unpack(data: &[u8]) -> Result<Self, (Self, Reason)> {
-        let mut bytes = [0; MAX_DATA_LEN];
-        for (target, source) in bytes.iter_mut().zip(data) {
-            *target = *source;
-        }
-        let payload = Payload::from_bytes(bytes);
+        let (payload, is_whole) = Payload::of_data(data);
         let request = Self {
             opcode: payload.get_u8(OPCODE),
             boot: payload.get_u8(BOOT),
@@ -183,7 +192,7 @@ impl Request {
             run_id: payload.get_u16(RUN_ID),
             argument: payload.get_u16(ARGUMENT),
         };
-        if data.len() != MAX_DATA_LEN {
+        if !is_whole {
             Err((request, Reason::WrongLength))
         } else if request.boot != 0 && !Opcode::from_code(request.opcode).is_some_and(Opcode::names_value) {
             Err((request, Reason::ReservedNotZero))
@@ -210,14 +219,18 @@ impl Request {
             return Err(Reason::StaleRun);
         }
         let order = match (opcode, self.argument) {
-            (Opcode::Start, 0) => Order::Procedure(Command::Start { by_command_only: false }),
-            (Opcode::Start, 1) => Order::Procedure(Command::Start { by_command_only: true }),
+            (Opcode::Start, 0..=3) => Order::Procedure(Command::Start {
+                by_command_only: self.argument & BY_COMMAND_ONLY != 0,
+                held_first: self.argument & HELD_FIRST != 0,
+            }),
             (Opcode::ReadPose, argument) if argument < 2 * HELD_OUT => Order::ReadPose {
                 set: if argument & HELD_OUT == 0 { PoseSet::Identification } else { PoseSet::HeldOut },
                 index: (argument & 0xFF) as u8,
             },
             (Opcode::SetZeroPrior, steps) => Order::SetZeroPrior { steps },
             (Opcode::SetWearer, wearer) => Order::SetWearer { wearer },
+            // within six by its range
+            (Opcode::CheckCable, cable @ 1..=6) => Order::CheckCable { cable: cable as u8 },
             (Opcode::Accept, _) => Order::Accept(value),
             (_, argument) if argument != 0 => return Err(Reason::BadArgument),
             (Opcode::Capture, _) => Order::Procedure(Command::Capture),
@@ -227,7 +240,9 @@ impl Request {
             (Opcode::Abort, _) => Order::Procedure(Command::Abort),
             (Opcode::Acknowledge, _) => Order::Procedure(Command::Acknowledge),
             (Opcode::Query, _) => Order::Query,
-            (Opcode::Start | Opcode::ReadPose | Opcode::Confirm, _) => return Err(Reason::BadArgument),
+            (Opcode::Start | Opcode::ReadPose | Opcode::Confirm | Opcode::CheckCable, _) => {
+                return Err(Reason::BadArgument);
+            }
         };
         Ok(order)
     }

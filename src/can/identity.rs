@@ -76,8 +76,8 @@ impl Naming {
 }
 
 /// The checksum of a value as it was shown: CRC-16/IBM-3740 ("CCITT-FALSE") over boot and wearer (two bytes each,
-/// little-endian), then the eight data bytes of its twelve frames in order: centre x, y, z, radius p1, p2, p3, offsets L1
-/// to L6. A client forms it from the frames that it has received, so it cannot accept what it was not shown.
+/// little-endian), then the eight data bytes of its frames in order: centre x, y, z, radius p1, p2, p3, offsets L1 to L6,
+/// and the eight parts of the motion of a centre that moves. A client forms it from the frames that it has received, so it cannot accept what it was not shown.
 pub fn checksum(boot: u16, wearer: u16, frames: impl Iterator<Item = [u8; 8]>) -> u16 {
     const CRC: crc::Crc<u16, crc::Table<1>> = crc::Crc::<u16, crc::Table<1>>::new(&crc::CRC_16_IBM_3740);
     let mut digest = CRC.digest();

@@ -4,7 +4,7 @@
 //! | piece | bytes 1 to 7 |
 //! |---|---|
 //! | 0, 1 | header of the protection ([`e2e`]); then in piece 1 standing and reason, a byte each |
-//! | 2 | serial number of the board (4), wearer (2), 0 |
+//! | 2 | serial number of the board (4), wearer (2), joint (1): 0 ball, 1 moving centre |
 //! | 3 | boot (2), run (2), fingerprint of the rig (2), 0 |
 //! | 4 to 6 | x, y, z of the centre in {B}: value (4, single), σ (3) |
 //! | 7 to 9 | p1, p2, p3: value (4), σ (3) |
@@ -80,6 +80,9 @@ pub struct LiveSet {
     pub reason: u8,
     /// Serial number of the board; 0 when it has none.
     pub serial: u32,
+    /// The centre moves with the arm: `parameters` hold it at the arm's mean direction, the motion is in `LiveMotion`,
+    /// and where it is now in the telemetry.
+    pub moves: bool,
     /// Wearer that the run was made for; 0 = not said.
     pub wearer: u16,
     /// Boot in which the centre was found.
@@ -106,7 +109,7 @@ impl LiveSet {
         second[HEADER_LEN - PIECE_LEN] = self.standing.code();
         second[HEADER_LEN - PIECE_LEN + 1] = self.reason;
         let ([s0, s1, s2, s3], [w0, w1]) = (self.serial.to_le_bytes(), self.wearer.to_le_bytes());
-        *serial = [s0, s1, s2, s3, w0, w1, 0];
+        *serial = [s0, s1, s2, s3, w0, w1, u8::from(self.moves)];
         let ([b0, b1], [r0, r1]) = (self.boot.to_le_bytes(), self.run_id.to_le_bytes());
         let [f0, f1] = self.rig.to_le_bytes();
         *identity = [b0, b1, r0, r1, f0, f1, 0];
@@ -128,7 +131,7 @@ impl LiveSet {
         let (pieces, _) = data.as_chunks::<PIECE_LEN>();
         let [_, second, serial, identity, estimates @ ..] = pieces else { return None };
         let [_, _, _, _, _, standing, reason] = *second;
-        let [s0, s1, s2, s3, w0, w1, _] = *serial;
+        let [s0, s1, s2, s3, w0, w1, moves] = *serial;
         let [b0, b1, r0, r1, f0, f1, _] = *identity;
         let estimate = |[v0, v1, v2, v3, s0, s1, s2]: [u8; PIECE_LEN]| Estimate {
             value_mm: f32::from_le_bytes([v0, v1, v2, v3]),
@@ -139,6 +142,7 @@ impl LiveSet {
             standing: Standing::from_code(standing)?,
             reason,
             serial: u32::from_le_bytes([s0, s1, s2, s3]),
+            moves: moves != 0,
             wearer: u16::from_le_bytes([w0, w1]),
             boot: u16::from_le_bytes([b0, b1]),
             run_id: u16::from_le_bytes([r0, r1]),
@@ -165,6 +169,7 @@ mod tests {
             standing: Standing::Unconfirmed,
             reason: 130,
             serial: 0x0102_0304,
+            moves: true,
             wearer: 0x0506,
             boot: 0x0708,
             run_id: 0x090A,

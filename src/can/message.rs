@@ -6,7 +6,7 @@ use super::identity::{Identity, Naming};
 use super::parameter::ParameterAnswer;
 use super::payload::{PackError, Payload};
 use super::report::{LeftOut, OutcomeReport, PoseReport, RawLength};
-use super::result::{Axis, Parameter, Quality, VerificationReport, WeakDirection, ZeroError};
+use super::result::{Axis, MotionPart, Parameter, Quality, VerificationReport, WeakDirection, ZeroError};
 use super::set::Piece;
 use super::status::{Answer, Counters, Fault, Heartbeat, Versions};
 use super::watch::WatchReport;
@@ -122,6 +122,8 @@ pub enum Message {
     Identity(Identity),
     CandidateNaming(Naming),
     LiveNaming(Naming),
+    CandidateMotion(MotionPart),
+    LiveMotion(MotionPart),
 }
 
 impl Message {
@@ -157,6 +159,8 @@ impl Message {
             Self::Identity(_) => 28,
             Self::CandidateNaming(_) => 29,
             Self::LiveNaming(_) => 30,
+            Self::CandidateMotion(_) => 31,
+            Self::LiveMotion(_) => 32,
         }
     }
 
@@ -191,6 +195,7 @@ impl Message {
             Self::LiveSet(piece) | Self::Telemetry(piece) => Payload::from_bytes(*piece),
             Self::Identity(m) => m.pack(),
             Self::CandidateNaming(m) | Self::LiveNaming(m) => m.pack(),
+            Self::CandidateMotion(m) | Self::LiveMotion(m) => m.pack(),
         };
         Ok(Frame::of_eight(base.at(self.offset()), payload.to_bytes()))
     }
@@ -235,6 +240,8 @@ impl Message {
             28 => Some(Self::Identity(Identity::unpack(payload))),
             29 => Some(Self::CandidateNaming(Naming::unpack(payload))),
             30 => Some(Self::LiveNaming(Naming::unpack(payload))),
+            31 => Some(Self::CandidateMotion(MotionPart::unpack(payload))),
+            32 => Some(Self::LiveMotion(MotionPart::unpack(payload))),
             _ => return Err(UnpackError::Foreign),
         };
         message.ok_or(UnpackError::UnknownCode)

@@ -1,6 +1,6 @@
 //! The two messages by which parameters are read and set: a request of a client, and the device's answer.
 
-use super::frame::{Frame, MAX_DATA_LEN};
+use super::frame::Frame;
 use super::payload::{Field, Payload};
 use crate::procedure::Reason;
 
@@ -118,18 +118,14 @@ impl ParameterRequest {
     /// # Errors
     /// The request as far as it could be read, with [`Reason::WrongLength`] or [`Reason::ReservedNotZero`].
     pub fn unpack(data: &[u8]) -> Result<Self, (Self, Reason)> {
-        let mut bytes = [0; MAX_DATA_LEN];
-        for (target, source) in bytes.iter_mut().zip(data) {
-            *target = *source;
-        }
-        let payload = Payload::from_bytes(bytes);
+        let (payload, is_whole) = Payload::of_data(data);
         let request = Self {
             operation: payload.get_u8(OPERATION),
             index: payload.get_u16(INDEX),
             nonce: payload.get_u8(NONCE),
             value: payload.get(VALUE),
         };
-        if data.len() != MAX_DATA_LEN {
+        if !is_whole {
             Err((request, Reason::WrongLength))
         } else if payload.get(CODE) != 0 {
             Err((request, Reason::ReservedNotZero))

@@ -1,5 +1,6 @@
 //! The eight bytes of a frame as one little-endian number that fields are put into and taken from.
 
+use super::frame::MAX_DATA_LEN;
 use super::rounding::{Scale, from_raw, mask, to_raw};
 
 /// Why a message cannot be packed.
@@ -54,6 +55,15 @@ impl Payload {
     /// The eight bytes as they lie in the frame.
     pub const fn from_bytes(bytes: [u8; 8]) -> Self {
         Self(u64::from_le_bytes(bytes))
+    }
+
+    /// What a frame carries, with zeros for bytes that are missing; false when it has not eight.
+    pub fn of_data(data: &[u8]) -> (Self, bool) {
+        let mut bytes = [0; MAX_DATA_LEN];
+        for (target, source) in bytes.iter_mut().zip(data) {
+            *target = *source;
+        }
+        (Self::from_bytes(bytes), data.len() == MAX_DATA_LEN)
     }
 
     /// The eight bytes as they go into the frame.

@@ -90,6 +90,47 @@ impl ZeroError {
     }
 }
 
+/// A part of how the centre moves with the arm (see [`ShownMotion`](crate::identification::joint::ShownMotion)).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct MotionPart {
+    /// The run that identified it.
+    pub run_id: u16,
+    /// 0 to 7.
+    pub part: u8,
+    /// Its three numbers in steps of 1/128: mm per unit of φ in parts 0 to 5, mm in part 6, none in part 7.
+    pub numbers: [i16; 3],
+}
+
+mod motion {
+    use super::{Field, Scale};
+    const NUMBER: Scale = Scale::signed(15, -7);
+    pub(super) const PART: Field = Field::integer(16, 3);
+    pub(super) const NUMBERS: [Field; 3] =
+        [Field::scaled(19, NUMBER), Field::scaled(34, NUMBER), Field::scaled(49, NUMBER)];
+}
+
+impl MotionPart {
+    pub(super) fn pack(&self) -> Payload {
+        let [x, y, z] = motion::NUMBERS;
+        // two's complement, as wide as the field
+        let raw = self.numbers.map(|number| number as u16);
+        let [a, b, c] = raw;
+        Payload::new().with(RUN, self.run_id).with(motion::PART, self.part).with(x, a).with(y, b).with(z, c)
+    }
+
+    pub(super) fn unpack(payload: Payload) -> Self {
+        // the sign's bit, 15th of the field, to the 16th and back
+        let number = |field| ((payload.get_u16(field) << 1) as i16) >> 1;
+        Self { run_id: payload.get_u16(RUN), part: payload.get_u8(motion::PART), numbers: motion::NUMBERS.map(number) }
+    }
+
+    /// The three numbers as the DBC scales them.
+    pub fn values(&self) -> [f32; 3] {
+        self.numbers.map(|number| f32::from(number) * (1.0 / 128.0))
+    }
+}
+
 /// How well the first set of poses fits the new centre.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

@@ -91,6 +91,8 @@ pub struct Flags {
     pub unacknowledged: bool,
     /// Poses are captured by command only.
     pub by_command_only: bool,
+    /// The first of two phases: the shoulder blade is to be held.
+    pub held_phase: bool,
 }
 
 mod heartbeat {
@@ -99,6 +101,7 @@ mod heartbeat {
     pub(super) const GUIDANCE: Field = Field::integer(20, 4);
     pub(super) const POSES: Field = Field::integer(24, 8);
     pub(super) const PROGRESS: Field = Field::integer(32, 7);
+    pub(super) const HELD_PHASE: Field = Field::integer(39, 1);
     pub(super) const REASON: Field = Field::integer(40, 8);
     pub(super) const LIVE: Field = Field::integer(48, 1);
     pub(super) const STILL: Field = Field::integer(49, 1);
@@ -125,6 +128,7 @@ impl Heartbeat {
             .with(heartbeat::BUTTON, self.flags.button)
             .with(heartbeat::UNACKNOWLEDGED, self.flags.unacknowledged)
             .with(heartbeat::BY_COMMAND_ONLY, self.flags.by_command_only)
+            .with(heartbeat::HELD_PHASE, self.flags.held_phase)
             .with(heartbeat::STANDING, self.standing.code())
             .with(heartbeat::SEQUENCE, self.sequence)
     }
@@ -144,6 +148,7 @@ impl Heartbeat {
                 button: payload.get_flag(heartbeat::BUTTON),
                 unacknowledged: payload.get_flag(heartbeat::UNACKNOWLEDGED),
                 by_command_only: payload.get_flag(heartbeat::BY_COMMAND_ONLY),
+                held_phase: payload.get_flag(heartbeat::HELD_PHASE),
             },
             standing: Standing::from_code(payload.get_u8(heartbeat::STANDING))?,
             sequence: payload.get_u8(heartbeat::SEQUENCE),

@@ -7,7 +7,7 @@ use crate::procedure::{Command, Reason, StateName};
 ///
 /// | | short | long | very long |
 /// |---|---|---|---|
-/// | idle | (acknowledge a warning of the slip monitor) | start | |
+/// | idle | (acknowledge a warning of the slip monitor) | start | start with the shoulder blade held |
 /// | collecting | capture | identify | abort |
 /// | identifying | | | abort |
 /// | verifying | capture | verify | abort |
@@ -15,11 +15,11 @@ use crate::procedure::{Command, Reason, StateName};
 /// | failed | acknowledge | acknowledge | abort |
 pub(super) const fn command_of(press: Press, state: StateName) -> Option<Command> {
     match (press, state) {
-        (Press::VeryLong, StateName::Idle) => None,
+        (Press::VeryLong, StateName::Idle) => Some(Command::Start { by_command_only: false, held_first: true }),
         (Press::VeryLong, _) => Some(Command::Abort),
         (Press::Short, StateName::Collecting | StateName::Verifying) => Some(Command::Capture),
         (Press::Short | Press::Long, StateName::Failed) => Some(Command::Acknowledge),
-        (Press::Long, StateName::Idle) => Some(Command::Start { by_command_only: false }),
+        (Press::Long, StateName::Idle) => Some(Command::Start { by_command_only: false, held_first: false }),
         (Press::Long, StateName::Collecting) => Some(Command::Identify),
         (Press::Long, StateName::Verifying) => Some(Command::Verify),
         (Press::Long, StateName::Review) => Some(Command::Accept),

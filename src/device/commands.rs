@@ -7,6 +7,9 @@ use crate::procedure::{Command, Reason};
 impl Device {
     /// Hands a command to the procedure, and reports what it brings about beyond its answer.
     pub(super) fn command(&mut self, now_ms: u32, command: Command, out: &mut impl FnMut(Action)) -> (Reason, u16) {
+        if command == Command::Accept && self.numbering_unchecked() {
+            return (Reason::NumberingUnchecked, 0);
+        }
         let reply = self.procedure.command(now_ms, command);
         if let Some(notice) = &reply.pose {
             self.note_pose(now_ms, notice, out);
@@ -19,7 +22,8 @@ impl Device {
             self.confirmed = true;
             self.keep(out);
             self.trust(None, out);
-            self.slip_monitor = SlipMonitor::over(self.procedure.machine(), self.procedure.live());
+            // over the new centre from the next tick on: an accept does enough
+            (self.slip_monitor, self.monitor_is_due) = (SlipMonitor::default(), true);
         }
         if matches!(command, Command::Start { .. }) && reply.reason == Reason::Fine {
             self.reporter.forget_shown();

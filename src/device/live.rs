@@ -63,7 +63,9 @@ impl Device {
             rig: self.versions.rig,
             ..LiveSet::default()
         };
-        let Some(Candidate { run_id, boot, wearer, identified, .. }) = self.procedure.live() else { return identity };
+        let Some(Candidate { run_id, boot, wearer, identified, motion, .. }) = self.procedure.live() else {
+            return identity;
+        };
         let (values, sigmas) = (identified.parameters.to_array(), identified.sigma_mm());
         let estimates = values.iter().zip(sigmas);
         let mut parameters = [Estimate::default(); 6];
@@ -75,6 +77,14 @@ impl Device {
         for (estimate, (value_mm, sigma_mm)) in offsets.iter_mut().zip(found) {
             *estimate = Estimate { value_mm: *value_mm, sigma_mm: *sigma_mm };
         }
-        LiveSet { wearer: *wearer, boot: *boot, run_id: *run_id, parameters, offsets, ..identity }
+        LiveSet {
+            moves: motion.is_some(),
+            wearer: *wearer,
+            boot: *boot,
+            run_id: *run_id,
+            parameters,
+            offsets,
+            ..identity
+        }
     }
 }

@@ -10,16 +10,21 @@
 //!   and [`Action::EraseRecord`], [`Event::JournalFailed`] after an [`Action::Journal`] that failed;
 //! * [`Event::Bus`] when the CAN controller's counters have changed;
 //!
-//! and carries out the actions at once. One event never causes more than [`MAX_FRAMES`] frames.
+//! and carries out the actions in order; what is to be stored may take its time ([`Storage`](crate::record::Storage)), and
+//! frames wait meanwhile, so that whoever gets the next answer can rely on what was stored. One event never causes more than
+//! [`MAX_FRAMES`] frames.
 
 mod answered;
 pub mod button;
 mod button_commands;
 mod commands;
+mod control_set;
 mod faults;
 mod fingerprint;
 mod live;
+mod live_joint;
 mod lock;
+mod numbering;
 mod parameters;
 mod persistence;
 mod report;
@@ -27,11 +32,13 @@ mod requests;
 mod sets;
 mod shown;
 mod slip_monitor;
+pub mod snapshot;
 mod status;
 pub mod status_led;
 
 pub use crate::parameters::Config;
 pub use button::{Held, Press};
+pub use control_set::{CONTROL_WORDS, ControlSet, PublishedControlSet};
 pub use fingerprint::fingerprint;
 pub use status_led::BlinkPattern;
 
@@ -44,7 +51,7 @@ use crate::can::{BaseId, Frame, Message, ParameterAnswer, ParameterRequest};
 use crate::kinematics::PlatformSolver;
 use crate::parameters::ParameterSet;
 use crate::procedure::{Limits, PoseNotice, Procedure, Reason, StateName};
-use crate::record::{JournalEntry, Loaded, Record, StoreError};
+use crate::record::{JournalEntry, Loaded, Record, StoreError, Stored};
 use crate::restart::{CrashRecord, ResetCause};
 use crate::rig::{CABLES, Rig};
 use answered::Answered;
@@ -52,6 +59,7 @@ use button::Button;
 use button_commands::ConfirmingPresses;
 use faults::FaultReporter;
 use lock::Lock;
+use numbering::Numbering;
 use parameters::Saving;
 use persistence::Persistence;
 use report::Reporter;
@@ -95,6 +103,17 @@ pub enum Event {
     JournalFailed(StoreError),
     /// How the CAN controller fares.
     Bus(BusHealth),
+}
+
+impl Event {
+    /// What the device is to hear of something that was stored; None if nothing.
+    pub fn of(stored: Stored) -> Option<Self> {
+        match stored {
+            Stored::Record(result) => Some(Self::Stored(result)),
+            Stored::Parameters(result) | Stored::Erased(result) => Some(Self::ParametersStored(result)),
+            Stored::Journal(result) => result.err().map(Self::JournalFailed),
+        }
+    }
 }
 
 /// What the board shall do.
@@ -199,6 +218,8 @@ pub struct Device {
     bus_off: FaultReporter,
     restarted: FaultReporter,
     slip_monitor: SlipMonitor,
+    /// It is to be made anew for the centre in use.
+    monitor_is_due: bool,
     slip: FaultReporter,
     /// The firmware stopped before this start, and nobody has asked about it yet.
     restart_is_news: bool,
@@ -224,6 +245,7 @@ pub struct Device {
     /// A second copy of what the procedure goes by, to notice memory that changes.
     constants: (Rig<f32>, Limits),
     lock: Lock,
+    numbering: Numbering,
     /// The parameters in use, those that are being prepared, and what saving them waits for.
     in_use: ParameterSet,
     prepared: ParameterSet,
@@ -237,7 +259,7 @@ impl Device {
     /// A device at power-up.
     // Inlined so that it is built where it stays: 13 KB of temporary copies on the stack otherwise.
     #[inline(always)]
-    pub fn new(config: Config) -> Self {
+    pub fn new(config: &Config) -> Self {
         let fingerprint = fingerprint(&config.rig);
         Self {
             base: config.base,
@@ -259,6 +281,7 @@ impl Device {
             bus_off: FaultReporter::new(),
             restarted: FaultReporter::new(),
             slip_monitor: SlipMonitor::default(),
+            monitor_is_due: false,
             slip: FaultReporter::new(),
             restart_is_news: config.restart.cause.is_fault(),
             answered: Answered::new(),
@@ -276,6 +299,7 @@ impl Device {
             confirming: ConfirmingPresses::default(),
             constants: (config.rig, config.limits),
             lock: Lock::new(config.lock_key),
+            numbering: Numbering::new(config.numbering_check),
             in_use: config.parameters,
             prepared: config.parameters,
             saving: Saving::Nothing,
@@ -294,6 +318,7 @@ impl Device {
             Event::Tick => self.tick(now_ms, out),
             Event::Counts(counts) => {
                 self.counts = Some(counts);
+                self.numbering.sample(&counts, self.procedure.rig().drum().mm_per_count());
                 self.procedure.sample(now_ms, &counts);
                 self.monitor_sample(now_ms, &counts, out);
             }
@@ -335,17 +360,27 @@ impl Device {
     fn tick(&mut self, now_ms: u32, out: &mut impl FnMut(Action)) {
         self.lock.tick(now_ms);
         self.restart_when_saved(now_ms, out);
+        if core::mem::take(&mut self.monitor_is_due) {
+            self.renew_monitor();
+        }
         if let Some(notice) = self.procedure.tick(now_ms) {
             self.note_pose(now_ms, &notice, out);
         }
         self.tick_button(now_ms, out);
         self.report_fault(now_ms, out);
         if self.pace.heartbeat_is_due(now_ms) {
+            self.check_live(out);
             self.send_heartbeat(now_ms, out);
         }
         self.send_report(now_ms, out);
         self.send_sets(now_ms, out);
         self.show(now_ms, out);
+    }
+
+    // Not inlined: a monitor would lie on the stack under every tick (`cargo stack --ways`).
+    #[inline(never)]
+    fn renew_monitor(&mut self) {
+        self.slip_monitor = SlipMonitor::over(self.procedure.machine(), self.procedure.live());
     }
 
     /// Sends a message; a value that does not fit becomes a fault instead of a number.

@@ -50,9 +50,10 @@ impl Device {
 
     /// Hands the new centre in use to the board, to be stored.
     pub(super) fn keep(&mut self, out: &mut impl FnMut(Action)) {
-        self.persistence.seal = self.live_checksum();
-        if let Some(live) = self.procedure.live() {
-            out(Action::Store(record(live, self.serial, self.fingerprint)));
+        let record = self.procedure.live().map(|live| record(live, self.serial, self.fingerprint));
+        self.persistence.seal = record.as_ref().map(seal);
+        if let Some(record) = record {
+            out(Action::Store(record));
         }
     }
 
@@ -68,7 +69,7 @@ impl Device {
 
     fn live_checksum(&self) -> Option<u32> {
         let live = self.procedure.live()?;
-        Some(image::checksum(&image::encode(&record(live, self.serial, self.fingerprint), 0)))
+        Some(seal(&record(live, self.serial, self.fingerprint)))
     }
 
     /// The board has tried to store.
@@ -79,6 +80,11 @@ impl Device {
         self.persistence.wrong = result.err().map(reason_of_store);
         out(Action::Log(LogEntry::Stored { run_id: self.procedure.run_id(), reason }));
     }
+}
+
+/// The checksum of a centre's record.
+fn seal(record: &Record) -> u32 {
+    image::stated_checksum(&image::encode(record, 0))
 }
 
 fn reason_of_load(error: LoadError) -> Reason {
@@ -106,7 +112,7 @@ pub(super) fn reason_of_store(error: StoreError) -> Reason {
 
 /// What is kept of a centre.
 fn record(live: &Candidate, serial: u32, rig: u32) -> Record {
-    let Candidate { run_id, boot, wearer, identified, verification } = live;
+    let Candidate { run_id, boot, wearer, identified, motion, verification } = live;
     let mut rejected = [Rejected { pose: 0, cables: 0 }; MAX_REJECTED];
     for (place, entry) in rejected.iter_mut().zip(&identified.rejected) {
         *place = *entry;
@@ -134,6 +140,7 @@ fn record(live: &Candidate, serial: u32, rig: u32) -> Record {
         verification_poses: verification.poses,
         verification_deviation_mm: verification.deviation_mm,
         verification_limit_mm: verification.limit_mm,
+        motion: *motion,
         machine: identified.machine,
     }
 }
@@ -164,6 +171,7 @@ fn candidate(record: &Record) -> Candidate {
             offset_sigmas_mm: record.zero_sigmas_mm,
             machine: record.machine,
         },
+        motion: record.motion,
         verification: Verification {
             deviation_mm: record.verification_deviation_mm,
             limit_mm: record.verification_limit_mm,
@@ -175,6 +183,7 @@ fn candidate(record: &Record) -> Candidate {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::identification::joint::ShownMotion;
     use crate::identification::machine::MachineDeviation;
     use crate::rig::Parameters;
 
@@ -204,6 +213,9 @@ mod tests {
                     scale: core::array::from_fn(|k| 90.0 + k as f32),
                 },
             },
+            motion: Some(ShownMotion::from_parts(core::array::from_fn(|k| {
+                [k as i16 + 50, k as i16 + 60, k as i16 + 70]
+            }))),
             verification: Verification { deviation_mm: 17.0, limit_mm: 18.0, poses: 19 },
         }
     }
@@ -220,7 +232,7 @@ mod tests {
     #[test]
     fn a_centre_that_changes_in_memory_is_noticed() {
         let rig = crate::rig::Rig::shoulder(150.0).unwrap();
-        let mut device = Device::new(crate::device::Config::for_rig(rig));
+        let mut device = Device::new(&crate::device::Config::for_rig(rig));
         let stops = |device: &mut Device| {
             let mut stops = 0;
             for now_ms in 0..200 {
@@ -234,7 +246,8 @@ mod tests {
         let loaded = Ok(record(&plausible(), 0, device.fingerprint));
         device.handle(0, crate::device::Event::PowerUp(loaded.into()), &mut |_| {});
         assert_eq!(stops(&mut device), 0, "with a sound one");
-        let spoilt: [fn(&mut Candidate); 4] = [
+        let spoilt: [fn(&mut Candidate); 5] = [
+            |live| live.motion = None,
             |live| {
                 live.identified.parameters.centre_mm.x =
                     f32::from_bits(live.identified.parameters.centre_mm.x.to_bits() ^ 1)

@@ -1,6 +1,6 @@
 //! Sends what there is to say about the run, a frame or two a tick, so that no queue has to be long.
 
-use super::shown::{self, Kind};
+use super::shown::{self, Kind, Value};
 use crate::can::Message;
 use crate::can::health::{BusHealth, LastStop, StopText};
 use crate::can::report::{LeftOut, OutcomeReport, RawLength};
@@ -180,10 +180,7 @@ fn part(position: u8, parts: Parts, procedure: &Procedure, about: &About) -> Opt
         STOP_TEXT..LIVE if parts.device => {
             StopText::of(about.crash_record?, position - STOP_TEXT).map(Message::StopText)
         }
-        LIVE..LIVE_NAMING if parts.live => {
-            let Candidate { run_id, identified, .. } = procedure.live()?;
-            shown::message(Kind::Live, *run_id, identified, position - LIVE)
-        }
+        LIVE..LIVE_NAMING if parts.live => shown::message(Kind::Live, &Value::of(procedure.live()?), position - LIVE),
         LIVE_NAMING if parts.live => shown::naming(procedure.live()?).map(Message::LiveNaming),
         CANDIDATE..=OUTCOME if parts.run => part_of_run(position, procedure),
         _ => None,
@@ -213,7 +210,8 @@ fn part_of_run(position: u8, procedure: &Procedure) -> Option<Message> {
         return shown::naming(procedure.candidate()?).map(Message::CandidateNaming);
     }
     if (CANDIDATE..CANDIDATE_NAMING).contains(&position) {
-        return shown::message(Kind::Candidate, run_id, procedure.identified()?, position - CANDIDATE);
+        let value = Value { run_id, identified: procedure.identified()?, motion: procedure.motion() };
+        return shown::message(Kind::Candidate, &value, position - CANDIDATE);
     }
     let identified = procedure.identified().or(accepted(procedure).map(|live| &live.identified))?;
     match position {

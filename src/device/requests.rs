@@ -63,6 +63,7 @@ impl Device {
             Ok(Order::Accept(value)) => self.accept_named(now_ms, value, out),
             Ok(Order::Confirm(value)) => self.confirm_named(now_ms, value, out),
             Ok(Order::SetWearer { wearer }) => (self.procedure.set_wearer(wearer), wearer),
+            Ok(Order::CheckCable { cable }) => self.check_cable(now_ms, cable),
             Ok(Order::ReadPose { set, index }) => (self.read_out(set, index), u16::from(index)),
             Ok(Order::SetZeroPrior { steps }) => (self.set_zero_prior(f32::from(steps) * ZERO_PRIOR_STEP_MM), 0),
             Ok(Order::Query) => {

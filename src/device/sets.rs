@@ -103,6 +103,7 @@ impl Device {
         let live = self.procedure.live();
         let corrected = live.map_or(Ok(lengths), |live| lengths.less(&live.identified.offsets_mm));
         let arm = self.procedure.arm(now_ms);
+        let platform = corrected.ok().and_then(|lengths| self.forward_kinematics.solve(&lengths).ok());
         let slack = arm.err().filter(|not_ready| not_ready.reason == Reason::CableLoose);
         Some(Telemetry {
             // modulo 2^16
@@ -112,14 +113,16 @@ impl Device {
             slack: slack.map_or(0, |not_ready| not_ready.cable),
             standing: self.standing().0,
             lengths_mm: *lengths.as_mm(),
-            rotation_rad: corrected
-                .ok()
-                .and_then(|lengths| self.forward_kinematics.solve(&lengths).ok())
-                .map(|platform| rotation_vector(&platform.rotation).into()),
-            centre: live.map(|live| {
-                let (sigma_mm, _) = live.identified.worst_centre_sigma_mm();
-                (live.identified.parameters.centre_mm.into(), sigma_mm)
-            }),
+            rotation_rad: platform.as_ref().map(|platform| rotation_vector(&platform.rotation).into()),
+            centre: match self.slip_monitor.live_joint() {
+                Some(joint) => platform
+                    .and_then(|platform| joint.at(&platform, &corrected.ok()?))
+                    .map(|(centre_mm, sigma_mm)| (centre_mm.into(), sigma_mm)),
+                None => live.map(|live| {
+                    let (sigma_mm, _) = live.identified.worst_centre_sigma_mm();
+                    (live.identified.parameters.centre_mm.into(), sigma_mm)
+                }),
+            },
         })
     }
 }

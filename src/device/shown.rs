@@ -1,14 +1,16 @@
-//! A centre as it is shown on the bus: the twelve frames of its value, and what names it.
+//! A centre as it is shown on the bus: the twelve frames of its value, twenty of one that moves, and what names it.
 
 use crate::can::command::NamedValue;
 use crate::can::identity::{Naming, checksum};
-use crate::can::result::{Parameter, ZeroError};
+use crate::can::result::{MotionPart, Parameter, ZeroError};
 use crate::can::{BaseId, Message};
 use crate::identification::Identified;
+use crate::identification::joint::{MOTION_PARTS, ShownMotion};
 use crate::procedure::Candidate;
 
-/// Frames of a value: three coordinates, three radii, six offsets.
-pub(super) const FRAMES: u8 = 12;
+/// Frames of a value: three coordinates, three radii, six offsets; then the parts of its motion, if it moves.
+pub(super) const FRAMES: u8 = FRAMES_OF_BALL + MOTION_PARTS as u8;
+const FRAMES_OF_BALL: u8 = 12;
 
 /// Is the value in use, or does it wait for a decision?
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -17,9 +19,33 @@ pub(super) enum Kind {
     Live,
 }
 
-/// The message at a position of the value, 0 to 11.
-pub(super) fn message(kind: Kind, run_id: u16, identified: &Identified<f32>, position: u8) -> Option<Message> {
+/// A value that is shown.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Value<'a> {
+    pub run_id: u16,
+    pub identified: &'a Identified<f32>,
+    pub motion: Option<&'a ShownMotion>,
+}
+
+impl<'a> Value<'a> {
+    /// The value of a candidate.
+    pub fn of(candidate: &'a Candidate) -> Self {
+        Self { run_id: candidate.run_id, identified: &candidate.identified, motion: candidate.motion.as_ref() }
+    }
+}
+
+/// The message at a position of the value, 0 to 19; None past its end.
+pub(super) fn message(kind: Kind, value: &Value, position: u8) -> Option<Message> {
+    let Value { run_id, identified, motion } = *value;
     let index = usize::from(position);
+    if let Some(part) = position.checked_sub(FRAMES_OF_BALL) {
+        let numbers = *motion?.parts().get(usize::from(part))?;
+        let part = MotionPart { run_id, part, numbers };
+        return Some(match kind {
+            Kind::Candidate => Message::CandidateMotion(part),
+            Kind::Live => Message::LiveMotion(part),
+        });
+    }
     if position < 6 {
         let value_mm = *identified.parameters.to_array().get(index)?;
         let sigma_mm = *identified.sigma_mm().get(index)?;
@@ -42,14 +68,16 @@ pub(super) fn message(kind: Kind, run_id: u16, identified: &Identified<f32>, pos
 
 /// What names a centre; None when one of its numbers cannot be shown, and then nobody can name it.
 pub(super) fn naming(candidate: &Candidate) -> Option<Naming> {
-    let Candidate { run_id, boot, wearer, identified, .. } = candidate;
+    let Candidate { run_id, boot, wearer, motion, .. } = candidate;
+    let value = Value::of(candidate);
+    let count = if motion.is_some() { FRAMES } else { FRAMES_OF_BALL };
     let mut frames = [[0; 8]; FRAMES as usize];
-    for (position, frame) in (0..FRAMES).zip(&mut frames) {
+    for (position, frame) in (0..count).zip(&mut frames) {
         // the data bytes are the same for both kinds, and at every base
-        let packed = message(Kind::Live, *run_id, identified, position)?.pack(BaseId::DEFAULT).ok()?;
+        let packed = message(Kind::Live, &value, position)?.pack(BaseId::DEFAULT).ok()?;
         *frame = packed.data().try_into().ok()?;
     }
-    let checksum = checksum(*boot, *wearer, frames.into_iter());
+    let checksum = checksum(*boot, *wearer, frames.into_iter().take(usize::from(count)));
     Some(Naming { run_id: *run_id, boot: *boot, wearer: *wearer, checksum })
 }
 

@@ -5,9 +5,11 @@
 //! of a degree meanwhile. Every sample of a board that takes a hundred a second is looked at, late or early. A warning stays until somebody acknowledges it or another centre is accepted. If what slipped
 //! is still where it slipped to, the next few degrees of motion warn again. The centre in use never changes.
 
+use super::live_joint::LiveJoint;
 use super::{Action, Device, LogEntry};
 use crate::can::Message;
 use crate::can::watch::WatchReport;
+use crate::identification::joint::Joint;
 use crate::identification::{Identified, Machine};
 use crate::kinematics::CableLengths;
 use crate::monitor::{DetectorState, SlipDetector};
@@ -22,6 +24,8 @@ const PERIOD_MS: u32 = 5;
 #[derive(Debug, Clone, Default)]
 pub(super) struct SlipMonitor {
     detector: Option<SlipDetector<f32>>,
+    /// Where the centre in use is now; `None` for a ball, whose centre rests.
+    live_joint: Option<LiveJoint>,
     looked_at_ms: Option<u32>,
     warning: Option<WatchReport>,
     evidence: Evidence,
@@ -65,9 +69,18 @@ impl SlipMonitor {
         let detector = live.map(|live| {
             let Identified { parameters, offsets_mm, machine: deviation, noise_mm, .. } = &live.identified;
             // A calibration whose residuals were larger than the rig's noise has shown that the cables are noisier.
-            SlipDetector::new(machine, deviation, parameters, offsets_mm, machine.noise_mm().max(*noise_mm))
+            let noise_mm = machine.noise_mm().max(*noise_mm);
+            let joint = live.motion.map_or(Joint::Ball, |motion| Joint::Moving(motion.model()));
+            SlipDetector::new(machine, deviation, parameters, offsets_mm, noise_mm, joint)
         });
-        Self { detector, ..Self::default() }
+        let moving = live.filter(|live| live.motion.is_some());
+        let live_joint = moving.and_then(|live| LiveJoint::new(machine, &live.identified));
+        Self { detector, live_joint, ..Self::default() }
+    }
+
+    /// Where the centre in use is now; `None` for a ball.
+    pub fn live_joint(&self) -> Option<&LiveJoint> {
+        self.live_joint.as_ref()
     }
 
     /// What it warns of.

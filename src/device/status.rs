@@ -73,7 +73,6 @@ pub(super) fn versions(reset_cause: ResetCause, fingerprint: u32) -> Versions {
 
 impl Device {
     pub(super) fn send_heartbeat(&mut self, now_ms: u32, out: &mut impl FnMut(Action)) {
-        self.check_live(out);
         let arm = self.procedure.arm(now_ms);
         let refused_press = self
             .pace
@@ -98,6 +97,7 @@ impl Device {
                 button: self.button.held() != Held::Not,
                 unacknowledged: self.reporter.is_unacknowledged(),
                 by_command_only: self.procedure.by_command_only(),
+                held_phase: self.procedure.is_held_phase(),
             },
             standing,
             sequence: self.pace.sequence,

@@ -3,14 +3,18 @@
 //! * [`estimator`]: what the device runs. It needs no start and gives a standard deviation or a named refusal.
 //! * [`predicted_accuracy`]: the standard deviation that the poses captured so far would give.
 //! * [`machine`], [`joint`]: the unknowns beside the joint centre.
+//! * [`hinge`]: the elbow, a joint model of its own. [`arm`]: shoulder, elbow and wrist as one chain.
 //!
 //! `docs/method.md` follows the method from six lengths to a standard deviation, with references. The paper's own
 //! iteration stands in [`paper`](crate::paper).
 
+pub mod arm;
+pub mod carried_point;
 pub mod estimator;
 pub mod excitation;
 pub mod fault_isolation;
 pub mod gates;
+pub mod hinge;
 pub mod joint;
 pub mod leave_one_out;
 pub mod machine;

@@ -94,6 +94,16 @@ impl<T: Real> PredictedAccuracy<T> {
         self.predicted_of(machine, all / T::of_integer(self.poses as i32))
     }
 
+    /// The standard deviation with `more` further poses distributed like those so far, given what is `predicted` now, mm.
+    pub fn sigma_with(&self, machine: &Machine<T>, predicted: &Predicted<T>, more: usize) -> Option<T> {
+        if machine.parameters() != 0 || self.poses == 0 {
+            return self.predicted_with(machine, more).map(|predicted| predicted.sigma_mm);
+        }
+        // Without priors the covariance is in inverse proportion to the poses.
+        let times = T::of_integer(self.poses as i32) / T::of_integer((self.poses + more) as i32);
+        Some(predicted.sigma_mm * times.root())
+    }
+
     fn predicted_of(&self, machine: &Machine<T>, times: T) -> Option<Predicted<T>> {
         let mut equations = Equations::new(self.information.unknowns());
         equations.add(&self.information, times);

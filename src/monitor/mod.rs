@@ -9,7 +9,7 @@
 //! | the base strap slipped | the same δO in every sample |
 //! | the arm's cuff slipped | the same δC in every sample, turning with the arm |
 //! | a cable slipped or stretched | the same error of one length |
-//! | not a ball joint | δO that grows with the arm's elevation |
+//! | not a ball joint, or the centre moves otherwise than it did | δO that grows with the arm's elevation |
 //!
 //! ```text
 //! quiet ──► suspicious ──► warned ──► quiet (rearmed)
@@ -25,10 +25,11 @@ mod evidence;
 pub use self::evidence::{Cause, Warning};
 
 use self::evidence::Evidence;
+use crate::identification::joint::Joint;
 use crate::identification::machine::{Machine, MachineDeviation};
 use crate::identification::marginal_information::MarginalInformation;
 use crate::kinematics::rotation::rotation_of;
-use crate::kinematics::{AttitudeSolver, CableLengths, CableSet, Geometry, JointCentre, LengthJacobian};
+use crate::kinematics::{AttitudeSearch, AttitudeSolver, CableLengths, CableSet, Geometry, JointCentre};
 use crate::rig::{CABLES, Correction, Parameters};
 use crate::scalar::Real;
 use nalgebra::{UnitQuaternion, Vector3};
@@ -68,12 +69,15 @@ pub enum DetectorState {
 #[derive(Clone, Debug)]
 pub struct SlipDetector<T: Real> {
     geometry: Geometry<T>,
+    joint: Joint<T>,
     centre: JointCentre<T>,
     home_mm: [T; CABLES],
     /// What was found with the centre: reading = home + scale (L - home) + offset.
     found: Correction<T>,
     variance_mm2: T,
     attitude: Option<UnitQuaternion<T>>,
+    /// The search for the first attitude, while there is none.
+    search: Option<(CableLengths<T>, AttitudeSearch<T>)>,
     counted: Option<CableLengths<T>>,
     chi_square: T,
     /// Slow mean of χ² per degree of freedom while all is well: 1, and more where the centre in use is itself a little
@@ -91,21 +95,26 @@ impl<T: Real> SlipDetector<T> {
     ///
     /// * `offsets_mm`: encoder offsets found, mm; 0 when they are known.
     /// * `noise_mm`: standard deviation of a length, mm, encoder quantisation included.
+    /// * `joint`: a ball, or how the centre moves with the arm; what it predicts is no alarm, and its scatter is none
+    ///   either.
     pub fn new(
         machine: &Machine<T>,
         deviation: &MachineDeviation<T>,
         parameters: &Parameters<T>,
         offsets_mm: &[T; CABLES],
         noise_mm: T,
+        joint: Joint<T>,
     ) -> Self {
         let geometry = machine.geometry_with(deviation);
         Self {
             centre: JointCentre::from_parameters(parameters, &geometry),
             geometry,
+            joint,
             home_mm: *machine.home_mm(),
             found: Correction { offset_mm: *offsets_mm, scale: deviation.scale.map(|scale| T::one() + scale) },
             variance_mm2: noise_mm * noise_mm,
             attitude: None,
+            search: None,
             counted: None,
             chi_square: T::one(),
             usual: T::one(),
@@ -140,8 +149,7 @@ impl<T: Real> SlipDetector<T> {
 
     /// Nothing was seen for a while: the arm may be anywhere now. A suspicion is dropped; a warning stays.
     pub fn interrupted(&mut self) {
-        self.attitude = None;
-        self.counted = None;
+        (self.attitude, self.search, self.counted) = (None, None, None);
         if self.state == DetectorState::Suspicious {
             self.rearm();
         }
@@ -150,27 +158,25 @@ impl<T: Real> SlipDetector<T> {
     /// Takes in a sample of raw lengths. Returns a warning once, when a decision falls for one.
     ///
     /// Cost: comparing six lengths while the arm is still; else one rotation fit from the sample before and one
-    /// elimination. A sample that fits no rotation is not counted; the next one is solved without a start.
+    /// elimination. A sample that fits no rotation is not counted; from the next one on the rotation is searched for, one
+    /// assembly mode a sample.
     #[cfg_attr(feature = "ccm", inline(never), unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
     pub fn sample(&mut self, lengths: &CableLengths<T>) -> Option<Warning<T>> {
+        let Some(before) = self.attitude else {
+            self.search(lengths);
+            return None;
+        };
         if !self.has_moved(lengths) {
             return None;
         }
         self.counted = Some(*lengths);
         let lengths = lengths.corrected_by(&self.found, &self.home_mm).ok()?;
-        let solver = AttitudeSolver { geometry: &self.geometry, centre: &self.centre };
-        let fit = match self.attitude {
-            Some(before) => solver.track(before, &lengths, CableSet::ALL),
-            None => solver.solve(&lengths, CableSet::ALL),
-        };
-        let Some(fit) = fit else {
-            self.attitude = None;
-            return None;
-        };
-        self.attitude = Some(fit.attitude);
-        let rotation = rotation_of(&fit.attitude);
-        let jacobian = LengthJacobian::new(&self.geometry, &self.centre, &rotation, &lengths);
-        let pose = MarginalInformation::new(&jacobian).ok()?;
+        self.attitude = self.joint.track(&self.geometry, &self.centre, before, &lengths);
+        let attitude = self.attitude?;
+        let rotation = rotation_of(&attitude);
+        let jacobian = self.joint.jacobian(&self.geometry, &self.centre, &rotation, &lengths);
+        let mut pose = MarginalInformation::new(&jacobian).ok()?;
+        pose.add_scatter(self.joint.scatter_mm2() / self.variance_mm2);
         let chi_square = pose.squares_mm2() / (self.variance_mm2 * T::of(3.0));
         self.chi_square += (chi_square - self.chi_square) * T::of(SHARE);
         if self.state == DetectorState::Quiet {
@@ -180,17 +186,37 @@ impl<T: Real> SlipDetector<T> {
             DetectorState::Quiet if self.chi_square > T::of(SUSPICIOUS) => {
                 self.state = DetectorState::Suspicious;
                 self.evidence = Evidence::new();
-                self.first = fit.attitude.scaled_axis();
+                self.first = attitude.scaled_axis();
                 self.span = T::zero();
                 None
             }
             DetectorState::Suspicious => {
-                let turned = (fit.attitude.scaled_axis() - self.first).norm();
+                let turned = (attitude.scaled_axis() - self.first).norm();
                 self.span = self.span.max(turned);
                 self.evidence.add(&rotation, &pose);
                 self.judge()
             }
             DetectorState::Quiet | DetectorState::Warned => None,
+        }
+    }
+
+    /// Tries the next assembly mode of the sample that the search began with. After the last one the best counts, and the next
+    /// samples are tracked from it: the arm has moved by a few degrees meanwhile at most.
+    // Not inlined: the fast memory holds what is done with every sample.
+    #[inline(never)]
+    fn search(&mut self, lengths: &CableLengths<T>) {
+        let (lengths, search) = match &mut self.search {
+            Some(search) => search,
+            none => {
+                let Ok(lengths) = lengths.corrected_by(&self.found, &self.home_mm) else { return };
+                none.insert((lengths, AttitudeSearch::new()))
+            }
+        };
+        // About a fixed centre: a moving one is included when the next samples are tracked.
+        let solver = AttitudeSolver { geometry: &self.geometry, centre: &self.centre };
+        if search.advance(&solver, lengths, CableSet::ALL) {
+            self.attitude = search.best().map(|fit| fit.attitude);
+            self.search = None;
         }
     }
 

@@ -30,6 +30,8 @@ pub struct Config {
     pub live_period_ms: u16,
     /// Key of the parameters' lock; all zero = there is no lock.
     pub lock_key: [u32; 4],
+    /// The first centre on the machine is accepted only after every cable was pulled and found at its encoder.
+    pub numbering_check: bool,
     /// The values of all parameters.
     pub parameters: ParameterSet,
 }
@@ -46,6 +48,7 @@ impl Config {
             telemetry_hz: DEFAULT_TELEMETRY_HZ,
             live_period_ms: DEFAULT_LIVE_PERIOD_MS,
             lock_key: [0; 4],
+            numbering_check: false,
             parameters: ParameterSet::of(&rig, &Limits::for_rig(&rig)),
         }
     }

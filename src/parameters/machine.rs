@@ -151,6 +151,7 @@ impl ParameterSet {
             serial,
             telemetry_hz: self.integer(TelemetryRate) as u16,
             live_period_ms: self.integer(LivePeriod) as u16,
+            numbering_check: self.integer(NumberingCheck) != 0,
             lock_key: LOCK_KEYS.map(|key| self.integer(key)),
             parameters: *self,
         })

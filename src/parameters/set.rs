@@ -25,6 +25,11 @@ impl ParameterSet {
         self.values.get(place).copied()
     }
 
+    /// The bits of all values in the order of the table.
+    pub(crate) const fn all(&self) -> &[u32; COUNT] {
+        &self.values
+    }
+
     /// Sets the value with this index.
     ///
     /// # Errors

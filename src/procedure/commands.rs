@@ -2,13 +2,13 @@
 
 use super::arm::NotReady;
 use super::outcome::PoseNotice;
+use super::phase::Phase;
 use super::reason::Reason;
 use super::solve::Detail;
 use super::state::{Command, PoseSet, StateName};
 use super::transition::{Trigger, allows};
 use super::{Guidance, Judging, Procedure, Run, State, Verifying};
 use crate::identification::Pose;
-use crate::identification::gates::MIN_POSES;
 use crate::kinematics::PlatformError;
 
 /// So many poses more would have to gain a tenth, or there are enough.
@@ -47,7 +47,7 @@ impl Procedure {
             return Reply::refused(reason, u16::from(state.code()));
         }
         match command {
-            Command::Start { by_command_only } => self.start(now_ms, by_command_only),
+            Command::Start { by_command_only, held_first } => self.start(now_ms, by_command_only, held_first),
             Command::Capture => self.capture_by_command(now_ms),
             Command::Identify => self.identify_by_command(now_ms),
             Command::Verify => self.verify_by_command(),
@@ -58,7 +58,7 @@ impl Procedure {
         }
     }
 
-    fn start(&mut self, now_ms: u32, by_command_only: bool) -> Reply {
+    fn start(&mut self, now_ms: u32, by_command_only: bool, held_first: bool) -> Reply {
         // A count lost in an earlier run must not lock the device for ever; the new run begins from where the
         // encoders stand, and outliers, second set and standard deviation judge it like any other.
         let mut arm = self.arm;
@@ -69,6 +69,10 @@ impl Procedure {
         if self.go(now_ms, Trigger::Start, State::Collecting) {
             self.arm = arm;
             self.run = Run::new(self.run.id, by_command_only, now_ms);
+            if held_first {
+                self.run.phase = Phase::Held;
+                self.run.advice = Guidance::HoldBlade;
+            }
             self.forget_poses();
             self.ending = None;
         }
@@ -85,7 +89,7 @@ impl Procedure {
     }
 
     fn identify_by_command(&mut self, now_ms: u32) -> Reply {
-        if usize::from(self.poses.count()) < MIN_POSES {
+        if usize::from(self.poses.count()) < self.run.phase.min_poses() {
             return Reply::refused(Reason::TooFewPoses, u16::from(self.poses.count()));
         }
         self.identify(now_ms);
@@ -137,7 +141,7 @@ impl Procedure {
         Reply::FINE
     }
 
-    fn forget_poses(&mut self) {
+    pub(super) fn forget_poses(&mut self) {
         self.poses.clear();
         self.held_out.clear();
         self.spread = Default::default();
@@ -153,7 +157,8 @@ impl Procedure {
                 // The estimator before has refined the rotations: it begins anew from the lengths alone.
                 self.poses.poses_mut().iter_mut().for_each(Pose::reset);
             }
-            self.work.restart(&self.machine);
+            let (joint, held) = self.run.phase.joint();
+            self.work.restart(&self.machine, joint, held);
             self.run.attempts = self.run.attempts.saturating_add(1);
             self.run.attempted_poses = self.poses.count();
             self.run.detail = None;
@@ -200,6 +205,19 @@ impl Procedure {
         }
     }
 
+    /// What would help the first set most.
+    fn advice(&self) -> Guidance {
+        match self.run.phase {
+            Phase::Held => match self.spread.advice() {
+                Guidance::MoveOn | Guidance::TiltMore => Guidance::HoldBlade,
+                advice => advice,
+            },
+            Phase::Free(_) => self.spread.advice_for_moving(),
+            Phase::Only if self.moves() => self.spread.advice_for_moving(),
+            Phase::Only => self.spread.advice(),
+        }
+    }
+
     fn try_pose(&mut self, now_ms: u32, set: PoseSet, distance_rad: &mut Option<f32>) -> Result<(), NotReady> {
         let lengths = self.arm.pose(now_ms, &self.rig)?;
         let refused = |reason| NotReady { reason, cable: 0 };
@@ -218,10 +236,11 @@ impl Procedure {
                 self.poses.push(pose).map_err(|_| refused(Reason::PosesFull))?;
                 self.spread.add(&pose.rotation());
                 self.accuracy.add(&self.machine, &pose);
-                self.predicted_sigma_mm = self.accuracy.predicted(&self.machine).map(|predicted| predicted.sigma_mm);
-                let with_more = self.accuracy.predicted_with(&self.machine, MORE_POSES);
-                self.sigma_with_more_mm = with_more.map(|predicted| predicted.sigma_mm);
-                self.run.advice = self.spread.advice();
+                let predicted = self.accuracy.predicted(&self.machine);
+                self.predicted_sigma_mm = predicted.map(|predicted| predicted.sigma_mm);
+                self.sigma_with_more_mm =
+                    predicted.and_then(|predicted| self.accuracy.sigma_with(&self.machine, &predicted, MORE_POSES));
+                self.run.advice = self.advice();
             }
             PoseSet::HeldOut => {
                 self.held_out.push(pose).map_err(|_| refused(Reason::PosesFull))?;

@@ -29,11 +29,15 @@ pub enum Guidance {
     Decide = 9,
     /// See why the run ended, and acknowledge it.
     Acknowledge = 10,
+    /// First phase: hold the shoulder blade, and go on to another pose.
+    HoldBlade = 11,
+    /// Second phase: let the shoulder blade go, and go on to another pose.
+    ReleaseBlade = 12,
 }
 
 impl Guidance {
     /// All advice, in the order of the numbers.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 13] = [
         Self::Nothing,
         Self::MoveOn,
         Self::MoveFurther,
@@ -45,6 +49,8 @@ impl Guidance {
         Self::Wait,
         Self::Decide,
         Self::Acknowledge,
+        Self::HoldBlade,
+        Self::ReleaseBlade,
     ];
 
     /// The number on the wire.
@@ -71,6 +77,8 @@ impl Guidance {
             Self::Wait => "wait",
             Self::Decide => "accept or reject the new centre",
             Self::Acknowledge => "see the reason, then acknowledge",
+            Self::HoldBlade => "hold the shoulder blade still, move the arm to another pose and hold it",
+            Self::ReleaseBlade => "let the shoulder blade go, move the arm to another pose and hold it",
         }
     }
 }
@@ -86,6 +94,9 @@ const OTHER_PLANE_RAD: f32 = 0.12;
 const TORSION_RAD: f32 = 0.07;
 /// So many poses after the advice to tilt in another plane, it is taken that the arm cannot.
 const PATIENCE: u8 = 4;
+/// Standard deviation of the turning about the arm's length below which more of it helps a moving centre most, rad (10
+/// degrees): half of what random poses up to ±30 degrees have.
+const TORSION_OF_MOVING_RAD: f32 = 0.17;
 
 /// How widely the captured poses are spread over the three ways in which the arm can turn.
 ///
@@ -119,14 +130,28 @@ impl Spread {
         self.in_one_plane = if in_one_plane { self.in_one_plane.saturating_add(1) } else { 0 };
     }
 
+    /// What would help most where the centre moves with the arm: turning about its length more than elsewhere.
+    pub fn advice_for_moving(&self) -> Guidance {
+        let little = TORSION_OF_MOVING_RAD * TORSION_OF_MOVING_RAD;
+        match self.advice() {
+            Guidance::MoveOn if self.poses > 0 && self.covariance().m33 < little => Guidance::TurnAboutLength,
+            advice => advice,
+        }
+    }
+
+    /// Covariance of the rotation vectors, rad².
+    fn covariance(&self) -> Matrix3<f32> {
+        let share = 1.0 / f32::from(self.poses);
+        let mean = self.sum * share;
+        self.products * share - mean * mean.transpose()
+    }
+
     /// What would help most.
     pub fn advice(&self) -> Guidance {
         if self.poses == 0 {
             return Guidance::MoveOn;
         }
-        let share = 1.0 / f32::from(self.poses);
-        let mean = self.sum * share;
-        let covariance = self.products * share - mean * mean.transpose();
+        let covariance = self.covariance();
         // Eigenvalues of the horizontal 2x2 block: variance of the tilt in its widest and its narrowest plane.
         let (a, b, c) = (covariance.m11, covariance.m22, covariance.m12);
         let middle = (a + b) * 0.5;

@@ -9,6 +9,7 @@
 //! Collecting  --CountLost-->    Failed
 //! Collecting  --Abort-->        Idle
 //! Identifying --Found-->        Verifying
+//! Identifying --HeldFound-->    Collecting
 //! Identifying --WantsMore-->    Collecting
 //! Identifying --GaveUp-->       Failed
 //! Identifying --Abort-->        Idle
@@ -38,6 +39,7 @@ pub mod guidance;
 pub mod limits;
 pub mod loose;
 pub mod outcome;
+mod phase;
 pub mod plausible;
 mod progress;
 pub mod reason;
@@ -57,13 +59,15 @@ pub use reason::{Band, Reason};
 pub use state::{Command, PoseSet, StateName};
 pub use transition::Trigger;
 
+use crate::identification::joint::ShownMotion;
 use crate::identification::{Identified, Machine, Pose, PredictedAccuracy};
 use crate::rig::{CABLES, Rig};
 use arm::{Arm, NotReady};
 use captured::Captured;
 use encoders::EncoderFault;
 use guidance::Spread;
-use solve::{Detail, Work};
+use phase::Phase;
+use solve::{Detail, Work, is_refused_as_ball};
 
 /// Poses that the first set has room for.
 pub const CAPACITY: usize = crate::identification::DEFAULT_CAPACITY;
@@ -101,6 +105,7 @@ impl State {
 #[derive(Debug, Clone)]
 struct Verifying {
     identified: Identified<f32>,
+    motion: Option<ShownMotion>,
     judging: Option<Judging>,
 }
 
@@ -118,6 +123,7 @@ struct Run {
     /// 0 before the first run.
     id: u16,
     by_command_only: bool,
+    phase: Phase,
     /// Solver runs so far, and poses in the first set at the last of them.
     attempts: u8,
     attempted_poses: u8,
@@ -263,7 +269,18 @@ impl Procedure {
     /// Poses in the first set before it can be good enough: more when the zeros must be found from them as well.
     fn enough_poses(&self) -> u8 {
         let settings = self.limits.settings();
-        if self.zero_prior_mm > 0.0 { settings.enough_poses_with_zeros } else { settings.enough_poses }
+        let of_ball = if self.zero_prior_mm > 0.0 { settings.enough_poses_with_zeros } else { settings.enough_poses };
+        self.run.phase.enough_poses(of_ball, self.moves())
+    }
+
+    /// Has the solver found that the centre moves more than a ball's?
+    fn moves(&self) -> bool {
+        self.run.detail.is_some_and(|detail| is_refused_as_ball(detail.reason))
+    }
+
+    /// Is the shoulder blade to be held now: the first of two phases?
+    pub const fn is_held_phase(&self) -> bool {
+        matches!(self.run.phase, Phase::Held) && matches!(self.state, State::Collecting | State::Identifying)
     }
 
     /// The machine as the estimator sees it.
@@ -328,6 +345,15 @@ impl Procedure {
         match &self.state {
             State::Verifying(verifying) => Some(&verifying.identified),
             State::Review(candidate) => Some(&candidate.identified),
+            _ => None,
+        }
+    }
+
+    /// How that centre moves with the arm; None for a ball, and while there is no such centre.
+    pub const fn motion(&self) -> Option<&ShownMotion> {
+        match &self.state {
+            State::Verifying(verifying) => verifying.motion.as_ref(),
+            State::Review(candidate) => candidate.motion.as_ref(),
             _ => None,
         }
     }

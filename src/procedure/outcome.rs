@@ -5,6 +5,7 @@ use super::reason::Reason;
 use super::solve::Detail;
 use super::state::PoseSet;
 use crate::identification::Identified;
+use crate::identification::joint::ShownMotion;
 
 /// A centre that passed identification and the second set. It becomes the live centre when it is accepted.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,8 +16,11 @@ pub struct Candidate {
     pub boot: u16,
     /// Whose arm it was made for; 0 = not said.
     pub wearer: u16,
-    /// The centre, the radii, their covariance and how they were found.
+    /// The centre, the radii, their covariance and how they were found. Of a moving centre: at the mean direction of the
+    /// arm.
     pub identified: Identified<f32>,
+    /// How the centre moves with the arm; `None` for a ball.
+    pub motion: Option<ShownMotion>,
     /// What the second set said.
     pub verification: Verification,
 }

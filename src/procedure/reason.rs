@@ -115,6 +115,7 @@ reasons! {
     ReportIncomplete = 12, "the report of the new centre has not been sent whole", "wait for its last frame, Outcome, then decide";
     TooManyCommands = 13, "too many commands within a second", "send fewer, and wait for each answer";
     Locked = 14, "the lock of the parameters is closed", "open it with the key, or ask who has it";
+    NumberingUnchecked = 15, "nobody has seen yet that the cables are numbered as the rig says", "pull every cable for CheckCable (python -m glenoid numbering), then accept";
 
     ArmMoving = 16, "the arm is moving", "hold the arm still and try again";
     PoseTooNear = 17, "the pose is too near one that is already captured", "move the arm further before holding it";
@@ -126,6 +127,9 @@ reasons! {
     EncoderSilent = 32, "no encoder counts arrive", "check the encoders' supply and wiring";
     EncoderFrozen = 33, "the named encoder rests while the other cables move", "check that encoder's wiring and coupling";
     EncoderJumped = 34, "the named encoder moved faster than its drum can turn", "check that encoder's shield, then home again";
+
+    CableNotPulled = 35, "the named cable has not been pulled yet", "pull it by a finger's breadth while the arm and the other cables rest";
+    WrongCable = 36, "another encoder moved than that of the cable that was to be pulled", "look at the labels of cables and attachment points, and which drum the cable runs to; the answer says which encoder moved";
 
     TooFewPoses = 48, "too few poses", "capture more poses";
     OneAxis = 49, "all poses turn about one axis", "move the arm in another plane as well";
@@ -152,6 +156,7 @@ reasons! {
     RadiusImplausible = 73, "a distance from the centre to an end-point cannot be", "check the cuff and the rig parameters, then calibrate again";
     SigmaImplausible = 74, "the stated uncertainty is zero or too large", "capture more and wider poses";
     OffsetImplausible = 75, "the named encoder's offset is larger than homing can leave", "home the encoders, then calibrate again";
+    MotionImplausible = 76, "the joint centre moves further with the arm than that of any joint", "look for a loose strap, cuff or cable, then calibrate again";
 
     VerificationFailed = 80, "the second set of poses deviates too much", "calibrate again; tighten strap and cables before";
     VerificationDoesNotClose = 81, "a pose of the second set does not fit the identified centre", "look for a slack cable, calibrate again";

@@ -1,8 +1,8 @@
 //! The estimator as the procedure sees it: one slice of work at a time, and a refusal in the terms of the reports.
 
 use super::reason::Reason;
-use crate::identification::joint::MissingMotion;
-use crate::identification::{Estimator, EstimatorSettings, Identified, Machine, Pose, Progress, Refusal};
+use crate::identification::joint::{HeldCentre, Joint, MissingMotion, ShownMotion};
+use crate::identification::{Estimator, EstimatorSettings, Identified, JointChoice, Machine, Pose, Progress, Refusal};
 use crate::rig::Rig;
 
 /// The estimator at work, and how much it has worked.
@@ -23,10 +23,20 @@ impl Work {
         Self { estimator: Estimator::new(machine, rig.nominal(), EstimatorSettings::for_rig(rig)), slices: 0 }
     }
 
-    /// Back to the beginning, in place.
-    pub fn restart(&mut self, machine: &Machine<f32>) {
-        self.estimator.restart(machine);
+    /// Back to the beginning, in place, for a model of the joint and with what a held phase has found.
+    pub fn restart(&mut self, machine: &Machine<f32>, joint: JointChoice, held: Option<HeldCentre<f32>>) {
+        self.estimator.restart_for(machine, joint, held);
         self.slices = 0;
+    }
+
+    /// How the centre moves by the last fit; `None` for a ball.
+    ///
+    /// # Errors
+    /// [`Reason::MotionImplausible`].
+    pub fn motion(&self) -> Result<Option<ShownMotion>, Reason> {
+        let Joint::Moving(moving) = self.estimator.joint() else { return Ok(None) };
+        let [across_mm, all_mm] = self.estimator.path_sigmas_mm();
+        ShownMotion::new(moving, across_mm, all_mm).map(Some).ok_or(Reason::MotionImplausible)
     }
 
     /// One slice of work.
@@ -120,6 +130,19 @@ impl From<Refusal> for Detail {
             }
         }
     }
+}
+
+/// Is this what the solver says of poses whose centre moves?
+pub const fn is_refused_as_ball(reason: Reason) -> bool {
+    matches!(
+        reason,
+        Reason::NotABall
+            | Reason::TooManyOutliers
+            | Reason::FewPosesForMovingCentre
+            | Reason::TiltMissing
+            | Reason::SecondPlaneMissing
+            | Reason::TorsionMissing
+    )
 }
 
 /// Can more poses turn this refusal into a result? Then the run goes on collecting instead of failing.

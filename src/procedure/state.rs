@@ -43,6 +43,8 @@ pub enum Command {
     Start {
         /// Poses are captured, and both sets ended, by command only.
         by_command_only: bool,
+        /// Two phases: first poses with the shoulder blade held, then free ones.
+        held_first: bool,
     },
     /// Capture the pose in which the arm is held.
     Capture,

@@ -1,12 +1,12 @@
 //! What the procedure does by itself as time passes: bounded work in every tick.
 
 use super::outcome::{Candidate, PoseNotice, Verification};
+use super::phase::Phase;
 use super::reason::Reason;
 use super::solve::{Detail, is_cured_by_more_poses};
 use super::state::{PoseSet, StateName};
 use super::transition::Trigger;
 use super::{Guidance, Procedure, Run, State, Verifying};
-use crate::identification::gates::MIN_POSES;
 use crate::identification::verification::rms_limit_mm;
 use crate::identification::{Identified, Progress};
 
@@ -15,6 +15,7 @@ impl Run {
         Self {
             id: 0,
             by_command_only: false,
+            phase: Phase::Only,
             attempts: 0,
             attempted_poses: 0,
             moved: true,
@@ -81,17 +82,16 @@ impl Procedure {
     /// There are poses that no solver run has seen, and enough of them in all for a solver run.
     fn has_something_new(&self) -> bool {
         let poses = self.poses.count();
-        usize::from(poses) >= MIN_POSES && poses > self.run.attempted_poses
+        usize::from(poses) >= self.run.phase.min_poses() && poses > self.run.attempted_poses
     }
 
     /// The first set is good enough.
     fn is_enough(&self) -> bool {
         let settings = self.limits.settings();
-        !self.run.by_command_only
-            && self.poses.count() >= self.enough_poses()
-            && self
-                .predicted_sigma_mm()
-                .is_some_and(|sigma| sigma <= settings.target_sigma_mm || self.more_poses_gain_little(sigma))
+        let is_sharp = |sigma| sigma <= settings.target_sigma_mm || self.more_poses_gain_little(sigma);
+        // What is predicted is the accuracy of a ball.
+        let is_good = self.run.phase == Phase::Held || self.predicted_sigma_mm().is_some_and(is_sharp);
+        !self.run.by_command_only && self.poses.count() >= self.enough_poses() && is_good
     }
 
     /// Would ten more poses gain less than a tenth? Tolerances of the machine set a floor that no number of poses goes
@@ -104,6 +104,10 @@ impl Procedure {
         match self.work.advance(&self.machine, self.poses.poses_mut()) {
             Progress::Working => {}
             Progress::Identified(identified) => {
+                if self.run.phase == Phase::Held {
+                    self.found_held(now_ms);
+                    return;
+                }
                 let identified = identified.clone();
                 self.found(now_ms, identified);
             }
@@ -118,7 +122,27 @@ impl Procedure {
         } else if let Err(detail) = self.check_plausible(&identified) {
             self.refused(now_ms, detail);
         } else {
-            self.go(now_ms, Trigger::Found, State::Verifying(Verifying { identified, judging: None }));
+            match self.work.motion() {
+                Ok(motion) => {
+                    let verifying = Verifying { identified, motion, judging: None };
+                    self.go(now_ms, Trigger::Found, State::Verifying(verifying));
+                }
+                Err(reason) => self.refused(now_ms, Detail::of(reason)),
+            }
+        }
+    }
+
+    /// The first of two phases is done: its poses make room for the free ones.
+    fn found_held(&mut self, now_ms: u32) {
+        let Some(held) = self.work.estimator().held_centre() else {
+            self.refused(now_ms, Detail::of(Reason::Singular));
+            return;
+        };
+        if self.go(now_ms, Trigger::HeldFound, State::Collecting) {
+            self.forget_poses();
+            self.run.phase = Phase::Free(held);
+            self.run.advice = Guidance::ReleaseBlade;
+            (self.run.attempts, self.run.attempted_poses) = (0, 0);
         }
     }
 
@@ -153,7 +177,9 @@ impl Procedure {
 
     /// Holds the next pose of the second set against the fit; after the last one, the verdict by χ².
     fn judge_one(&mut self, now_ms: u32) {
-        let State::Verifying(Verifying { identified, judging: Some(judging) }) = &mut self.state else { return };
+        let State::Verifying(Verifying { identified, motion, judging: Some(judging) }) = &mut self.state else {
+            return;
+        };
         if let Some(pose) = self.held_out.poses().get(usize::from(judging.next)) {
             match self.work.estimator().verify(&self.machine, pose) {
                 Some(residual) => {
@@ -175,7 +201,8 @@ impl Procedure {
         let limit_mm = rms_limit_mm(deviation_mm, judging.chi_square, usize::from(poses), identified.noise_mm);
         let verification = Verification { deviation_mm, limit_mm, poses };
         let (run_id, boot, wearer) = (self.run.id, self.boot, self.wearer);
-        let candidate = Candidate { run_id, boot, wearer, identified: identified.clone(), verification };
+        let (identified, motion) = (identified.clone(), *motion);
+        let candidate = Candidate { run_id, boot, wearer, identified, motion, verification };
         // NaN must not pass
         if deviation_mm <= limit_mm {
             self.go(now_ms, Trigger::Verified, State::Review(candidate));

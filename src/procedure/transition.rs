@@ -12,6 +12,8 @@ pub enum Trigger {
     Identify,
     /// The solver found the centre.
     Found,
+    /// The held phase has fixed the centre in the platform: the free phase begins.
+    HeldFound,
     /// The solver refused the set, and more poses can cure it.
     WantsMore,
     /// The solver refused the set for good, or too often.
@@ -36,10 +38,11 @@ pub enum Trigger {
 
 impl Trigger {
     /// All triggers.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::Start,
         Self::Identify,
         Self::Found,
+        Self::HeldFound,
         Self::WantsMore,
         Self::GaveUp,
         Self::Verified,
@@ -66,7 +69,7 @@ pub const fn next(state: StateName, trigger: Trigger) -> Option<StateName> {
         (Collecting, T::Abort) => Idle,
 
         (Identifying, T::Found) => Verifying,
-        (Identifying, T::WantsMore) => Collecting,
+        (Identifying, T::HeldFound | T::WantsMore) => Collecting,
         (Identifying, T::GaveUp) => Failed,
         (Identifying, T::Abort) => Idle,
 

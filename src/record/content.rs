@@ -1,6 +1,7 @@
 //! What is kept of a calibration.
 
 use crate::identification::Rejected;
+use crate::identification::joint::ShownMotion;
 use crate::identification::machine::MachineDeviation;
 use crate::identification::outcome::MAX_REJECTED;
 use crate::identification::outcome::RESULT_PACKED;
@@ -52,6 +53,8 @@ pub struct Record {
     pub verification_deviation_mm: f32,
     /// The limit that it was held against, mm.
     pub verification_limit_mm: f32,
+    /// How the centre moves with the arm; `None` for a ball.
+    pub motion: Option<ShownMotion>,
     /// How the machine was found to differ from what is stated.
     pub machine: MachineDeviation<f32>,
 }
@@ -84,7 +87,8 @@ impl Record {
             && usize::from(self.left_out) <= MAX_REJECTED
             && numbers.iter().all(|numbers| numbers.iter().all(|number| number.is_finite()))
             && not_negative.iter().all(|numbers| numbers.iter().all(|number| number.is_finite() && *number >= 0.0))
-            && radii.iter().all(|radius| *radius > 0.0);
+            && radii.iter().all(|radius| *radius > 0.0)
+            && self.motion.is_none_or(|motion| motion.is_sound());
         if fit { Ok(()) } else { Err(Unfit) }
     }
 

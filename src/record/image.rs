@@ -18,9 +18,11 @@
 //! | 204 | 25 · 2 | poses left out: pose, faulty cables |
 //! | 254 | 2 + 2 | boot, wearer |
 //! | 258 | 4 | serial number of the board |
-//! | 262 | 48 + 48 | how the base and the platform differ from what is stated: coefficients of their shape modes, mm |
-//! | 358 | 24 | by how much each drum pays out more than stated, relative |
-//! | 382 | 254 | zero; for later versions |
+//! | 262 | 1 + 1 | joint: 0 ball, 1 moving centre; zero |
+//! | 264 | 8 · 3 · 2 | how the centre moves: the integers of [`ShownMotion`]; zero for a ball |
+//! | 312 | 48 + 48 | how the base and the platform differ from what is stated: coefficients of their shape modes, mm |
+//! | 408 | 24 | by how much each drum pays out more than stated, relative |
+//! | 432 | 204 | zero; for later versions |
 //! | 636 | 4 | CRC-32 of a constant and all bytes before |
 //!
 //! What every version and every kind of image has is in `sealed`.
@@ -29,6 +31,7 @@ use super::content::Record;
 use super::sealed;
 pub use super::sealed::{Broken, Header};
 use crate::identification::Rejected;
+use crate::identification::joint::{MOTION_PARTS, ShownMotion};
 use crate::identification::machine::MachineDeviation;
 use crate::rig::Parameters;
 
@@ -40,7 +43,9 @@ pub const VERSION: u16 = 3;
 
 /// The kind of the image.
 pub(super) const MAGIC: [u8; 4] = *b"GLNR";
-const RESERVED_LEN: usize = 254;
+const RESERVED_LEN: usize = 204;
+/// Of the field that says which joint it is.
+const MOVING: u8 = 1;
 
 /// The image of a record.
 pub type Image = [u8; IMAGE_LEN];
@@ -71,6 +76,11 @@ pub fn encode(record: &Record, sequence: u32) -> Image {
     writer.put(record.boot.to_le_bytes());
     writer.put(record.wearer.to_le_bytes());
     writer.put(record.serial.to_le_bytes());
+    writer.put([if record.motion.is_some() { MOVING } else { 0 }, 0]);
+    let parts = record.motion.map_or([[0; 3]; MOTION_PARTS], |motion| *motion.parts());
+    for number in parts.as_flattened() {
+        writer.put(number.to_le_bytes());
+    }
     writer.put_numbers(&record.machine.base_mm);
     writer.put_numbers(&record.machine.ends_mm);
     writer.put_numbers(&record.machine.scale);
@@ -112,6 +122,8 @@ pub fn decode(image: &Image) -> Record {
     let boot = u16::from_le_bytes(reader.take());
     let wearer = u16::from_le_bytes(reader.take());
     let serial = u32::from_le_bytes(reader.take());
+    let [joint, _] = reader.take();
+    let parts = core::array::from_fn(|_| core::array::from_fn(|_| i16::from_le_bytes(reader.take())));
     let machine = MachineDeviation {
         base_mm: reader.take_numbers(),
         ends_mm: reader.take_numbers(),
@@ -139,6 +151,7 @@ pub fn decode(image: &Image) -> Record {
         verification_poses,
         verification_deviation_mm,
         verification_limit_mm,
+        motion: (joint == MOVING).then(|| ShownMotion::from_parts(parts)),
         machine,
     }
 }
@@ -146,6 +159,11 @@ pub fn decode(image: &Image) -> Record {
 /// The image's CRC-32.
 pub fn checksum(image: &Image) -> u32 {
     sealed::checksum(image)
+}
+
+/// The CRC-32 at the image's end, which [`encode`] has made.
+pub fn stated_checksum(image: &Image) -> u32 {
+    sealed::stated_checksum(image)
 }
 
 struct Writer {

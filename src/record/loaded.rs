@@ -2,7 +2,7 @@
 
 use super::content::Record;
 use super::error::LoadError;
-use super::journal::JournalEntry;
+use super::journal_entry::JournalEntry;
 
 /// Everything that was kept across power-down.
 #[derive(Debug, Clone, Copy, PartialEq)]

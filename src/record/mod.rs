@@ -26,25 +26,37 @@
 //! The old record is erased, and not kept in reserve, on purpose: should the new one rot, the device starts without a
 //! centre, not with that of somebody who was calibrated before.
 //!
-//! [`Record`] is what is kept, [`image`] its bytes, [`RecordStore`] the two pages.
+//! Nobody waits for the flash: [`Storage::go_on`] starts an erase or the writing of one word, or looks at a piece of what
+//! was written, and returns. An erase takes 22 ms, in which the board samples, answers and sends its heartbeat.
+//!
+//! [`Record`] is what is kept, [`image`] its bytes, [`RecordStore`] the two pages, [`Storage`] all that a board keeps.
 
 mod content;
+mod erasure;
 mod error;
+mod flash;
 pub mod image;
 mod journal;
+mod journal_entry;
+mod journal_pages;
 mod loaded;
 mod page;
 mod parameter_store;
+mod replacement;
 mod sealed;
 mod storage;
 mod store;
+mod stored;
 mod two_pages;
 
 pub use content::{Record, Unfit};
 pub use error::{LoadError, StoreError};
+pub use flash::PageFlash;
 pub use image::IMAGE_LEN;
-pub use journal::{Journal, JournalEntry};
+pub use journal::Journal;
+pub use journal_entry::JournalEntry;
 pub use loaded::Loaded;
 pub use parameter_store::ParameterStore;
 pub use storage::{STORAGE_PAGES, Storage};
 pub use store::RecordStore;
+pub use stored::Stored;

@@ -1,10 +1,15 @@
-//! One page of the two: what it holds, and the three ways in which it changes.
+//! One page of the two: what it holds, and the three ways in which it changes. Each change is started, goes on by itself
+//! where the flash can do that, and is looked at when it is over, a piece of the page at a time.
 
+use super::flash::PageFlash;
 use super::sealed::{self, Header};
 use embedded_storage::nor_flash::NorFlash;
 
 /// Longest commit word: flash whose smallest write is longer is not served.
 pub(super) const LONGEST_COMMIT: usize = 32;
+
+/// Bytes that are looked at at once: so that no look takes longer than writing a word.
+pub(super) const PIECE: usize = 160;
 
 /// What erased flash reads as.
 const ERASED: u8 = 0xFF;
@@ -65,29 +70,54 @@ impl<const LEN: usize> Page<LEN> {
         Reading { content, committed, image }
     }
 
-    /// Erases the page and looks whether the places that will be written are erased.
-    pub fn erase<F: NorFlash>(self, flash: &mut F) -> Result<(), PageError> {
-        flash.erase(self.from, self.from + F::ERASE_SIZE as u32).map_err(|_| PageError::EraseRefused)?;
-        match self.read(flash).content {
-            Content::Blank => Ok(()),
-            _ => Err(PageError::EraseIncomplete),
-        }
+    /// Starts to erase the page.
+    pub fn start_erase<F: PageFlash>(self, flash: &mut F) -> Result<(), PageError> {
+        flash.start_erase(self.from).map_err(|_| PageError::EraseRefused)
     }
 
-    /// Writes the image into the erased page and reads it back.
-    pub fn write<F: NorFlash>(self, flash: &mut F, image: &[u8; LEN]) -> Result<(), PageError> {
-        flash.write(self.from, image).map_err(|_| PageError::WriteRefused)?;
-        let reading = self.read(flash);
-        let same = reading.content != Content::Unreadable && reading.image == *image;
-        if same { Ok(()) } else { Err(PageError::ReadBackDiffers) }
+    /// The piece of the image's place that begins `at` bytes from its start is erased. The first piece stands for the commit
+    /// word too.
+    pub fn check_erased<F: NorFlash>(self, flash: &mut F, at: usize) -> Result<(), PageError> {
+        let is_piece_erased = self.holds(flash, at, |_, place| is_all(place, ERASED));
+        let is_commit_erased = at != 0 || self.holds_as_commit(flash, ERASED);
+        if is_piece_erased && is_commit_erased { Ok(()) } else { Err(PageError::EraseIncomplete) }
     }
 
-    /// Writes the commit word: from here on the image counts.
-    pub fn commit<F: NorFlash>(self, flash: &mut F) -> Result<(), PageError> {
+    /// Starts to write a word of the image, `at` bytes from its start.
+    pub fn start_word<F: PageFlash>(self, flash: &mut F, at: usize, word: &[u8]) -> Result<(), PageError> {
+        flash.start_write(self.from + at as u32, word).map_err(|_| PageError::WriteRefused)
+    }
+
+    /// Is the piece that begins `at` bytes from the start of the image right? It is handed over as it reads, with where it
+    /// begins.
+    pub fn holds<F: NorFlash>(self, flash: &mut F, at: usize, is_right: impl FnOnce(usize, &[u8]) -> bool) -> bool {
+        let mut piece = [0; PIECE];
+        let piece = piece.get_mut(..PIECE.min(LEN.saturating_sub(at))).unwrap_or_default();
+        flash.read(self.from + at as u32, piece).is_ok() && is_right(at, piece)
+    }
+
+    /// Where the piece behind the one at `at` begins; None when that was the last one.
+    pub fn next_piece(at: usize) -> Option<usize> {
+        Some(at + PIECE).filter(|next| *next < LEN)
+    }
+
+    /// Starts to write the commit word, from which on the image counts. It is one word of the flash on the drive board, and
+    /// written in one call elsewhere.
+    pub fn start_commit<F: PageFlash>(self, flash: &mut F) -> Result<(), PageError> {
         let word = [COMMITTED; LONGEST_COMMIT];
         let word = word.get(..commit_len::<F>()).unwrap_or_default();
-        flash.write(self.commit_from::<F>(), word).map_err(|_| PageError::WriteRefused)?;
-        if self.read(flash).committed { Ok(()) } else { Err(PageError::ReadBackDiffers) }
+        flash.start_write(self.commit_from::<F>(), word).map_err(|_| PageError::WriteRefused)
+    }
+
+    /// The commit word is there.
+    pub fn check_committed<F: NorFlash>(self, flash: &mut F) -> Result<(), PageError> {
+        if self.holds_as_commit(flash, COMMITTED) { Ok(()) } else { Err(PageError::ReadBackDiffers) }
+    }
+
+    fn holds_as_commit<F: NorFlash>(self, flash: &mut F, value: u8) -> bool {
+        let mut word = [0; LONGEST_COMMIT];
+        let word = word.get_mut(..commit_len::<F>()).unwrap_or_default();
+        flash.read(self.commit_from::<F>(), word).is_ok() && is_all(word, value)
     }
 
     /// The commit word is the last one of the page.

@@ -13,29 +13,50 @@
 //! | last 4 | 4 | CRC-32 |
 
 use super::error::{LoadError, StoreError};
-use super::sealed::seal;
+use super::flash::PageFlash;
+use super::replacement::Source;
 use super::two_pages::TwoPages;
 use crate::parameters::{COUNT, ParameterSet, TABLE};
-use embedded_storage::nor_flash::NorFlash;
 
 /// Length of the image, bytes: room for 250 parameters.
 pub const PARAMETER_IMAGE_LEN: usize = 1_520;
 const MAGIC: [u8; 4] = *b"GLNP";
 const VERSION: u16 = 1;
 const HEAD_LEN: usize = 12;
-const _: () = assert!(HEAD_LEN + 6 * COUNT + 4 <= PARAMETER_IMAGE_LEN);
+/// Bytes of an entry: index and value.
+const ENTRY_LEN: usize = 6;
+const _: () = assert!(HEAD_LEN + ENTRY_LEN * COUNT + 4 <= PARAMETER_IMAGE_LEN);
 
-/// The parameters in two pages of a flash.
+/// The pages of the parameters.
+pub(super) type ParameterPages = TwoPages<PARAMETER_IMAGE_LEN>;
+
+/// The stored set.
+pub(super) fn load<F: PageFlash>(pages: &mut ParameterPages, flash: &mut F) -> Result<ParameterSet, LoadError> {
+    let (header, image) = pages.load(flash)?;
+    match header.version {
+        0..VERSION => Err(LoadError::OlderVersion),
+        VERSION => decode(&image).ok_or(LoadError::Unfit),
+        _ => Err(LoadError::FromTheFuture),
+    }
+}
+
+/// The parameters' two pages.
+pub(super) const fn pages<F: PageFlash>(from: u32) -> ParameterPages {
+    TwoPages::new::<F>(from, MAGIC)
+}
+
+/// The parameters in two pages of a flash. Everything is done when a call returns; a board, which must not wait, has a
+/// [`Storage`](super::Storage).
 #[derive(Debug)]
 pub struct ParameterStore<F> {
     flash: F,
-    pages: TwoPages<PARAMETER_IMAGE_LEN>,
+    pages: ParameterPages,
 }
 
-impl<F: NorFlash> ParameterStore<F> {
+impl<F: PageFlash> ParameterStore<F> {
     /// A store in the two pages from the byte `from` of the flash on, a multiple of the page size.
     pub const fn new(flash: F, from: u32) -> Self {
-        Self { flash, pages: TwoPages::new::<F>(from, MAGIC) }
+        Self { flash, pages: pages::<F>(from) }
     }
 
     /// The stored set. Finishes what a power cut left unfinished.
@@ -43,12 +64,7 @@ impl<F: NorFlash> ParameterStore<F> {
     /// # Errors
     /// [`LoadError`].
     pub fn load(&mut self) -> Result<ParameterSet, LoadError> {
-        let (header, image) = self.pages.load(&mut self.flash)?;
-        match header.version {
-            0..VERSION => Err(LoadError::OlderVersion),
-            VERSION => decode(&image).ok_or(LoadError::Unfit),
-            _ => Err(LoadError::FromTheFuture),
-        }
+        load(&mut self.pages, &mut self.flash)
     }
 
     /// Replaces the stored set.
@@ -56,26 +72,55 @@ impl<F: NorFlash> ParameterStore<F> {
     /// # Errors
     /// [`StoreError`].
     pub fn store(&mut self, set: &ParameterSet) -> Result<(), StoreError> {
-        self.pages.store(&mut self.flash, |sequence| encode(set, sequence))
+        self.pages.store(&mut self.flash, |sequence| ParameterImage { set: *set, sequence })
     }
 }
 
-fn encode(set: &ParameterSet, sequence: u32) -> [u8; PARAMETER_IMAGE_LEN] {
-    let mut image = [0; PARAMETER_IMAGE_LEN];
-    let [v0, v1] = VERSION.to_le_bytes();
-    let [n0, n1] = (COUNT as u16).to_le_bytes();
-    let [s0, s1, s2, s3] = sequence.to_le_bytes();
-    if let Some((head, list)) = image.split_first_chunk_mut::<HEAD_LEN>() {
+/// The image of a set, whose bytes are made when they are asked for: it is four times as long as the set.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ParameterImage {
+    pub set: ParameterSet,
+    pub sequence: u32,
+}
+
+impl ParameterImage {
+    fn head(&self) -> [u8; HEAD_LEN] {
         let [m0, m1, m2, m3] = MAGIC;
-        *head = [m0, m1, m2, m3, v0, v1, n0, n1, s0, s1, s2, s3];
-        for (place, entry) in list.as_chunks_mut::<6>().0.iter_mut().zip(TABLE) {
-            let [i0, i1] = entry.index.to_le_bytes();
-            let [b0, b1, b2, b3] = set.bits(entry.index).unwrap_or(entry.default).to_le_bytes();
-            *place = [i0, i1, b0, b1, b2, b3];
+        let [v0, v1] = VERSION.to_le_bytes();
+        let [n0, n1] = (COUNT as u16).to_le_bytes();
+        let [s0, s1, s2, s3] = self.sequence.to_le_bytes();
+        [m0, m1, m2, m3, v0, v1, n0, n1, s0, s1, s2, s3]
+    }
+
+    /// An entry of the list; zeros behind its end.
+    fn entry(&self, number: usize) -> [u8; ENTRY_LEN] {
+        let (Some(entry), Some(bits)) = (TABLE.get(number), self.set.all().get(number)) else { return [0; ENTRY_LEN] };
+        let [i0, i1] = entry.index.to_le_bytes();
+        let [b0, b1, b2, b3] = bits.to_le_bytes();
+        [i0, i1, b0, b1, b2, b3]
+    }
+}
+
+impl Source for ParameterImage {
+    fn put(&self, at: usize, place: &mut [u8]) {
+        let mut place = place.iter_mut();
+        let mut at = at;
+        if at < HEAD_LEN {
+            for byte in self.head().into_iter().skip(at) {
+                let Some(to) = place.next() else { return };
+                *to = byte;
+                at += 1;
+            }
+        }
+        let (mut number, mut skipped) = ((at - HEAD_LEN) / ENTRY_LEN, (at - HEAD_LEN) % ENTRY_LEN);
+        loop {
+            for byte in self.entry(number).into_iter().skip(skipped) {
+                let Some(to) = place.next() else { return };
+                *to = byte;
+            }
+            (number, skipped) = (number + 1, 0);
         }
     }
-    seal(&mut image);
-    image
 }
 
 /// The set in an image whose CRC is right; None when it holds a parameter that this firmware does not know, or a value

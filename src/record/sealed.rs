@@ -12,7 +12,7 @@
 //! | 12 | | the kind's own |
 //! | last 4 | 4 | CRC-32 of a constant and all bytes before |
 
-use crc::{CRC_32_ISO_HDLC, Crc, Table};
+use crc::{CRC_32_ISO_HDLC, Crc, Digest, Table};
 
 /// Length of the CRC, bytes.
 pub(super) const CRC_LEN: usize = 4;
@@ -40,8 +40,7 @@ pub struct Broken;
 pub fn header<const LEN: usize>(image: &[u8; LEN], magic: [u8; 4]) -> Result<Header, Broken> {
     let Some((head, _)) = image.split_first_chunk::<12>() else { return Err(Broken) };
     let [m0, m1, m2, m3, v0, v1, _, _, s0, s1, s2, s3] = *head;
-    let sum = image.last_chunk().map(|bytes| u32::from_le_bytes(*bytes));
-    if [m0, m1, m2, m3] == magic && sum == Some(checksum(image)) {
+    if [m0, m1, m2, m3] == magic && stated_checksum(image) == checksum(image) {
         Ok(Header { version: u16::from_le_bytes([v0, v1]), sequence: u32::from_le_bytes([s0, s1, s2, s3]) })
     } else {
         Err(Broken)
@@ -58,10 +57,44 @@ pub fn seal<const LEN: usize>(image: &mut [u8; LEN]) {
 
 /// CRC-32 (ISO-HDLC, as in zip) of the salt and the image without its last four bytes.
 pub fn checksum(image: &[u8]) -> u32 {
-    // By table, a kilobyte of flash: it is formed with every heartbeat.
-    const CRC: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
-    let mut digest = CRC.digest();
-    digest.update(&SALT);
-    digest.update(image.get(..image.len().saturating_sub(CRC_LEN)).unwrap_or_default());
-    digest.finalize()
+    let mut seal = Seal::new();
+    seal.add(image.get(..image.len().saturating_sub(CRC_LEN)).unwrap_or_default());
+    seal.sum()
+}
+
+/// The CRC that stands at the end of an image, whether it is right or not.
+pub fn stated_checksum(image: &[u8]) -> u32 {
+    image.last_chunk().map_or(0, |bytes| u32::from_le_bytes(*bytes))
+}
+
+// By table, a kilobyte of flash: it is formed with every heartbeat.
+pub(super) static CRC: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
+
+/// The CRC of an image that is given piece by piece.
+#[derive(Clone)]
+pub(super) struct Seal(Digest<'static, u32, Table<1>>);
+
+impl Seal {
+    /// Nothing was given yet.
+    pub fn new() -> Self {
+        let mut digest = CRC.digest();
+        digest.update(&SALT);
+        Self(digest)
+    }
+
+    /// The next bytes.
+    pub fn add(&mut self, bytes: &[u8]) {
+        self.0.update(bytes);
+    }
+
+    /// The CRC of all bytes so far.
+    pub fn sum(&self) -> u32 {
+        self.0.clone().finalize()
+    }
+}
+
+impl core::fmt::Debug for Seal {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "Seal({:#010x})", self.sum())
+    }
 }

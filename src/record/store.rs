@@ -2,10 +2,10 @@
 
 use super::content::Record;
 use super::error::{LoadError, StoreError};
+use super::flash::PageFlash;
 use super::image::{self, IMAGE_LEN, VERSION};
 use super::page::PageError;
 use super::two_pages::TwoPages;
-use embedded_storage::nor_flash::NorFlash;
 
 impl From<PageError> for StoreError {
     fn from(error: PageError) -> Self {
@@ -18,14 +18,36 @@ impl From<PageError> for StoreError {
     }
 }
 
-/// The record in two pages of a flash whose erased bytes read 0xFF.
+/// The pages of the record.
+pub(super) type RecordPages = TwoPages<IMAGE_LEN>;
+
+/// The record that counts, if it is of the rig with this fingerprint.
+pub(super) fn load<F: PageFlash>(pages: &mut RecordPages, flash: &mut F, rig: u32) -> Result<Record, LoadError> {
+    let (header, image) = pages.load(flash)?;
+    match header.version {
+        0..VERSION => return Err(LoadError::OlderVersion),
+        VERSION => {}
+        _ => return Err(LoadError::FromTheFuture),
+    }
+    let record = image::decode(&image);
+    if record.rig != rig {
+        Err(LoadError::OtherRig)
+    } else if record.check().is_err() {
+        Err(LoadError::Unfit)
+    } else {
+        Ok(record)
+    }
+}
+
+/// The record in two pages of a flash whose erased bytes read 0xFF. Everything is done when a call returns; a board, which
+/// must not wait, has a [`Storage`](super::Storage).
 #[derive(Debug)]
 pub struct RecordStore<F> {
     flash: F,
-    pages: TwoPages<IMAGE_LEN>,
+    pages: RecordPages,
 }
 
-impl<F: NorFlash> RecordStore<F> {
+impl<F: PageFlash> RecordStore<F> {
     /// Bytes of flash that the store takes: two pages.
     pub const LEN: usize = 2 * F::ERASE_SIZE;
 
@@ -40,23 +62,10 @@ impl<F: NorFlash> RecordStore<F> {
     /// # Errors
     /// [`LoadError`].
     pub fn load(&mut self, rig: u32) -> Result<Record, LoadError> {
-        let (header, image) = self.pages.load(&mut self.flash)?;
-        match header.version {
-            0..VERSION => return Err(LoadError::OlderVersion),
-            VERSION => {}
-            _ => return Err(LoadError::FromTheFuture),
-        }
-        let record = image::decode(&image);
-        if record.rig != rig {
-            Err(LoadError::OtherRig)
-        } else if record.check().is_err() {
-            Err(LoadError::Unfit)
-        } else {
-            Ok(record)
-        }
+        load(&mut self.pages, &mut self.flash, rig)
     }
 
-    /// Replaces the record. Two page erases and [`IMAGE_LEN`] bytes of writing: about 50 ms on the drive board.
+    /// Replaces the record. Two page erases and [`IMAGE_LEN`] bytes of writing.
     ///
     /// # Errors
     /// [`StoreError`].

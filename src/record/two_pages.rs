@@ -1,7 +1,10 @@
 //! Two pages together: which image counts, and how it is replaced.
 
+use super::erasure::Erasure;
 use super::error::{LoadError, StoreError};
-use super::page::{Content, LONGEST_COMMIT, Page, PageError, Reading, commit_len};
+use super::flash::{PageFlash, wait};
+use super::page::{Content, LONGEST_COMMIT, PIECE, Page, PageError, Reading, commit_len};
+use super::replacement::{Progress, Replacement, Source};
 use super::sealed::Header;
 use embedded_storage::nor_flash::NorFlash;
 
@@ -9,6 +12,20 @@ use embedded_storage::nor_flash::NorFlash;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct TwoPages<const LEN: usize> {
     pages: [Page<LEN>; 2],
+    /// Which one counts, once somebody has looked.
+    counting: Option<Counting>,
+}
+
+/// The page that counts, and its sequence number.
+#[derive(Debug, Clone, Copy)]
+struct Counting {
+    index: usize,
+    sequence: u32,
+}
+
+impl Counting {
+    /// No page counts: the first image goes into the first page.
+    const NONE: Self = Self { index: 1, sequence: 0 };
 }
 
 impl<const LEN: usize> TwoPages<LEN> {
@@ -17,55 +34,118 @@ impl<const LEN: usize> TwoPages<LEN> {
         const {
             assert!(F::ERASE_SIZE >= LEN + LONGEST_COMMIT, "a page has no room for image and commit word");
             assert!(LEN.is_multiple_of(F::WRITE_SIZE), "the image is no whole number of words");
+            assert!(PIECE.is_multiple_of(F::READ_SIZE), "a piece of the image cannot be read alone");
             assert!(commit_len::<F>().is_multiple_of(F::WRITE_SIZE), "the commit word is no whole number of words");
             assert!(commit_len::<F>() <= LONGEST_COMMIT, "the flash's words are too long");
             assert!(commit_len::<F>().is_multiple_of(F::READ_SIZE), "the commit word cannot be read alone");
         }
-        Self { pages: [Page { from, magic }, Page { from: from + F::ERASE_SIZE as u32, magic }] }
+        let pages = [Page { from, magic }, Page { from: from + F::ERASE_SIZE as u32, magic }];
+        Self { pages, counting: None }
     }
 
-    /// The image that counts. Finishes what a power cut left unfinished.
+    /// The image that counts. Finishes what a power cut left unfinished, and waits for it.
     ///
     /// # Errors
     /// [`LoadError::Nothing`], [`LoadError::Damaged`], [`LoadError::Unreadable`].
-    pub fn load<F: NorFlash>(&self, flash: &mut F) -> Result<(Header, [u8; LEN]), LoadError> {
+    pub fn load<F: PageFlash>(&mut self, flash: &mut F) -> Result<(Header, [u8; LEN]), LoadError> {
         let readings = self.read(flash);
-        let Some((index, header)) = choose(&readings) else { return Err(why_nothing(&readings)) };
+        let chosen = choose(&readings);
+        self.note(chosen);
+        let Some((index, header)) = chosen else { return Err(why_nothing(&readings)) };
         let [first, second] = &readings;
         let (counts, other) = if index == 0 { (first, second) } else { (second, first) };
         // Failing to finish is no harm: the image counts as it stands, and the next store tries again.
-        let _ = self.settle(flash, index, counts, other);
+        let _ = self.settle(flash, counts, other);
         Ok((header, counts.image))
     }
 
-    /// Replaces the image by one that is made for the next sequence number.
-    ///
-    /// # Errors
-    /// [`StoreError`].
-    pub fn store<F: NorFlash>(&self, flash: &mut F, image: impl FnOnce(u32) -> [u8; LEN]) -> Result<(), StoreError> {
-        let (index, sequence) = self.chosen(flash).map_or((1, 0), |(index, header)| (index, header.sequence));
-        self.replace(flash, index, &image(sequence.wrapping_add(1)))?;
-        Ok(())
+    /// Begins to replace the image by one that is made for the next sequence number. The flash must not be busy the first
+    /// time.
+    pub fn begin<F: NorFlash, S: Source>(
+        &mut self,
+        flash: &mut F,
+        source: impl FnOnce(u32) -> S,
+    ) -> Replacement<S, LEN> {
+        let Counting { index, sequence } = self.counting(flash);
+        let (target, old) = self.target_and_old(index);
+        Replacement::new(source(sequence.wrapping_add(1)), target, old)
     }
 
-    /// Erases both pages, the one that does not count first.
-    ///
-    /// # Errors
-    /// [`StoreError`].
-    pub fn erase<F: NorFlash>(&self, flash: &mut F) -> Result<(), StoreError> {
-        let index = self.chosen(flash).map_or(1, |(index, _)| index);
-        self.other_page(index).erase(flash)?;
-        if let Some(page) = self.pages.get(index) {
-            page.erase(flash)?;
+    /// Goes on with what [`begin`](Self::begin) has begun; true when all is done.
+    pub fn go_on<F: PageFlash, S: Source>(
+        &mut self,
+        flash: &mut F,
+        replacement: &mut Replacement<S, LEN>,
+    ) -> Result<bool, PageError> {
+        let progress = replacement.go_on(flash)?;
+        if let (Progress::Counts, Some(counting)) = (progress, &mut self.counting) {
+            *counting = Counting { index: 1 - counting.index, sequence: counting.sequence.wrapping_add(1) };
         }
+        Ok(progress == Progress::Done)
+    }
+
+    /// Begins to erase both pages. The flash must not be busy the first time.
+    pub fn begin_erasure<F: NorFlash>(&mut self, flash: &mut F) -> Erasure<LEN> {
+        let index = self.counting(flash).index;
+        let (other, counts) = self.target_and_old(index);
+        Erasure::new(other, counts)
+    }
+
+    /// Goes on with what [`begin_erasure`](Self::begin_erasure) has begun; true when all is done.
+    pub fn go_on_erasing<F: PageFlash>(
+        &mut self,
+        flash: &mut F,
+        erasure: &mut Erasure<LEN>,
+    ) -> Result<bool, PageError> {
+        let is_done = erasure.go_on(flash)?;
+        if is_done {
+            self.counting = Some(Counting::NONE);
+        }
+        Ok(is_done)
+    }
+
+    /// Replaces the image and waits until it is done.
+    ///
+    /// # Errors
+    /// [`StoreError`].
+    pub fn store<F: PageFlash, S: Source>(
+        &mut self,
+        flash: &mut F,
+        source: impl FnOnce(u32) -> S,
+    ) -> Result<(), StoreError> {
+        let mut replacement = self.begin(flash, source);
+        while !self.go_on(flash, &mut replacement)? {}
         Ok(())
     }
 
-    /// The page that counts.
+    /// Erases both pages and waits until it is done.
+    ///
+    /// # Errors
+    /// [`StoreError`].
+    pub fn erase<F: PageFlash>(&mut self, flash: &mut F) -> Result<(), StoreError> {
+        let mut erasure = self.begin_erasure(flash);
+        while !self.go_on_erasing(flash, &mut erasure)? {}
+        Ok(())
+    }
+
+    /// The page that counts. It is looked for only once: reading two pages takes longer than a step may.
+    fn counting<F: NorFlash>(&mut self, flash: &mut F) -> Counting {
+        if self.counting.is_none() {
+            self.look(flash);
+        }
+        self.counting.unwrap_or(Counting::NONE)
+    }
+
     // Its frame holds both images, 3 KB, which are done with before a page is written.
     #[inline(never)]
-    fn chosen<F: NorFlash>(&self, flash: &mut F) -> Option<(usize, Header)> {
-        choose(&self.read(flash))
+    fn look<F: NorFlash>(&mut self, flash: &mut F) {
+        let chosen = choose(&self.read(flash));
+        self.note(chosen);
+    }
+
+    fn note(&mut self, chosen: Option<(usize, Header)>) {
+        let counting = chosen.map(|(index, header)| Counting { index, sequence: header.sequence });
+        self.counting = Some(counting.unwrap_or(Counting::NONE));
     }
 
     fn read<F: NorFlash>(&self, flash: &mut F) -> [Reading<LEN>; 2] {
@@ -74,39 +154,33 @@ impl<const LEN: usize> TwoPages<LEN> {
         [first.read(flash), second.read(flash)]
     }
 
-    /// Brings the pages to rest: the image that counts, in the page `index`, committed, and the other page erased.
-    fn settle<F: NorFlash>(
-        &self,
+    /// Brings the pages to rest: the image that counts committed, and the other page erased.
+    fn settle<F: PageFlash>(
+        &mut self,
         flash: &mut F,
-        index: usize,
         counts: &Reading<LEN>,
         other: &Reading<LEN>,
-    ) -> Result<(), PageError> {
+    ) -> Result<(), StoreError> {
         match (counts.committed, other.content) {
             (true, Content::Blank) => Ok(()),
-            (true, _) => self.other_page(index).erase(flash),
+            (true, _) => {
+                let index = self.counting(flash).index;
+                let (page, _) = self.target_and_old(index);
+                page.start_erase(flash)?;
+                Ok(wait(flash).map_err(|_| PageError::EraseRefused)?)
+            }
             // Some word of it may be torn and have read rightly just this once.
-            (false, _) => self.replace(flash, index, &counts.image),
+            (false, _) => {
+                let image = counts.image;
+                self.store(flash, |_| image)
+            }
         }
     }
 
-    /// Writes an image to the page that is not `index`, commits it, erases the page `index`.
-    fn replace<F: NorFlash>(&self, flash: &mut F, index: usize, image: &[u8; LEN]) -> Result<(), PageError> {
-        let target = self.other_page(index);
-        target.erase(flash)?;
-        target.write(flash, image)?;
-        target.commit(flash)?;
-        // The new record counts from here on. The old one must not outlive it; failing to erase it is reported by the next
-        // store, which will need that page.
-        if let Some(old) = self.pages.get(index) {
-            let _ = old.erase(flash);
-        }
-        Ok(())
-    }
-
-    fn other_page(&self, index: usize) -> Page<LEN> {
+    /// The page that is written next, and the page `index`, which counts.
+    fn target_and_old(&self, index: usize) -> (Page<LEN>, Page<LEN>) {
         let [first, second] = self.pages;
-        if index == 0 { second } else { first }
+        if index == 0 { (second, first) } else { (first, second) }
     }
 }
 

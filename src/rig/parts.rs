@@ -88,7 +88,7 @@ impl<T: Real> Tolerance<T> {
         Self { base_mm: half, edges_mm: half, offset_mm: T::of(0.3), drum: T::of(0.001) }
     }
 
-    pub(super) fn is_possible(&self) -> bool {
+    pub(crate) fn is_possible(&self) -> bool {
         let lengths = [self.base_mm, self.edges_mm, self.offset_mm];
         let within = |value: &T, most: f64| *value >= T::zero() && *value <= T::of(most);
         lengths.iter().all(|value| within(value, MAX_TOLERANCE_MM)) && within(&self.drum, MAX_DRUM_TOLERANCE)

@@ -20,6 +20,8 @@ const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
 const ERASE_PS: u64 = 22 * PS_A_MS;
 /// Programming a double word (datasheet: 81.7 us typical).
 const PROGRAM_PS: u64 = 82 * PS_A_US;
+/// Who asks again within this time does nothing else meanwhile: twenty instructions.
+const POLLED_PS: u64 = PS_A_US / 8;
 /// Errors of SR; they stay until they are cleared.
 const ERRORS: [&str; 7] = ["OPERR", "PROGERR", "WRPERR", "PGAERR", "SIZERR", "PGSERR", "MISERR"];
 
@@ -88,6 +90,10 @@ pub struct Flash {
     cache_is_old: bool,
     /// A read of the second bank has to wait until then, ps.
     pub stall_until_ps: u64,
+    /// Loads that had to wait, and turns of loops that did nothing but ask, since power-up and while the sampling was on.
+    pub stalls: u32,
+    /// When the status was read last, ps, while BSY was set.
+    polled_ps: u64,
 }
 
 impl Flash {
@@ -104,6 +110,8 @@ impl Flash {
             journal: None,
             cache_is_old: false,
             stall_until_ps: 0,
+            stalls: 0,
+            polled_ps: 0,
         };
         flash.reset();
         flash
@@ -140,6 +148,13 @@ impl Flash {
             }
             self.file.put("SR", "BSY", 0);
         }
+    }
+
+    /// When the firmware does nothing but ask whether the work is done: until when it will, ps.
+    pub fn waits_until_ps(&mut self, now_ps: u64) -> Option<u64> {
+        let (_, until_ps) = self.busy?;
+        let waits = now_ps - std::mem::replace(&mut self.polled_ps, now_ps) < POLLED_PS;
+        waits.then_some(until_ps)
     }
 
     /// Reads a register.

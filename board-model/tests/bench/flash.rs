@@ -1,6 +1,6 @@
 //! The record's flash: option bytes, protection, torn words, and power cuts in every operation of a store.
 
-use crate::scene::{calibrate, calibrated, hear, image, is_fault, kept_board, live, query};
+use crate::scene::{calibrate, calibrated, hear, heartbeats, image, is_fault, kept_board, live, new_board, query};
 use board_model::board::Board;
 use board_model::peripheral::words::Word;
 use board_model::power_cuts;
@@ -59,13 +59,45 @@ fn a_torn_word_of_the_record_ends_in_no_restart() {
     assert_eq!(board.complaints(), [""; 0]);
 }
 
-/// B3: the power fails in every flash operation of a store, and in the recovery: always the old centre or the new one,
-/// and the next store works.
+/// B3: the power fails in flash operations of a calibration and of a save, and in the recovery: always the old or the new.
+/// `board-model/run run --bin power-cut -- 10000` cuts as often as one likes.
 #[test]
-#[ignore = "takes minutes; `board-model/run run --bin power-cut -- 10000` cuts as often as one likes"]
 fn no_power_cut_loses_a_centre() {
-    let tally = power_cuts::campaign(&image(), &calibrated().0, 100, 1);
-    assert!(tally.cuts >= 100, "{tally:?}");
-    assert_eq!((tally.lost, tally.wrong, tally.stuck), (0, 0, 0), "{tally:?}");
-    assert_eq!(tally.complaints, [""; 0]);
+    let tally = power_cuts::campaign(&image(), &calibrated().0, 60, 1);
+    println!("{tally}");
+    assert!(tally.cuts >= 60, "{tally}");
+    assert_eq!(tally.failures(), 0, "{tally:?}");
+}
+
+/// A board that is switched on for the first time holds whatever was in its flash: that is told as a damaged record and
+/// damaged parameters, since nobody can tell it from them, and is over with the first accept and the first save.
+#[test]
+fn noise_in_the_flash_of_a_new_board_is_told_until_something_is_stored() {
+    let mut board = new_board();
+    let said = hear(&mut board, 3_000);
+    assert!(is_fault(&said, Reason::RecordDamaged), "{said:?}");
+    assert!(is_fault(&said, Reason::ParametersDamaged), "{said:?}");
+    let new = calibrate(&mut board, 5);
+    hear(&mut board, 3_000);
+    board.power_cycle();
+    let said = hear(&mut board, 3_000);
+    assert!(!is_fault(&said, Reason::RecordDamaged), "{said:?}");
+    assert_eq!(live(&query(&mut board)), Some(new));
+    assert_eq!(board.machine.resets, []);
+    assert_eq!(board.complaints(), [""; 0]);
+}
+
+/// While a record is stored the heartbeat goes on, the sampling misses nothing, and no load waits for the flash.
+#[test]
+fn a_store_holds_nothing_up() {
+    let mut board = kept_board();
+    board.machine.chip_mut().flash.journal = Some(Vec::new());
+    calibrate(&mut board, 5);
+    let said = hear(&mut board, 300);
+    assert!(heartbeats(&said) >= 2, "{said:?}");
+    let operations = board.machine.chip_mut().flash.journal.take().unwrap();
+    assert!(operations.len() >= 43, "{} flash operations", operations.len());
+    let flash = &board.machine.chip().flash;
+    assert_eq!(flash.stalls, 0, "loads that waited for the flash");
+    assert_eq!(board.complaints(), [""; 0]);
 }

@@ -1,19 +1,15 @@
 //! `cargo emulate`: boots the emulated drive board and leaves it running for any SLCAN client.
 
 use std::error::Error;
-use std::io;
 use std::net::{Ipv4Addr, TcpListener};
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::sync::mpsc::{self, RecvTimeoutError};
-use std::thread;
-use std::time::Duration;
 
 use clap::Parser;
 use host_tests::command_line;
-use host_tests::emulator::{self, Emulator, Options};
-use host_tests::firmware::{self, Image};
-use host_tests::live::{Order, Patient, Person, PersonKind, SharedBus, serve_slcan};
+use host_tests::emulator::Options;
+use host_tests::identify::input_error::InputError;
+use host_tests::live::{Patient, Person, PersonKind, Running, machine, serve_slcan};
 use host_tests::packages::Consent;
 
 /// Boot the emulated drive board and leave it running; its log goes to the error output. Ctrl-C ends it.
@@ -36,6 +32,10 @@ struct Arguments {
     /// That person: a ball joint, a centre that moves with the arm, or a machine that is not as drawn
     #[arg(long, value_enum, default_value_t = PersonKind::Ball)]
     person: PersonKind,
+    /// The machine that the person sits in, as `cargo identify` reads it; the board is told by parameters
+    /// (`python -m glenoid parameters load RIG.toml`)
+    #[arg(long, value_name = "RIG.toml", requires = "wearer")]
+    rig: Option<PathBuf>,
     /// Seed of that person's poses and centre
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -59,13 +59,8 @@ fn main() -> ExitCode {
 
 fn run(arguments: &Arguments) -> Result<ExitCode, Box<dyn Error>> {
     let consent = if arguments.yes { Consent::Given } else { Consent::Ask };
-    let (stop, stopped) = mpsc::channel();
-    // a second Ctrl-C finds nobody listening, and need not
-    ctrlc::set_handler(move || {
-        let _ = stop.send(());
-    })?;
-    emulator::ensure_installed(consent)?;
-    let image = firmware::build(Image::EMULATED, consent)?;
+    let seated = arguments.wearer.then(|| Ok((arguments.person(), machine(arguments.rig.as_deref())?)));
+    let seated = seated.transpose().map_err(|error: InputError| error.to_string())?;
     let shared = TcpListener::bind((Ipv4Addr::LOCALHOST, arguments.can_port))?;
     let options = Options {
         rig_port: Some(arguments.rig_port),
@@ -74,37 +69,15 @@ fn run(arguments: &Arguments) -> Result<ExitCode, Box<dyn Error>> {
         monitor: true,
         ..Options::default()
     };
-    let mut board = Emulator::start(&image, &options)?;
-    let bus = SharedBus::new(board.can_address());
-    serve_slcan(bus.clone(), shared);
-    let patient = arguments.person().map(|person| Patient::sit_down(person, board.rig_address(), &bus)).transpose()?;
-    introduce(arguments, patient.as_ref());
-    let words = words_of_the_terminal();
-    loop {
-        match stopped.recv_timeout(Duration::from_millis(100)) {
-            Ok(()) | Err(RecvTimeoutError::Disconnected) => return Ok(ExitCode::SUCCESS),
-            Err(RecvTimeoutError::Timeout) => {}
-        }
-        if let Some(status) = board.exit_status() {
-            eprintln!("cargo emulate: the board ended by itself ({status})");
-            return Ok(ExitCode::FAILURE);
-        }
-        while let Ok(word) = words.try_recv() {
-            match (word.trim(), Order::parse(&word), &patient) {
-                ("", ..) => {}
-                ("reset", ..) => board.reset()?,
-                (_, Some(order), Some(patient)) => patient.order(order),
-                (word, Some(_), None) => eprintln!("{word:?} needs --wearer"),
-                (word, ..) => eprintln!("{word:?}: press, release, silent, sound and reset are known"),
-            }
-        }
-    }
+    let running = Running::start(&options, seated, consent)?;
+    serve_slcan(running.bus.clone(), shared);
+    introduce(arguments, running.patient.as_ref());
+    running.until_the_end("cargo emulate")
 }
 
 impl Arguments {
-    fn person(&self) -> Option<Person> {
-        let person = Person { kind: self.person, seed: self.seed, noise_mm: 0.1, hold_ms: self.hold, move_ms: 500 };
-        self.wearer.then_some(person)
+    fn person(&self) -> Person {
+        Person { kind: self.person, seed: self.seed, noise_mm: 0.1, hold_ms: self.hold, move_ms: 500 }
     }
 }
 
@@ -123,7 +96,9 @@ fn introduce(arguments: &Arguments, patient: Option<&Patient>) {
             println!(
                 "person           moves when the board asks for another pose; true centre {x:.3} {y:.3} {z:.3} mm"
             );
-            println!("  type           press, release (the button), silent, sound (the encoders), reset (the board)");
+            println!(
+                "  type           press, release (the button), silent, sound (the encoders), pull 3 (a cable), reset (the board)"
+            );
         }
         None => {
             println!("rig link         {rig}, for one client");
@@ -133,17 +108,4 @@ fn introduce(arguments: &Arguments, patient: Option<&Patient>) {
         }
     }
     println!("Ctrl-C ends the board.");
-}
-
-/// Lines that are typed, as they come.
-fn words_of_the_terminal() -> mpsc::Receiver<String> {
-    let (sender, words) = mpsc::channel();
-    thread::spawn(move || {
-        for line in io::stdin().lines().map_while(Result::ok) {
-            if sender.send(line).is_err() {
-                break;
-            }
-        }
-    });
-    words
 }

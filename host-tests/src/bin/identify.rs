@@ -10,6 +10,7 @@ use glenoid::identification::JointChoice;
 use host_tests::command_line;
 use host_tests::identify::report::{Method, Precision, Status};
 use host_tests::identify::{self, Request};
+use serde::Serialize;
 
 /// The exit code of a refusal. Unreadable input and a wrong command line are 1.
 const REFUSED: u8 = 2;
@@ -100,7 +101,7 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: Arguments) -> Result<ExitCode, Box<dyn Error>> {
-    let found = identify::run(&Request {
+    let request = Request {
         lengths: arguments.lengths,
         rig: arguments.rig,
         start_mm: arguments.start.map(|start| start.0),
@@ -122,17 +123,33 @@ fn run(arguments: Arguments) -> Result<ExitCode, Box<dyn Error>> {
             PrecisionName::F64 => Precision::F64,
         },
         verify: arguments.verify,
-    })?;
-    for note in &found.notes {
+    };
+    let json = arguments.json;
+    if let Some(found) = identify::hinge::run(&request)? {
+        return print(&found.report, found.report.status, found.summary, json, &found.notes, &found.warnings);
+    }
+    let found = identify::run(&request)?;
+    print(&found.report, found.report.status, found.summary, json, &found.notes, &found.warnings)
+}
+
+fn print(
+    report: &impl Serialize,
+    status: Status,
+    summary: String,
+    json: bool,
+    notes: &[String],
+    warnings: &[String],
+) -> Result<ExitCode, Box<dyn Error>> {
+    for note in notes {
         eprintln!("cargo identify: {note}");
     }
-    for warning in &found.warnings {
+    for warning in warnings {
         eprintln!("cargo identify: warning: {warning}");
     }
-    let text = if arguments.json { serde_json::to_string(&found.report)? + "\n" } else { found.summary };
+    let text = if json { serde_json::to_string(report)? + "\n" } else { summary };
     // The reader of a pipe may have gone; the exit status still tells the outcome.
     let _ = std::io::stdout().lock().write_all(text.as_bytes());
-    Ok(match found.report.status {
+    Ok(match status {
         Status::Accepted => ExitCode::SUCCESS,
         Status::Refused => ExitCode::from(REFUSED),
     })

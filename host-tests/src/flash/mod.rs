@@ -11,6 +11,7 @@ pub use word::TornWord;
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
 };
+use glenoid::record::PageFlash;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use word::Word;
@@ -33,6 +34,8 @@ pub enum FlashError {
     Protected,
     /// The word's error correcting code says that it is beyond repair.
     BeyondRepair,
+    /// It is busy with what was started.
+    Busy,
     /// Bad arguments.
     Arguments(NorFlashErrorKind),
 }
@@ -69,6 +72,9 @@ pub struct MockFlash {
     cut_in: Option<u32>,
     off: bool,
     operations: u32,
+    /// So often it will say that it is busy with what was started, and how that went.
+    busy: u32,
+    outcome: Result<(), FlashError>,
     defects: Vec<(usize, Defect)>,
 }
 
@@ -82,6 +88,8 @@ impl MockFlash {
             cut_in: None,
             off: false,
             operations: 0,
+            busy: 0,
+            outcome: Ok(()),
             defects: Vec::new(),
         }
     }
@@ -101,6 +109,7 @@ impl MockFlash {
     pub fn power_up(&mut self) {
         self.off = false;
         self.cut_in = None;
+        (self.busy, self.outcome) = (0, Ok(()));
     }
 
     /// The power has failed.
@@ -129,13 +138,26 @@ impl MockFlash {
 
     /// Begins an operation; true when the power fails in it.
     fn begin(&mut self) -> Result<bool, FlashError> {
-        if self.off {
-            return Err(FlashError::NoPower);
-        }
+        self.answers()?;
         self.operations += 1;
         self.off = self.cut_in == Some(0);
         self.cut_in = self.cut_in.and_then(|left| left.checked_sub(1));
         Ok(self.off)
+    }
+
+    /// Neither is the power off, nor is something going on.
+    fn answers(&self) -> Result<(), FlashError> {
+        match (self.off, self.busy) {
+            (true, _) => Err(FlashError::NoPower),
+            (false, 0) => Ok(()),
+            (false, _) => Err(FlashError::Busy),
+        }
+    }
+
+    /// Something was started, and went like this. It takes its time.
+    fn started(&mut self, outcome: Result<(), FlashError>) {
+        self.busy = self.random.random_range(0..3);
+        self.outcome = outcome;
     }
 
     fn write_word(&mut self, index: usize, value: u64) -> Result<(), FlashError> {
@@ -192,9 +214,7 @@ impl ReadNorFlash for MockFlash {
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FlashError> {
         check_read(self, offset, bytes.len()).map_err(FlashError::Arguments)?;
-        if self.off {
-            return Err(FlashError::NoPower);
-        }
+        self.answers()?;
         let mut read = None;
         for (at, byte) in (offset as usize..).zip(bytes) {
             // one access a word: its bytes are of one reading
@@ -231,6 +251,33 @@ impl NorFlash for MockFlash {
             .iter()
             .enumerate()
             .try_for_each(|(index, word)| self.write_word(first + index, u64::from_le_bytes(*word)))
+    }
+}
+
+/// What goes wrong is said when it is over, as on the chip.
+impl PageFlash for MockFlash {
+    fn start_erase(&mut self, from: u32) -> Result<(), FlashError> {
+        self.answers()?;
+        let outcome = self.erase(from, from + PAGE_LEN as u32);
+        self.started(outcome);
+        Ok(())
+    }
+
+    fn start_write(&mut self, at: u32, word: &[u8]) -> Result<(), FlashError> {
+        assert_eq!(word.len(), WORD_LEN, "one word at a time");
+        self.answers()?;
+        let outcome = self.write(at, word);
+        self.started(outcome);
+        Ok(())
+    }
+
+    fn is_busy(&mut self) -> Result<bool, FlashError> {
+        let is_busy = self.busy != 0;
+        self.busy = self.busy.saturating_sub(1);
+        if is_busy {
+            return Ok(true);
+        }
+        std::mem::replace(&mut self.outcome, Ok(())).map(|()| false)
     }
 }
 

@@ -124,10 +124,8 @@ impl Problem<'_> {
         let lengths: Result<Vec<_>, _> =
             poses.iter().map(|lengths| CableLengths::new(lengths.as_mm().map(Real::to_f64))).collect();
         let Ok(lengths) = lengths else { return };
-        let row = |cause: Cause| Cause {
-            pose: cause.pose.and_then(|pose| self.setting.rows_used.iter().nth(pose)),
-            ..cause
-        };
+        let row =
+            |cause: Cause| Cause { pose: cause.pose.and_then(|pose| self.setting.rows_used.iter().nth(pose)), ..cause };
         let is_noisy = |found: &Identified<T>| found.noise_mm.to_f64() > expected_mm * LOOK_TWICE;
         match &estimation.outcome {
             Err(refusal) if may_have_a_cause(refusal) => {}

@@ -129,12 +129,7 @@ impl Scored {
 }
 
 /// What explains these poses best; `None` when nothing beside the stated machine is needed, or nothing can be said.
-pub fn find(
-    rig: &Rig<f64>,
-    machine: &Machine<f64>,
-    lengths: &[CableLengths<f64>],
-    noise_mm: f64,
-) -> Option<Causes> {
+pub fn find(rig: &Rig<f64>, machine: &Machine<f64>, lengths: &[CableLengths<f64>], noise_mm: f64) -> Option<Causes> {
     if let Some(best) = wiring::standing_still(lengths) {
         return Some(Causes { best, or: None });
     }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use toml::de::{DeTable, DeValue};
 
 /// The keys of the file itself, beside its sections.
-const VALUES: &[&str] = &["base", "edges", "home"];
+const VALUES: &[&str] = &["base", "edges", "home", "joint"];
 
 /// The sections, and the keys that each may hold. [`ANYTHING`] is for people and other programs, and is not read.
 const SECTIONS: &[(&str, &[&str])] = &[
@@ -14,6 +14,21 @@ const SECTIONS: &[(&str, &[&str])] = &[
     ("zeros", &["mm"]),
     ("drum", &["scale"]),
     ("covariance", &["parameters", "triangle"]),
+    (
+        "hinge",
+        &[
+            "axis",
+            "point",
+            "axis_in_platform",
+            "point_in_platform",
+            "range_deg",
+            "sigma_deg",
+            "sigma_mm",
+            "sigma_in_platform_deg",
+            "sigma_in_platform_mm",
+            "sigma_along_mm",
+        ],
+    ),
     ("start", &["values"]),
     ("truth", ANYTHING),
 ];

@@ -7,6 +7,7 @@
 //! Read by hand rather than with a CSV library, because every complaint names its line and column: the libraries drop
 //! the place of a field, and count the lines of a file with CRLF or blank lines in their own way.
 
+mod board_result;
 mod bus_log;
 mod foreign;
 mod header;
@@ -14,6 +15,8 @@ mod number;
 mod repeated;
 mod table;
 mod text;
+
+pub use board_result::BoardResult;
 
 use super::input_error::{self, InputError};
 use glenoid::kinematics::CableLengths;
@@ -50,6 +53,7 @@ pub struct LengthsFile {
     rows: Vec<Row>,
     second_set: Vec<Row>,
     notes: Vec<String>,
+    board: Option<BoardResult>,
 }
 
 impl LengthsFile {
@@ -58,8 +62,16 @@ impl LengthsFile {
     /// # Errors
     /// [`InputError`] names the first place that cannot be read.
     pub fn read(path: &Path) -> Result<Self, InputError> {
+        Self::read_of(path, CABLES)
+    }
+
+    /// Reads a table of a rig with fewer cables. The rows' lengths beyond them repeat the first.
+    ///
+    /// # Errors
+    /// [`InputError`] names the first place that cannot be read.
+    pub fn read_of(path: &Path, cables: usize) -> Result<Self, InputError> {
         let (file, bytes) = input_error::read(path)?;
-        Self::parse(&file, &bytes)
+        Self::parse_of(&file, &bytes, cables)
     }
 
     /// Reads a log from its bytes. `file` is its name for messages.
@@ -67,12 +79,19 @@ impl LengthsFile {
     /// # Errors
     /// [`InputError`] names the first place that cannot be read.
     pub fn parse(file: &str, bytes: &[u8]) -> Result<Self, InputError> {
+        Self::parse_of(file, bytes, CABLES)
+    }
+
+    fn parse_of(file: &str, bytes: &[u8], cables: usize) -> Result<Self, InputError> {
         if let Some(kind) = foreign::kind(bytes) {
             return Err(InputError::at(file, 1, 1, foreign::complaint(kind, file)));
         }
         let text = text::decode(file, bytes)?;
-        let mut log =
-            if bus_log::is_one(&text.content) { bus_log::parse(file, &text)? } else { table::parse(file, &text)? };
+        let mut log = match bus_log::is_one(&text.content) {
+            true if cables == CABLES => bus_log::parse(file, &text)?,
+            true => return Err(InputError::at(file, 1, 1, "what candump recorded holds the lengths of six cables")),
+            false => table::parse(file, &text, cables)?,
+        };
         log.notes.splice(0..0, text.encoding.note());
         Ok(log)
     }
@@ -92,6 +111,11 @@ impl LengthsFile {
     pub fn second_set(&self) -> Option<Self> {
         let rows = self.second_set.clone();
         (!rows.is_empty()).then(|| Self { rows, second_set: Vec::new(), notes: Vec::new(), ..self.clone() })
+    }
+
+    /// What the board itself found, if this is a recording of the bus.
+    pub fn board(&self) -> Option<&BoardResult> {
+        self.board.as_ref()
     }
 
     /// What was taken for what, and what was left out, in words. Empty for a plain table.
@@ -119,6 +143,13 @@ impl LengthsFile {
     }
 
     fn new(file: &str) -> Self {
-        Self { file: file.to_owned(), columns: Vec::new(), rows: Vec::new(), second_set: Vec::new(), notes: Vec::new() }
+        Self {
+            file: file.to_owned(),
+            columns: Vec::new(),
+            rows: Vec::new(),
+            second_set: Vec::new(),
+            notes: Vec::new(),
+            board: None,
+        }
     }
 }

@@ -2,9 +2,11 @@
 //! `home`, `[tolerance]`, `[zeros]`, `[drum]` and `[covariance]` where they are known.
 
 mod cables;
+mod hinge;
 mod machine;
 pub mod source;
 
+pub use self::hinge::read_hinge;
 use self::source::Source;
 use super::input_error::{self, InputError};
 use super::{known_keys, units};
@@ -38,6 +40,14 @@ pub fn default_rig() -> Result<Rig<f64>, InputError> {
     Rig::shoulder(ASSUMED_BASE_RADIUS_MM)
         .and_then(|rig| rig.with_tolerance(Tolerance::hand_built()))
         .map_err(|error| InputError::Request(error.text().to_owned()))
+}
+
+/// The shoulder, taken as it is drawn: what a board goes by until its parameters are set.
+///
+/// # Errors
+/// As [`default_rig`].
+pub fn drawn_rig() -> Result<Rig<f64>, InputError> {
+    Rig::shoulder(ASSUMED_BASE_RADIUS_MM).map_err(|error| InputError::Request(error.text().to_owned()))
 }
 
 /// A rig in another precision.
@@ -111,25 +121,35 @@ impl RigFile {
     /// # Errors
     /// [`InputError`] names the place that cannot be read, or the constant that cannot be.
     pub fn parse(file: &str, bytes: &[u8]) -> Result<Self, InputError> {
-        let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-        let text = std::str::from_utf8(bytes).map_err(|error| {
-            let before = String::from_utf8_lossy(&bytes[..error.valid_up_to()]).into_owned();
-            Source { file, text: &before }.error(before.len()..before.len(), "not UTF-8 text")
-        })?;
-        Source { file, text }.rig_file()
+        Source { file, text: text(file, bytes)? }.rig_file()
     }
 }
 
+/// The text of a rig file.
+fn text<'b>(file: &str, bytes: &'b [u8]) -> Result<&'b str, InputError> {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    std::str::from_utf8(bytes).map_err(|error| {
+        let before = String::from_utf8_lossy(&bytes[..error.valid_up_to()]).into_owned();
+        Source { file, text: &before }.error(before.len()..before.len(), "not UTF-8 text")
+    })
+}
+
 impl<'a> Source<'a> {
-    fn rig_file(&self) -> Result<RigFile, InputError> {
+    /// The file's table, with no key in it that is not known.
+    fn table(&self) -> Result<Spanned<DeTable<'a>>, InputError> {
         let table = DeTable::parse(self.text).map_err(|error| {
             let end = self.text.len();
             self.error(error.span().unwrap_or(end..end), error.message())
         })?;
-        let table = table.get_ref();
-        if let Some((place, complaint)) = known_keys::unknown(table) {
-            return Err(self.error(place, complaint));
+        match known_keys::unknown(table.get_ref()) {
+            Some((place, complaint)) => Err(self.error(place, complaint)),
+            None => Ok(table),
         }
+    }
+
+    fn rig_file(&self) -> Result<RigFile, InputError> {
+        let table = self.table()?;
+        let table = table.get_ref();
         let drum = self.drum(table)?;
         let rig = match table.get("cable") {
             Some(cables) => self.cables(table, cables, drum)?,

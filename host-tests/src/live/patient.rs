@@ -7,7 +7,7 @@ use glenoid::can::status::Heartbeat;
 use glenoid::can::telemetry::TELEMETRY_FRAMES;
 use glenoid::can::{BaseId, Frame, Message};
 use glenoid::procedure::{Guidance, StateName};
-use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, CABLES, Rig};
+use glenoid::rig::{CABLES, Rig};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -23,8 +23,12 @@ const PERIOD_MS: u32 = 10;
 /// Time between two samples while it moves, ms: as often as the board sends telemetry.
 const MOVING_PERIOD_MS: u32 = 20;
 
-/// Longest wait for the board before the arm moves on all the same.
-const BOARD_LIMIT: Duration = Duration::from_millis(200);
+/// Samples that a pull of a cable takes, and how fast it is pulled: 12 mm in 0.2 s on the shoulder's drums.
+const PULL_SAMPLES: i32 = 40;
+const PULL_COUNTS_A_SAMPLE: i32 = 26;
+
+/// Longest wait for the board before the encoders count on all the same: it may be silent on the bus.
+const BOARD_LIMIT: Duration = Duration::from_secs(1);
 
 /// How far the centre of a living shoulder moves with the arm's rotation, mm for each radian about x, y and z: a few
 /// millimetres up and forward in an elevation of 45 degrees, as in the cadavers of Meskers (1998) and later studies.
@@ -66,17 +70,22 @@ pub enum Order {
     Button(bool),
     /// The encoders fall silent, or count again.
     Encoders(bool),
+    /// Pull this cable, 1 to 6, by a finger's breadth, and let go.
+    Pull(u8),
 }
 
 impl Order {
-    /// An order as a terminal writes it: `press`, `release`, `silent`, `sound`.
+    /// An order as a terminal writes it: `press`, `release`, `silent`, `sound`, `pull 3`.
     pub fn parse(line: &str) -> Option<Self> {
         match line.trim() {
             "press" => Some(Self::Button(true)),
             "release" => Some(Self::Button(false)),
             "silent" => Some(Self::Encoders(false)),
             "sound" => Some(Self::Encoders(true)),
-            _ => None,
+            other => {
+                let cable: u8 = other.strip_prefix("pull ")?.trim().parse().ok()?;
+                (1..=CABLES as u8).contains(&cable).then_some(Self::Pull(cable))
+            }
         }
     }
 }
@@ -89,19 +98,18 @@ pub struct Patient {
 }
 
 impl Patient {
-    /// Sits a person into the machine whose rig link is at this address.
+    /// Sits a person into a machine, `drawn` like this, whose rig link is at this address.
     ///
     /// # Errors
     /// When the rig link cannot be reached.
-    pub fn sit_down(person: Person, rig: SocketAddr, bus: &SharedBus) -> io::Result<Self> {
-        let drawn = Rig::shoulder(ASSUMED_BASE_RADIUS_MM).map_err(|error| io::Error::other(error.text()))?;
-        let settings = WearerSettings { seed: person.seed, noise_mm: person.noise_mm, ..WearerSettings::default() };
-        let wearer = Wearer::new(machine_of(&person, drawn)?, settings);
+    pub fn sit_down(person: Person, drawn: Rig<f64>, rig: SocketAddr, bus: &SharedBus) -> io::Result<Self> {
+        let wearer = Wearer::new(machine_of(&person, drawn)?, settings(&person, &drawn));
         let [x, y, z, ..] = wearer.truth().to_array();
         let stream = TcpStream::connect(rig)?;
         stream.set_nodelay(true)?;
         let (orders, from_outside) = mpsc::channel();
-        let link = Link { address: rig, stream, orders: from_outside, silent: false, next: Instant::now() };
+        let link =
+            Link { address: rig, stream, orders: from_outside, silent: false, pulled: None, next: Instant::now() };
         let mut play = Play { person, wearer, link, port: bus.attach(), heartbeat: None, at: Rotation3::identity() };
         thread::spawn(move || while play.go_on().is_ok() {});
         Ok(Self { orders, truth_mm: [x, y, z] })
@@ -116,6 +124,21 @@ impl Patient {
     pub fn order(&self, order: Order) {
         // A person who is gone takes no orders.
         let _ = self.orders.send(order);
+    }
+}
+
+/// The person's own measures, in proportion to the machine: a wrist is smaller than a shoulder.
+fn settings(person: &Person, drawn: &Rig<f64>) -> WearerSettings {
+    const SHOULDER_RADIUS_MM: f64 = 140.8;
+    let usual = WearerSettings::default();
+    let [radius_mm, ..] = drawn.nominal().radii_mm;
+    let size = radius_mm / SHOULDER_RADIUS_MM;
+    WearerSettings {
+        seed: person.seed,
+        noise_mm: person.noise_mm,
+        centre_offset_mm: usual.centre_offset_mm * size,
+        cuff_offset_mm: usual.cuff_offset_mm * size,
+        ..usual
     }
 }
 
@@ -145,12 +168,13 @@ impl Play {
     /// Holds the pose; then moves on if the board wants that.
     fn go_on(&mut self) -> io::Result<()> {
         for _ in 0..(self.person.hold_ms / PERIOD_MS).max(1) {
+            self.wait_for_the_board(|_| true);
             self.sample(self.at)?;
         }
         if self.is_to_move() {
             let to = self.wearer.next_pose().rotation;
             for rotation in Wearer::path(self.at, to, self.person.move_ms, MOVING_PERIOD_MS) {
-                self.wait_for_the_board();
+                self.wait_for_the_board(ends_telemetry);
                 self.sample(rotation)?;
             }
             self.at = to;
@@ -158,26 +182,25 @@ impl Play {
         Ok(())
     }
 
-    /// The arm moves no faster than the board's own time goes: an emulator on a busy machine stands still now and then,
-    /// and would see an arm that leaps.
-    fn wait_for_the_board(&mut self) {
+    /// The arm lives in the board's own time: an emulator on a busy machine stands still now and then, and samples that had
+    /// piled up meanwhile would come to it all at once, as no encoder's do. Waits for a frame of the board that will do.
+    fn wait_for_the_board(&mut self, will_do: fn(&Frame) -> bool) {
         let end = Instant::now() + BOARD_LIMIT;
         while let Some(frame) = self.port.receive(end.saturating_duration_since(Instant::now())) {
-            if self.hear(&frame) {
+            self.hear(&frame);
+            if will_do(&frame) {
+                // what else is there is as old
+                while let Some(frame) = self.port.try_receive() {
+                    self.hear(&frame);
+                }
                 break;
             }
         }
     }
 
-    /// True at the end of a set of telemetry.
-    fn hear(&mut self, frame: &Frame) -> bool {
-        match Message::unpack(frame, BaseId::DEFAULT) {
-            Ok(Message::Heartbeat(heartbeat)) => {
-                self.heartbeat = Some(heartbeat);
-                false
-            }
-            Ok(Message::Telemetry([head, ..])) => usize::from(head & 0x1F) + 1 == TELEMETRY_FRAMES,
-            _ => false,
+    fn hear(&mut self, frame: &Frame) {
+        if let Ok(Message::Heartbeat(heartbeat)) = Message::unpack(frame, BaseId::DEFAULT) {
+            self.heartbeat = Some(heartbeat);
         }
     }
 
@@ -201,11 +224,21 @@ impl Play {
     }
 }
 
+/// Is this the end of a set of telemetry?
+fn ends_telemetry(frame: &Frame) -> bool {
+    match Message::unpack(frame, BaseId::DEFAULT) {
+        Ok(Message::Telemetry([head, ..])) => usize::from(head & 0x1F) + 1 == TELEMETRY_FRAMES,
+        _ => false,
+    }
+}
+
 struct Link {
     address: SocketAddr,
     stream: TcpStream,
     orders: Receiver<Order>,
     silent: bool,
+    /// The cable that is being pulled, from 0, and for how many samples yet.
+    pulled: Option<(usize, i32)>,
     next: Instant,
 }
 
@@ -219,9 +252,16 @@ impl Link {
             match self.orders.try_recv() {
                 Ok(Order::Button(down)) => self.write(&format!("b {}\n", u8::from(down)))?,
                 Ok(Order::Encoders(sound)) => self.silent = !sound,
+                Ok(Order::Pull(cable)) => self.pulled = Some((usize::from(cable) - 1, PULL_SAMPLES)),
                 Err(TryRecvError::Empty) => break,
                 Err(TryRecvError::Disconnected) => return Err(io::ErrorKind::BrokenPipe.into()),
             }
+        }
+        let mut counts = *counts;
+        if let Some((cable, left)) = self.pulled.filter(|(_, left)| *left > 0) {
+            self.pulled = Some((cable, left - 1));
+            // there and back
+            counts[cable] += PULL_COUNTS_A_SAMPLE * left.min(PULL_SAMPLES - left);
         }
         let [c1, c2, c3, c4, c5, c6] = counts;
         if self.silent { Ok(()) } else { self.write(&format!("e {c1} {c2} {c3} {c4} {c5} {c6}\n")) }

@@ -15,6 +15,7 @@ use glenoid::identification::Rejected;
 use glenoid::identification::machine::MachineDeviation;
 use glenoid::record::Record;
 use glenoid::rig::Parameters;
+use rand::seq::index::sample;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::fmt;
@@ -105,6 +106,7 @@ pub fn record(number: u16) -> Record {
         verification_poses: number as u8,
         verification_deviation_mm: value,
         verification_limit_mm: value,
+        motion: None,
         machine: MachineDeviation {
             base_mm: std::array::from_fn(spread),
             ends_mm: std::array::from_fn(spread),
@@ -188,7 +190,7 @@ impl<S: Scheme> Bench<S> {
     }
 }
 
-/// Cuts every operation of one store, and every operation of the recovery from each of these cuts.
+/// Cuts every operation of one store, and [`Scheme::SECOND_CUTS`] of the recovery from each of these cuts.
 pub fn cut_everywhere<S: Scheme>(torn: TornWord, seed: u64) -> Tally {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let history = random.random_range(0..4);
@@ -206,9 +208,10 @@ pub fn cut_everywhere<S: Scheme>(torn: TornWord, seed: u64) -> Tally {
             bench.load(&mut Tally::default());
             bench.store();
         });
-        for second in 0..operations {
+        let seconds = sample(&mut random, operations as usize, S::SECOND_CUTS.min(operations as usize));
+        for second in seconds {
             let mut cut_again = cut.fork(random.random());
-            cut_again.flash.cut_after(second);
+            cut_again.flash.cut_after(second as u32);
             let mut trial = Tally::default();
             cut_again.load(&mut trial);
             if !cut_again.flash.is_off() {
@@ -229,9 +232,10 @@ pub fn random_life<S: Scheme>(torn: TornWord, seed: u64, stores: u32) -> Tally {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut bench = Bench::<S>::new(torn, seed, 0);
     let mut tally = Tally::default();
+    let operations = Bench::<S>::new(torn, seed, 1).operations(|bench| assert!(bench.store()));
     for _ in 0..stores {
         if random.random_bool(0.8) {
-            bench.flash.cut_after(random.random_range(0..40));
+            bench.flash.cut_after(random.random_range(0..operations));
         }
         bench.store();
         tally.first_cuts += u64::from(bench.flash.is_off());

@@ -9,6 +9,9 @@ use glenoid::record::{IMAGE_LEN, Journal, JournalEntry, ParameterStore, Record, 
 
 /// A way to keep a record in flash.
 pub trait Scheme: Clone + Default {
+    /// Cuts in the recovery from each cut of a store: all of them, unless a store has so many words that all pairs would
+    /// take hours; then so many, by chance.
+    const SECOND_CUTS: usize = usize::MAX;
     /// The record, if there is one.
     fn load(&mut self, flash: &mut MockFlash, rig: u32) -> Option<Record>;
     /// Replaces the record; true when that worked.
@@ -45,6 +48,8 @@ impl ParameterPages {
 }
 
 impl Scheme for ParameterPages {
+    const SECOND_CUTS: usize = 8;
+
     fn load(&mut self, flash: &mut MockFlash, _: u32) -> Option<Record> {
         let set = ParameterStore::new(flash, STORE_FROM).load().ok()?;
         let number = set.integer(Key::LockKey1) as u16;
@@ -57,17 +62,28 @@ impl Scheme for ParameterPages {
     }
 }
 
-/// The firmware's journal: the number is the boot's.
+/// The firmware's journal. The run is the record's number; the boot counts the power-ups, each of which is noted before
+/// anybody learns of it, as the device does.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Entries;
+pub struct Entries {
+    /// The last boot that was noted, whole.
+    noted: u32,
+}
 
 impl Scheme for Entries {
     fn load(&mut self, flash: &mut MockFlash, _: u32) -> Option<Record> {
-        Journal::new(flash, STORE_FROM).last().map(|entry| super::record(entry.boot as u16))
+        let mut journal = Journal::new(flash, STORE_FROM);
+        let entry = journal.last()?;
+        let boot = entry.boot + 1;
+        journal.append(&JournalEntry { boot, ..entry }).ok()?;
+        // a boot that was there before is wrong: run 0 was never stored
+        let run_id = if boot > self.noted { entry.run_id } else { 0 };
+        self.noted = boot;
+        Some(super::record(run_id))
     }
 
     fn store(&mut self, flash: &mut MockFlash, record: &Record) -> bool {
-        let entry = JournalEntry { boot: record.run_id.into(), run_id: record.run_id, distrust: 0 };
+        let entry = JournalEntry { boot: self.noted, run_id: record.run_id, distrust: 0 };
         Journal::new(flash, STORE_FROM).append(&entry).is_ok()
     }
 }

@@ -64,7 +64,7 @@ impl InProcess {
     /// A bench for a device of this kind with an erased flash, at time zero.
     pub fn new(config: Config) -> Self {
         let storage = Storage::new(MockFlash::new(STORAGE_PAGES, TornWord::Zeros, 1), 0);
-        let mut bench = Self { config, device: Device::new(config), storage, now_ms: 0, heard: Vec::new() };
+        let mut bench = Self { config, device: Device::new(&config), storage, now_ms: 0, heard: Vec::new() };
         bench.start();
         bench
     }
@@ -75,30 +75,34 @@ impl InProcess {
             Ok(set) => set.config(self.config.restart, self.config.serial).unwrap_or(self.config),
             Err(_) => self.config,
         };
-        self.device = Device::new(config);
+        self.device = Device::new(&config);
         let loaded = self.storage.load(fingerprint(&config.rig), None);
         self.handle(Event::PowerUp(loaded));
     }
 
     fn handle(&mut self, event: Event) {
         let Self { device, storage, heard, .. } = self;
-        let mut stored = None;
-        device.handle(self.now_ms, event, &mut |action| match action {
-            Action::Send(frame) => heard.push(frame),
-            Action::Store(centre) => stored = Some(Event::Stored(storage.store(&centre))),
-            Action::Journal(entry) => {
-                if let Err(error) = storage.append(&entry) {
-                    stored = Some(Event::JournalFailed(error));
-                }
+        let mut next = Some(event);
+        while let Some(event) = next {
+            let mut refused = None;
+            device.handle(self.now_ms, event, &mut |action| match action {
+                Action::Send(frame) => heard.push(frame),
+                Action::Store(centre) => refused = storage.store(&centre).err(),
+                Action::Journal(entry) => storage.append(&entry),
+                Action::StoreParameters(set) => storage.store_parameters(&set),
+                Action::EraseRecord => storage.erase_record(),
+                Action::Stop(_) | Action::StatusLed(_) | Action::Log(_) => {}
+            });
+            next = refused.map(|error| Event::Stored(Err(error)));
+        }
+    }
+
+    /// Everything is stored before time goes on.
+    fn store(&mut self) {
+        while self.storage.is_working() {
+            if let Some(event) = self.storage.go_on().and_then(Event::of) {
+                self.handle(event);
             }
-            Action::StoreParameters(set) => {
-                stored = Some(Event::ParametersStored(storage.store_parameters(&set)));
-            }
-            Action::EraseRecord => stored = Some(Event::ParametersStored(storage.erase_record())),
-            Action::Stop(_) | Action::StatusLed(_) | Action::Log(_) => {}
-        });
-        if let Some(event) = stored {
-            self.handle(event);
         }
     }
 }
@@ -111,6 +115,7 @@ impl Bench for InProcess {
 
     fn send(&mut self, frame: &Frame) -> Result<(), BenchError> {
         self.handle(Event::Can(*frame));
+        self.store();
         Ok(())
     }
 
@@ -118,6 +123,7 @@ impl Bench for InProcess {
         for _ in 0..ms {
             self.now_ms = self.now_ms.wrapping_add(1);
             self.handle(Event::Tick);
+            self.store();
             for _ in 1..TICKS_A_MILLISECOND {
                 if !self.device.is_busy() {
                     break;

@@ -128,9 +128,8 @@ impl<'a> Client<'a> {
             self.inbox.parameter = None;
             self.bench.send(&frame)?;
             let meant = |inbox: &Inbox| {
-                let is_meant = |answer: &ParameterAnswer| {
-                    (answer.operation, answer.index) == (request.operation, request.index)
-                };
+                let is_meant =
+                    |answer: &ParameterAnswer| (answer.operation, answer.index) == (request.operation, request.index);
                 inbox.parameter.filter(is_meant)
             };
             match self.wait_for("answer about a parameter", REPEAT_MS, meant) {

@@ -2,10 +2,11 @@
 
 use glenoid::can::identity::Naming;
 use glenoid::can::report::{OutcomeReport, PoseReport};
-use glenoid::can::result::{Parameter, Quality, VerificationReport, ZeroError};
+use glenoid::can::result::{MotionPart, Parameter, Quality, VerificationReport, ZeroError};
 use glenoid::can::status::{Answer, Fault, Heartbeat, Versions};
 use glenoid::can::watch::WatchReport;
 use glenoid::can::{BaseId, Frame, Message, ParameterAnswer, UnpackError};
+use glenoid::identification::joint::{MOTION_PARTS, ShownMotion};
 use glenoid::procedure::PoseSet;
 use glenoid::rig::{CABLES, POINTS};
 use std::collections::BTreeMap;
@@ -42,6 +43,10 @@ pub struct Inbox {
     pub zeros: [Option<ZeroError>; CABLES],
     /// Those in use.
     pub live_zeros: [Option<ZeroError>; CABLES],
+    /// How the new centre moves, part by part.
+    pub motion: [Option<MotionPart>; MOTION_PARTS],
+    /// How the centre in use moves.
+    pub live_motion: [Option<MotionPart>; MOTION_PARTS],
     /// What an accept of the new centre must name.
     pub naming: Option<Naming>,
     /// The latest warning of the watch over the centre in use.
@@ -77,6 +82,11 @@ impl Inbox {
                 *slot = Some(value);
             }
         };
+        let put_part = |place: &mut [Option<MotionPart>; MOTION_PARTS], part: MotionPart| {
+            if let Some(slot) = place.get_mut(usize::from(part.part)) {
+                *slot = Some(part);
+            }
+        };
         match message {
             Message::Answer(answer) => drop(self.answers.insert(answer.nonce, answer)),
             Message::Heartbeat(heartbeat) => {
@@ -93,6 +103,8 @@ impl Inbox {
             Message::LiveRadius(value) => put(&mut self.live_radii, value),
             Message::CandidateZero(value) => put_zero(&mut self.zeros, value),
             Message::LiveZero(value) => put_zero(&mut self.live_zeros, value),
+            Message::CandidateMotion(part) => put_part(&mut self.motion, part),
+            Message::LiveMotion(part) => put_part(&mut self.live_motion, part),
             Message::CandidateNaming(naming) => self.naming = Some(naming),
             Message::Watch(report) => self.watch = Some(report),
             Message::Quality(quality) => self.quality = Some(quality),
@@ -123,6 +135,16 @@ impl Inbox {
         all(self.centre, self.radii).filter(|all| all.iter().all(|parameter| parameter.run_id == run_id))
     }
 
+    /// How the new centre of the run `run_id` moves, when all parts have come.
+    pub fn motion(&self, run_id: u16) -> Option<ShownMotion> {
+        all_parts(&self.motion, run_id)
+    }
+
+    /// How the centre in use moves, when it is that of this run and all parts have come.
+    pub fn live_motion(&self, run_id: u16) -> Option<ShownMotion> {
+        all_parts(&self.live_motion, run_id)
+    }
+
     /// Centre and radii in use, when all six have come, in the same order.
     pub fn live(&self) -> Option<[Parameter; 6]> {
         all(self.live_centre, self.live_radii)
@@ -133,4 +155,12 @@ fn all(centre: [Option<Parameter>; POINTS], radii: [Option<Parameter>; POINTS]) 
     let [Some(x), Some(y), Some(z)] = centre else { return None };
     let [Some(p1), Some(p2), Some(p3)] = radii else { return None };
     Some([x, y, z, p1, p2, p3])
+}
+
+fn all_parts(parts: &[Option<MotionPart>; MOTION_PARTS], run_id: u16) -> Option<ShownMotion> {
+    let mut all = [[0; 3]; MOTION_PARTS];
+    for (numbers, part) in all.iter_mut().zip(parts) {
+        *numbers = part.filter(|part| part.run_id == run_id)?.numbers;
+    }
+    Some(ShownMotion::from_parts(all))
 }

@@ -224,7 +224,8 @@ impl Report {
         }
         line("off the true centre", format!("{:.4} mm", found.centre_error_mm))?;
         line("residual of lengths", format!("{:.4} mm, {} iterations", found.residual_mm, found.iterations))?;
-        let second = format!("{:.4} mm over {verification_poses} others that verified", found.verification_deviation_mm);
+        let second =
+            format!("{:.4} mm over {verification_poses} others that verified", found.verification_deviation_mm);
         match found.host.deviation_mm {
             Some(first) => {
                 line("deviation δE", format!("{first:.4} mm over the {poses} poses that identified"))?;

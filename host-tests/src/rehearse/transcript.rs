@@ -2,11 +2,11 @@
 
 use super::bench::BenchError;
 use crate::wearer::Pose;
-use glenoid::can::{Opcode, ParameterAnswer};
 use glenoid::can::message::PROTOCOL;
 use glenoid::can::report::OutcomeReport;
 use glenoid::can::result::{Parameter, Quality, VerificationReport, ZeroError};
 use glenoid::can::status::{Answer, Versions};
+use glenoid::can::{Opcode, ParameterAnswer};
 use glenoid::procedure::Reason;
 use glenoid::rig::CABLES;
 use std::fmt;

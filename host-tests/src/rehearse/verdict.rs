@@ -78,12 +78,8 @@ mod tests {
     /// The bound's σ and the board's.
     fn with_bar(x: f32, sigma: f64, sigma_mm: f32) -> Verdict {
         let truth = Parameters { centre_mm: Vector3::new(1.0, 2.0, 148.0), radii_mm: [140.0; 3] };
-        let found = [x, 2.0, 148.0, 140.0, 140.0, 140.0].map(|value_mm| Parameter {
-            run_id: 1,
-            index: 0,
-            value_mm,
-            sigma_mm,
-        });
+        let found =
+            [x, 2.0, 148.0, 140.0, 140.0, 140.0].map(|value_mm| Parameter { run_id: 1, index: 0, value_mm, sigma_mm });
         Verdict::new(&found, &truth, [sigma; 6])
     }
 

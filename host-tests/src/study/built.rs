@@ -38,7 +38,20 @@ impl BuiltMachine {
     /// # Errors
     /// When the constants give no rig.
     pub fn random(random: &mut impl Rng, truth: &Tolerance<f64>, tolerance: Tolerance<f64>) -> Result<Self, RigError> {
-        let stated = Rig::shoulder(150.0)?.with_tolerance(tolerance)?;
+        Self::of(random, Rig::shoulder(150.0)?, truth, tolerance)
+    }
+
+    /// The same of any 3-3 rig.
+    ///
+    /// # Errors
+    /// When the constants give no rig.
+    pub fn of(
+        random: &mut impl Rng,
+        rig: Rig<f64>,
+        truth: &Tolerance<f64>,
+        tolerance: Tolerance<f64>,
+    ) -> Result<Self, RigError> {
+        let stated = rig.with_tolerance(tolerance)?;
         let mut error = |sigma: f64| normal(random) * sigma;
         let base_mm = stated.base_mm().map(|point| point + Vector3::from_fn(|_, _| error(truth.base_mm)));
         let edges_mm = stated.edges_mm().map(|edge| edge + error(truth.edges_mm));
@@ -51,20 +64,38 @@ impl BuiltMachine {
 
     /// An arm in it, its centre up to `centre_mm` and its cuff up to 10 mm off along each axis.
     pub fn worn(&self, random: &mut impl Rng, centre_mm: f64) -> Worn {
+        self.worn_within(random, centre_mm, 10.0)
+    }
+
+    /// The same with the cuff up to `cuff_mm` off.
+    pub fn worn_within(&self, random: &mut impl Rng, centre_mm: f64, cuff_mm: f64) -> Worn {
         let centre = self.stated.nominal().centre_mm + symmetric_vector(random, centre_mm);
-        let cuff = symmetric_vector(random, 10.0);
+        let cuff = symmetric_vector(random, cuff_mm);
         // The platform as built, best fitted to where it stands at home by the drawing.
         let drawn = drawn_end_points_mm(&self.stated);
-        let built = Rig::new(
-            *self.stated.base_mm(),
-            self.edges_mm,
-            *self.stated.drum(),
-            NOISE_SIGMA_MM,
-            *self.stated.nominal(),
-        );
-        let shape = built.as_ref().unwrap_or(&self.stated).platform_mm();
+        let shape = self.platform_mm();
         let (turn, shift) = best_fit(&shape, &drawn);
         Worn { centre_mm: centre, end_points_mm: shape.map(|point| turn * point + shift + cuff) }
+    }
+
+    /// The platform's points as built, in {P}, mm.
+    fn platform_mm(&self) -> [Vector3<f64>; POINTS] {
+        let (stated, edges_mm) = (&self.stated, self.edges_mm);
+        let built = Rig::new(*stated.base_mm(), edges_mm, *stated.drum(), NOISE_SIGMA_MM, *stated.nominal());
+        built.as_ref().unwrap_or(stated).platform_mm()
+    }
+
+    /// Where a point fixed in {P} stands in {B} at a rotation from home, mm.
+    pub fn carried_mm(&self, worn: &Worn, rotation: &Rotation3<f64>, point_mm: &Vector3<f64>) -> Vector3<f64> {
+        let (home, shift) = best_fit(&self.platform_mm(), &worn.end_points_mm);
+        let (turn, to) = best_fit(&self.base_mm, self.stated.base_mm());
+        turn * (worn.centre_mm + rotation * (home * point_mm + shift)) + to
+    }
+
+    /// Where the joint centre is in {P}, mm.
+    pub fn centre_in_platform_mm(&self, worn: &Worn) -> Vector3<f64> {
+        let (home, shift) = best_fit(&self.platform_mm(), &worn.end_points_mm);
+        -(home.transpose() * shift)
     }
 
     /// Where the joint centre is in {B}: the frame best fitted to the attachment points.
@@ -82,7 +113,8 @@ impl BuiltMachine {
         (0..poses).map(|_| one()).collect()
     }
 
-    fn reading(&self, random: &mut impl Rng, worn: &Worn, rotation: &Rotation3<f64>) -> [f64; CABLES] {
+    /// The six readings at a rotation from home, mm.
+    pub fn reading(&self, random: &mut impl Rng, worn: &Worn, rotation: &Rotation3<f64>) -> [f64; CABLES] {
         let home = &self.stated.drum().home_length_mm;
         std::array::from_fn(|cable| {
             let end = worn.centre_mm + rotation * worn.end_points_mm[cable / 2];

@@ -114,7 +114,7 @@ fn trial(ideal: &Scene, mut random: ChaCha8Rng, mishap: Mishap) -> Trial {
             cable_named: count(&|named, bits| bits.is_some_and(|bits| named & bits == bits)),
             more_named: count(&|named, bits| bits.is_some_and(|bits| named & !bits != 0)),
             wrongly_left_out: count(&|_, bits| bits.is_none()),
-            is_false: !(error_mm <= 5.0 * answer.centre_sigma_mm() + 0.05),
+            is_false: answer.is_false(|_| scene.centre_mm),
         })
     } else {
         None

@@ -46,8 +46,7 @@ const CASES: [Case; 5] = [
 const POSES: [usize; 2] = [30, 100];
 
 fn run(plan: &Plan) -> Result<Findings, Problem> {
-    let columns =
-        ["machine", "poses", "accepted", "rms centre error (mm)", "bound (mm)", "real / reported σ", "wrong"];
+    let columns = ["machine", "poses", "accepted", "rms centre error (mm)", "bound (mm)", "real / reported σ", "wrong"];
     let mut table = Table::new("pulley", "Guide pulleys and ends of their own, modelled", &columns);
     let mut targets = Vec::new();
     let mut lines = [Vec::new(), Vec::new()];
@@ -100,12 +99,7 @@ const METHOD: &str = "A trial is a wearer in a machine on the 150 mm base whose 
     tolerances as priors); the identification knows pulleys and ends. Wrong is beyond 5 σ + 0.05 mm.";
 
 /// Whether the centre was accepted, and its bound, mm.
-fn trial(
-    random: &mut ChaCha8Rng,
-    case: &Case,
-    known: &KnownMachine,
-    poses: usize,
-) -> Option<(Option<Accepted>, f64)> {
+fn trial(random: &mut ChaCha8Rng, case: &Case, known: &KnownMachine, poses: usize) -> Option<(Option<Accepted>, f64)> {
     let stated = &known.double;
     let error_mm = case.tolerance.map(|tolerance| tolerance.base_mm);
     let built = known.as_built(error_mm, random.random()).ok()?;

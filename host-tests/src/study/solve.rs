@@ -1,8 +1,9 @@
 //! Asks the library, in either precision, and brings the answer back to double precision.
 
 use super::scene::Scene;
-use crate::estimation::estimate;
-use glenoid::identification::{EstimatorSettings, Identified, Machine, Noise, Refusal, Rejected};
+use crate::estimation::{Estimation, estimate};
+use glenoid::identification::joint::Joint;
+use glenoid::identification::{EstimatorSettings, Identified, JointChoice, Machine, Noise, Refusal, Rejected};
 use glenoid::kinematics::CableLengths;
 use glenoid::rig::{CABLES, Rig};
 use glenoid::scalar::Real;
@@ -66,11 +67,41 @@ pub struct Answer {
     pub zeros_mm: [f64; CABLES],
     /// 1σ of the same, mm.
     pub zero_sigmas_mm: [f64; CABLES],
+    /// Where the joint's model has the centre in each pose that was not left out; empty for a ball, whose centre is in
+    /// one place.
+    pub path: Vec<PathPoint>,
 }
 
+/// The joint centre in one pose, by the model of a moving joint.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PathPoint {
+    /// The pose, from 0.
+    pub pose: usize,
+    /// The centre in {B}, mm.
+    pub centre_mm: Vector3<f64>,
+    /// Root of the summed variances of its coordinates, mm.
+    pub sigma_mm: f64,
+}
+
+/// Accepted centres may be off by this many standard deviations...
+const SIGMAS: f64 = 5.0;
+/// ... plus this, mm.
+const SLACK_MM: f64 = 0.05;
+/// Of a moving joint's path, this share of the poses may be further off: 5σ covers no model's lack of fit everywhere.
+const MAX_SHARE_OFF: f64 = 0.02;
+
 impl Answer {
-    fn of<T: Real>(identified: Identified<T>) -> Self {
+    fn of<T: Real>(machine: &Machine<T>, estimation: Estimation<T>) -> Result<Self, Refusal> {
+        let path = match estimation.estimator.joint() {
+            Joint::Moving(_) => path(machine, &estimation),
+            Joint::Ball | Joint::Held(_) => Vec::new(),
+        };
+        Ok(Self { path, ..Self::of_ball(estimation.outcome?) })
+    }
+
+    fn of_ball<T: Real>(identified: Identified<T>) -> Self {
         Self {
+            path: Vec::new(),
             parameters_mm: identified.parameters.to_array().map(Real::to_f64),
             sigma_mm: identified.sigma_mm().map(Real::to_f64),
             noise_mm: identified.noise_mm.to_f64(),
@@ -87,6 +118,18 @@ impl Answer {
         Vector3::from_row_slice(&self.parameters_mm[..3]) - scene.centre_mm
     }
 
+    /// Whether it is further off than its standard deviation allows. `true_centre_mm` gives the true centre in each pose.
+    pub fn is_false(&self, true_centre_mm: impl Fn(usize) -> Vector3<f64>) -> bool {
+        // A NaN is false too.
+        let holds = |off_mm: Vector3<f64>, sigma_mm: f64| off_mm.norm() <= SIGMAS * sigma_mm + SLACK_MM;
+        if self.path.is_empty() {
+            let centre_mm = Vector3::from_row_slice(&self.parameters_mm[..3]);
+            return !holds(centre_mm - true_centre_mm(0), self.centre_sigma_mm());
+        }
+        let off = self.path.iter().filter(|at| !holds(at.centre_mm - true_centre_mm(at.pose), at.sigma_mm)).count();
+        off as f64 > MAX_SHARE_OFF * self.path.len() as f64
+    }
+
     /// Largest error of any of the six parameters, mm.
     pub fn largest_error_mm(&self, scene: &Scene) -> f64 {
         let truth = scene.truth().to_array();
@@ -97,6 +140,23 @@ impl Answer {
     pub fn centre_sigma_mm(&self) -> f64 {
         libm::sqrt(self.sigma_mm[..3].iter().map(|sigma| sigma * sigma).sum())
     }
+}
+
+/// Where a moving joint has its centre in the poses that were not left out.
+fn path<T: Real>(machine: &Machine<T>, estimation: &Estimation<T>) -> Vec<PathPoint> {
+    let rejected = estimation.outcome.as_ref().map_or(&[][..], |identified| &identified.rejected);
+    let kept = |pose: &usize| rejected.iter().all(|left_out| left_out.pose as usize != *pose);
+    (0..estimation.poses.len())
+        .filter(kept)
+        .filter_map(|pose| {
+            let at = estimation.estimator.predict(machine, &estimation.poses[pose])?;
+            Some(PathPoint {
+                pose,
+                centre_mm: at.predicted_mm.map(Real::to_f64),
+                sigma_mm: at.predicted_covariance_mm2.trace().to_f64().sqrt(),
+            })
+        })
+        .collect()
 }
 
 /// Rounds lengths to a precision.
@@ -114,12 +174,12 @@ pub fn lengths_in<T: Real>(poses_mm: &[[f64; CABLES]]) -> Result<Vec<CableLength
     poses_mm.iter().enumerate().map(pose).collect()
 }
 
-/// The start-free solver with the limits that the device uses.
+/// The start-free solver with the limits that the device uses; the data choose the joint's model.
 ///
 /// # Errors
 /// The solver's refusal.
 pub fn solve<T: Precision>(scene: &Scene, poses_mm: &[[f64; CABLES]], knowledge: Knowledge) -> Result<Answer, Refusal> {
-    solve_with_zeros::<T>(scene, poses_mm, knowledge, 0.0)
+    solve_with::<T>(scene, poses_mm, knowledge, JointChoice::Auto, 0.0)
 }
 
 /// The same with encoder zeros that are known to `zero_prior_mm` only, 1σ, mm.
@@ -132,12 +192,27 @@ pub fn solve_with_zeros<T: Precision>(
     knowledge: Knowledge,
     zero_prior_mm: f64,
 ) -> Result<Answer, Refusal> {
+    solve_with::<T>(scene, poses_mm, knowledge, JointChoice::Auto, zero_prior_mm)
+}
+
+/// The same with a chosen model of the joint.
+///
+/// # Errors
+/// The solver's refusal.
+pub fn solve_with<T: Precision>(
+    scene: &Scene,
+    poses_mm: &[[f64; CABLES]],
+    knowledge: Knowledge,
+    joint: JointChoice,
+    zero_prior_mm: f64,
+) -> Result<Answer, Refusal> {
     let rig = T::rig(scene);
     let mut settings = EstimatorSettings::for_rig(rig);
     if knowledge == Knowledge::Nothing {
         settings.noise = Noise::EstimatedUpTo(T::of(MAX_NOISE_MM));
     }
     settings.require_redundancy = knowledge != Knowledge::NoiseAndSoundPoses;
+    settings.joint = joint;
     let machine = Machine::with_offset_prior(rig, T::of(zero_prior_mm));
-    estimate(&machine, rig, settings, &lengths_in(poses_mm)?).outcome.map(Answer::of)
+    Answer::of(&machine, estimate(&machine, rig, settings, &lengths_in(poses_mm)?))
 }

@@ -30,17 +30,24 @@ fn quoted(text: &str) -> BTreeSet<&str> {
 /// Names of tests have several words; nothing else in these documents looks like that.
 fn tests_in(text: &str) -> BTreeSet<&str> {
     let is_test = |name: &&str| {
-        name.matches('_').count() >= 2 && name.chars().all(|c| c.is_ascii_lowercase() || c == '_' || c.is_ascii_digit())
+        name.matches('_').count() >= 2
+            && !name.starts_with('_')
+            && name.chars().all(|c| c.is_ascii_lowercase() || c == '_' || c.is_ascii_digit())
     };
     quoted(text).into_iter().filter(is_test).collect()
 }
 
 #[test]
 fn every_test_that_is_named_exists() {
-    let code = code(&workspace().join("host-tests/tests")) + &code(&workspace().join("src"));
-    for (document, least) in
-        [("docs/requirements.md", 40), ("docs/safe-states.md", 20), ("docs/security.md", 6), ("docs/hazards.md", 10)]
-    {
+    let code: String =
+        ["host-tests/tests", "src", "board-model/tests"].map(|folder| code(&workspace().join(folder))).concat();
+    for (document, least) in [
+        ("docs/requirements.md", 40),
+        ("docs/safe-states.md", 30),
+        ("docs/security.md", 6),
+        ("docs/hazards.md", 10),
+        ("docs/nucleo-g474re.md", 15),
+    ] {
         let text = read(document);
         let named = tests_in(&text);
         assert!(named.len() >= least, "{document} names {} tests", named.len());

@@ -13,6 +13,8 @@ mod procedure;
 mod rehearse;
 mod rig_link;
 mod slcan;
+mod storage;
 mod study;
+mod telemetry;
 mod vocabulary;
 mod wearer;

@@ -192,6 +192,26 @@ fn tracking_follows_from_sample_to_sample() {
     }
 }
 
+/// A control loop's single step: 200 degrees a second at 1 kHz, through the singularity and back, with single precision.
+#[test]
+fn a_single_step_follows_a_fast_arm() {
+    let (name, worn) = machines()[0];
+    let known = Known::<f32>::of(&worn);
+    let at = |sample: usize| Rotation3::from_euler_angles(0.3, (sample as f64 * 0.2).to_radians() - 0.9, 0.2);
+    let mut attitude = known.fit(&worn.lengths_mm(&at(0)), CableSet::ALL).expect(name).attitude;
+    let mut worst = 0.0_f64;
+    for sample in 1..540 {
+        let lengths = as_cables(&worn.lengths_mm(&at(sample)));
+        let fit = known.solver().follow(&attitude, &lengths).expect(name);
+        worst = worst.max(off(&worn, &fit, &at(sample)));
+        attitude = fit.attitude;
+    }
+    assert!((1e-6..5e-5).contains(&worst), "off by {worst} rad");
+    // an arm that has jumped is nobody to follow
+    let lengths = as_cables(&worn.lengths_mm(&at(600)));
+    assert!(known.solver().follow(&attitude, &lengths).is_none());
+}
+
 #[test]
 fn no_lengths_bring_it_down() {
     let mut rng = rng(2307);

@@ -5,6 +5,7 @@ use crate::common::library::{as_cables, as_parameters, rig};
 use crate::common::sets::{add_noise, normal, shoulder};
 use crate::common::{Worn, rng};
 use glenoid::identification::Machine;
+use glenoid::identification::joint::Joint;
 use glenoid::identification::machine::MachineDeviation;
 use glenoid::monitor::{Cause, DetectorState, SlipDetector, Warning};
 use glenoid::rig::CABLES;
@@ -20,7 +21,7 @@ fn detector(worn: &Worn) -> SlipDetector<f32> {
 fn detector_with(worn: &Worn, offsets_mm: &[f32; CABLES]) -> SlipDetector<f32> {
     let machine = Machine::new(&rig::<f32>(worn));
     let truth = as_parameters(&worn.truth());
-    SlipDetector::new(&machine, &MachineDeviation::none(), &truth, offsets_mm, NOISE_MM as f32)
+    SlipDetector::new(&machine, &MachineDeviation::none(), &truth, offsets_mm, NOISE_MM as f32, Joint::Ball)
 }
 
 /// An arm that swings about two axes: 15 degrees a second, sampled a hundred times a second.

@@ -62,6 +62,8 @@ impl Codec {
             Message::LiveRadius(value) => self.live.put(3 + usize::from(value.index), frame),
             Message::CandidateZero(zero) => self.candidate.put(5 + usize::from(zero.cable), frame),
             Message::LiveZero(zero) => self.live.put(5 + usize::from(zero.cable), frame),
+            Message::CandidateMotion(part) => self.candidate.put(12 + usize::from(part.part), frame),
+            Message::LiveMotion(part) => self.live.put(12 + usize::from(part.part), frame),
             _ => {}
         }
         if let Message::Telemetry(piece) = message {
@@ -101,7 +103,7 @@ impl Codec {
 /// The frames that showed a centre, a new one or the one in use.
 #[derive(Debug, Default)]
 struct Shown {
-    frames: [Option<[u8; 8]>; 12],
+    frames: [Option<[u8; 8]>; 20],
     naming: Option<Naming>,
 }
 
@@ -115,7 +117,10 @@ impl Shown {
     /// What names the value of this run: None unless all of it was shown.
     fn naming(&self, run_id: u16) -> Option<Naming> {
         let Naming { boot, wearer, .. } = self.naming.filter(|naming| naming.run_id == run_id)?;
-        let frames = self.frames.iter().copied().collect::<Option<Vec<_>>>()?;
+        let (of_ball, motion) = self.frames.split_at(12);
+        let mut frames = of_ball.iter().copied().collect::<Option<Vec<_>>>()?;
+        // Of a ball there are none; those of an earlier run are not meant.
+        frames.extend(motion.iter().flatten().filter(|[low, high, ..]| [*low, *high] == run_id.to_le_bytes()));
         Some(Naming { run_id, boot, wearer, checksum: checksum(boot, wearer, frames.into_iter()) })
     }
 }

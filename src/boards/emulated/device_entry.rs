@@ -36,12 +36,12 @@ pub fn write(entry: &LogEntry, f: &mut fmt::Formatter<'_>) -> fmt::Result {
             bits.iter().try_for_each(|bits| write!(f, " {bits:08x}"))
         }
         LogEntry::Loaded { run_id, reason } => write!(f, "record of run {run_id} loaded: {reason:?}"),
-        LogEntry::Slipped(told) => {
-            write!(f, "centre of run {} slipped: {:?}", told.run_id, told.cause)?;
-            if told.cable != 0 {
-                write!(f, ", cable {}", told.cable)?;
+        LogEntry::Slipped(report) => {
+            write!(f, "centre of run {} slipped: {:?}", report.run_id, report.cause)?;
+            if report.cable != 0 {
+                write!(f, ", cable {}", report.cable)?;
             }
-            told.moved_mm.iter().try_for_each(|moved_mm| write!(f, " {}", thousandths(*moved_mm)))?;
+            report.moved_mm.iter().try_for_each(|moved_mm| write!(f, " {}", thousandths(*moved_mm)))?;
             f.write_str(" um")
         }
         LogEntry::Stored { run_id, reason } => write!(f, "record of run {run_id} stored: {reason:?}"),

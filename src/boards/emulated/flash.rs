@@ -7,7 +7,7 @@ use cortex_m_semihosting::{nr, syscall};
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
 };
-use glenoid::record::STORAGE_PAGES;
+use glenoid::record::{PageFlash, STORAGE_PAGES};
 
 /// Bytes of a page, as on the drive board.
 const PAGE_LEN: usize = 2048;
@@ -161,3 +161,6 @@ impl NorFlash for FileFlash {
         Ok(())
     }
 }
+
+/// Its work is done when the call returns.
+impl PageFlash for FileFlash {}

@@ -1,4 +1,4 @@
-//! What went wrong on the serial lines, told at most once a second however much it is.
+//! What went wrong on the serial lines, logged at most once a second however much it is.
 
 use glenoid::rig_link::RigLinkError;
 use glenoid::slcan::SlcanError;
@@ -21,37 +21,37 @@ pub struct Losses {
     pub overruns: u32,
 }
 
-/// Remembers what was told and when.
+/// Remembers what was reported and when.
 #[derive(Debug, Default)]
-pub struct Teller {
-    told: Losses,
-    told_at_ms: Option<u32>,
+pub struct LossReporter {
+    reported: Losses,
+    reported_at_ms: Option<u32>,
 }
 
-impl Teller {
+impl LossReporter {
     /// Gives an entry for each total that has changed, unless the last report is too fresh.
-    pub fn tell(&mut self, now_ms: u32, losses: Losses, mut push: impl FnMut(Entry)) {
-        let too_fresh = self.told_at_ms.is_some_and(|told| now_ms.wrapping_sub(told) < INTERVAL_MS);
-        if losses == self.told || too_fresh {
+    pub fn report(&mut self, now_ms: u32, losses: Losses, mut push: impl FnMut(Entry)) {
+        let too_fresh = self.reported_at_ms.is_some_and(|at_ms| now_ms.wrapping_sub(at_ms) < INTERVAL_MS);
+        if losses == self.reported || too_fresh {
             return;
         }
         if let (so_far, Some(last)) = losses.slcan
-            && losses.slcan != self.told.slcan
+            && losses.slcan != self.reported.slcan
         {
             push(Entry::SlcanRefused { last, so_far });
         }
         if let (so_far, Some(last)) = losses.rig_link
-            && losses.rig_link != self.told.rig_link
+            && losses.rig_link != self.reported.rig_link
         {
             push(Entry::RigLinkIgnored { last, so_far });
         }
-        if losses.dropped != self.told.dropped {
+        if losses.dropped != self.reported.dropped {
             push(Entry::NobodyReads { dropped: losses.dropped });
         }
-        if losses.overruns != self.told.overruns {
+        if losses.overruns != self.reported.overruns {
             push(Entry::Overrun { so_far: losses.overruns });
         }
-        self.told = losses;
-        self.told_at_ms = Some(now_ms);
+        self.reported = losses;
+        self.reported_at_ms = Some(now_ms);
     }
 }

@@ -27,7 +27,7 @@ use cortex_m::interrupt::free;
 use cortex_m::{Peripherals, asm, singleton};
 use glenoid::device::{Action, BlinkPattern, Config, Device, Event, LogEntry, fingerprint};
 use glenoid::identification::{Estimator, PoseBuffer};
-use glenoid::record::{LoadError, Storage};
+use glenoid::record::{LoadError, Storage, StoreError};
 use glenoid::restart::{CrashRecord, ResetCause, Restart};
 use glenoid::rig_link::{RigLink, Signal};
 use glenoid::slcan::Adapter;
@@ -37,7 +37,7 @@ use cortex::{ccm_code, faults, retained_ram, stack};
 use entry::Entry;
 use flash::FileFlash;
 use log::Log;
-use losses::{Losses, Teller};
+use losses::{LossReporter, Losses};
 use uart::{CAN_LINE, Queues, RIG_LINE, Uart};
 use watchdog::Watchdog;
 
@@ -51,8 +51,8 @@ struct Outside {
     led: Option<BlinkPattern>,
     log: Log<Entry>,
     storage: Storage<FileFlash>,
-    /// How the last storing went, which the device is still to hear.
-    stored: Option<Event>,
+    /// The record that was refused, which the device is still to hear.
+    refused: Option<StoreError>,
     /// The deepest calls of this firmware lie just behind us.
     measure_stack: bool,
 }
@@ -70,16 +70,10 @@ impl Outside {
                 self.led = Some(pattern);
                 self.log.push(now_ms, Entry::StatusLed(pattern));
             }
-            Action::Store(record) => self.stored = Some(Event::Stored(self.storage.store(&record))),
-            Action::StoreParameters(set) => {
-                self.stored = Some(Event::ParametersStored(self.storage.store_parameters(&set)));
-            }
-            Action::EraseRecord => self.stored = Some(Event::ParametersStored(self.storage.erase_record())),
-            Action::Journal(entry) => {
-                if let Err(error) = self.storage.append(&entry) {
-                    self.stored = Some(Event::JournalFailed(error));
-                }
-            }
+            Action::Store(record) => self.refused = self.storage.store(&record).err(),
+            Action::StoreParameters(set) => self.storage.store_parameters(&set),
+            Action::EraseRecord => self.storage.erase_record(),
+            Action::Journal(entry) => self.storage.append(&entry),
             Action::Stop(cause) => faults::stop(cause, 0, 0, format_args!("{}", cause.text())),
             Action::Log(entry) => {
                 self.measure_stack |= matches!(entry, LogEntry::Identified { .. });
@@ -95,7 +89,7 @@ struct Board {
     rig_link: RigLink,
     outside: Outside,
     losses: Losses,
-    teller: Teller,
+    loss_reporter: LossReporter,
     clock: Clock,
     watchdog: Watchdog,
     last_tick_ms: u32,
@@ -103,7 +97,7 @@ struct Board {
 
 /// The board before its device has heard anything.
 struct Assembled {
-    board: Board,
+    board: &'static mut Board,
     /// Fingerprint of the rig.
     rig: u32,
     /// Why the stored parameters are not those in use.
@@ -123,8 +117,11 @@ impl Board {
         let mut clock = Clock::start(core.SYST);
         let mut storage = Storage::new(FileFlash::open(), 0);
         let (config, parameters) = storage.config(restart, 0)?;
-        let board = Self {
-            device: device(&config)?,
+        let rig = fingerprint(&config.rig);
+        let device = device(&config)?;
+        // In a place of its own: on the stack it would lie under everything, twice while it is built.
+        let board = singleton!(: Board = Board {
+            device,
             rig: Uart::start(&RIG_LINE, rig_queues),
             rig_link: RigLink::new(),
             outside: Outside {
@@ -133,20 +130,20 @@ impl Board {
                 led: None,
                 log: Log::new(),
                 storage,
-                stored: None,
+                refused: None,
                 measure_stack: false,
             },
             losses: Losses::default(),
-            teller: Teller::default(),
+            loss_reporter: LossReporter::default(),
             last_tick_ms: clock.now_ms(),
             clock,
             watchdog: Watchdog::start(),
-        };
-        Some(Assembled { board, rig: fingerprint(&config.rig), parameters })
+        })?;
+        Some(Assembled { board, rig, parameters })
     }
 
     fn power_up(&mut self, restart: &Restart, rig: u32, parameters: Option<LoadError>) {
-        tell_start(restart);
+        log_start(restart);
         let loaded = self.outside.storage.load(rig, parameters);
         self.handle(self.last_tick_ms, Event::PowerUp(loaded));
         let memory = Entry::Memory {
@@ -161,23 +158,26 @@ impl Board {
 
     fn handle(&mut self, now_ms: u32, event: Event) {
         let Self { device, outside, .. } = self;
-        let mut next = Some(event);
-        while let Some(event) = next {
-            device.handle(now_ms, event, &mut |action| outside.carry_out(now_ms, action));
-            next = outside.stored.take();
+        device.handle(now_ms, event, &mut |action| outside.carry_out(now_ms, action));
+        if let Some(error) = outside.refused.take() {
+            device.handle(now_ms, Event::Stored(Err(error)), &mut |action| outside.carry_out(now_ms, action));
         }
     }
 
     /// One turn of the main loop; false if there was nothing to do.
     fn turn(&mut self) -> bool {
         self.watchdog.feed();
-        let heard = self.hear_can() | self.hear_rig();
-        let busy = self.device.is_busy();
+        // While something is stored, commands wait: whoever gets the next answer can rely on it.
+        let heard = (!self.outside.storage.is_storing() && self.hear_can()) | self.hear_rig();
+        let busy = self.device.is_busy() | self.outside.storage.is_quick();
         let now_ms = self.clock.now_ms();
         let ticked = now_ms != self.last_tick_ms;
         if ticked || busy {
             self.last_tick_ms = now_ms;
             self.handle(now_ms, Event::Tick);
+        }
+        if let Some(event) = self.outside.storage.go_on().and_then(Event::of) {
+            self.handle(now_ms, event);
         }
         heard || busy || ticked || self.write_log(now_ms)
     }
@@ -225,7 +225,7 @@ impl Board {
         losses.overruns = counters.overruns;
         losses.rig_link.0 = self.rig_link.refused();
         losses.dropped = outside.can.dropped();
-        self.teller.tell(now_ms, *losses, |entry| outside.log.push(now_ms, entry));
+        self.loss_reporter.report(now_ms, *losses, |entry| outside.log.push(now_ms, entry));
         if core::mem::take(&mut outside.measure_stack) {
             outside.log.push(now_ms, Entry::Stack(stack::usage()));
         }
@@ -247,7 +247,7 @@ impl Board {
 }
 
 /// Says why the board starts: at once, since a crash record would take most of the log's queue.
-fn tell_start(restart: &Restart) {
+fn log_start(restart: &Restart) {
     let cause = restart.cause.text();
     match &restart.crash_record {
         None => log::write_now(format_args!("board: started by {cause}")),
@@ -297,5 +297,5 @@ fn main() -> ! {
 /// anything else runs.
 #[inline(never)]
 fn device(config: &Config) -> Option<&'static mut Device> {
-    singleton!(: Device = Device::new(*config))
+    singleton!(: Device = Device::new(config))
 }

@@ -11,6 +11,8 @@ compile_error!("this image is for the Cortex-M4F: use `cargo build-nucleo`");
 
 mod can;
 mod clock;
+#[cfg(feature = "control-loop")]
+mod control;
 #[path = "../cortex_m/mod.rs"]
 mod cortex;
 mod encoders;
@@ -29,7 +31,7 @@ use glenoid::device::{Action, BlinkPattern, Config, Device, Event, LogEntry, fin
 use glenoid::drive_board::flash_layout::{EccVerdict, ecc_verdict};
 use glenoid::drive_board::reset;
 use glenoid::parameters::ParameterSet;
-use glenoid::record::{LoadError, Storage, StoreError};
+use glenoid::record::{LoadError, Storage, StoreError, Stored};
 use glenoid::restart::{CrashRecord, ResetCause, Restart};
 
 use can::Bus;
@@ -52,8 +54,8 @@ struct Outside {
     led_pattern: BlinkPattern,
     /// None: the flash is divided otherwise than expected.
     storage: Option<Storage<ChipFlash>>,
-    /// How the last storing went, which the device is still to hear.
-    stored: Option<Event>,
+    /// What was not stored at all, which the device is still to hear.
+    refused: Option<Event>,
     /// The deepest calls of this firmware, or its longest standstill, lie just behind us.
     measure: bool,
 }
@@ -63,29 +65,8 @@ impl Outside {
         match action {
             Action::Send(frame) => self.bus.send(frame),
             Action::StatusLed(pattern) => self.led_pattern = pattern,
-            Action::Store(record) => {
-                let stored =
-                    self.storage.as_mut().map_or(Err(StoreError::FlashLayout), |storage| storage.store(&record));
-                self.stored = Some(Event::Stored(stored));
-            }
-            Action::StoreParameters(set) => {
-                let stored = self
-                    .storage
-                    .as_mut()
-                    .map_or(Err(StoreError::FlashLayout), |storage| storage.store_parameters(&set));
-                self.stored = Some(Event::ParametersStored(stored));
-            }
-            Action::EraseRecord => {
-                let erased =
-                    self.storage.as_mut().map_or(Err(StoreError::FlashLayout), |storage| storage.erase_record());
-                self.stored = Some(Event::ParametersStored(erased));
-            }
-            Action::Journal(entry) => {
-                let stored =
-                    self.storage.as_mut().map_or(Err(StoreError::FlashLayout), |storage| storage.append(&entry));
-                if let Err(error) = stored {
-                    self.stored = Some(Event::JournalFailed(error));
-                }
+            Action::Store(_) | Action::StoreParameters(_) | Action::EraseRecord | Action::Journal(_) => {
+                self.refused = self.keep(action);
             }
             Action::Stop(cause) => faults::stop(cause, 0, 0, format_args!("{}", cause.text())),
             Action::Log(entry) => {
@@ -93,6 +74,33 @@ impl Outside {
                 defmt::info!("device: {}", entry);
             }
         }
+    }
+
+    /// Begins to store; what comes of it is heard from the storage later. What the device is to hear at once, if that cannot
+    /// be.
+    fn keep(&mut self, action: Action) -> Option<Event> {
+        let Some(storage) = self.storage.as_mut() else {
+            let refused = Err(StoreError::FlashLayout);
+            return Event::of(match action {
+                Action::Store(_) => Stored::Record(refused),
+                Action::StoreParameters(_) => Stored::Parameters(refused),
+                Action::EraseRecord => Stored::Erased(refused),
+                _ => Stored::Journal(refused),
+            });
+        };
+        match action {
+            Action::Store(record) => return storage.store(&record).err().map(|error| Event::Stored(Err(error))),
+            Action::StoreParameters(set) => storage.store_parameters(&set),
+            Action::EraseRecord => storage.erase_record(),
+            Action::Journal(entry) => storage.append(&entry),
+            _ => {}
+        }
+        None
+    }
+
+    /// The next step of what is to be stored; what the device is to hear of it.
+    fn go_on_storing(&mut self) -> Option<Event> {
+        self.storage.as_mut().and_then(Storage::go_on).and_then(Event::of)
     }
 }
 
@@ -109,7 +117,7 @@ struct Board {
 
 /// The board before its device has heard anything.
 struct Assembled {
-    board: Board,
+    board: &'static mut Board,
     core: cortex_m::Peripherals,
     /// Fingerprint of the rig.
     rig: u32,
@@ -119,8 +127,8 @@ struct Assembled {
 
 impl Board {
     /// None if it was called before: the peripherals and the device exist once.
-    fn start(restart: Restart) -> Option<Self> {
-        let Assembled { mut board, core, rig, parameters } = Self::assemble(restart)?;
+    fn start(restart: Restart) -> Option<&'static mut Self> {
+        let Assembled { board, core, rig, parameters } = Self::assemble(restart)?;
         board.power_up(&restart, rig, parameters);
         let (mut scb, mut dcb) = (core.SCB, core.DCB);
         sampling::start(core.SYST, &mut scb, &mut dcb, core.DWT);
@@ -164,10 +172,14 @@ impl Board {
             None => (ParameterSet::new().config(restart, serial).ok()?, None),
         };
         let device = device(&config)?;
+        #[cfg(feature = "control-loop")]
+        control::start(&config.rig);
         let bus = Bus::join(chip.FDCAN1, chip.PA11, chip.PA12, config.base)?;
-        let board = Self {
+        let rig = fingerprint(&config.rig);
+        // In a place of its own: on the stack it would lie under everything, twice while it is built.
+        let board = singleton!(: Board = Board {
             device,
-            outside: Outside { bus, led_pattern: BlinkPattern::Ready, storage, stored: None, measure: false },
+            outside: Outside { bus, led_pattern: BlinkPattern::Ready, storage, refused: None, measure: false },
             led: Output::new(chip.PA5, Level::Low, Speed::Low),
             watchdog: IndependentWatchdog::new(chip.IWDG, PATIENCE_US),
             bus_health: BusHealth::default(),
@@ -175,8 +187,8 @@ impl Board {
             _encoders: encoders,
             // closed, it connects the pin to the supply (UM2505, "Push-buttons")
             _button: Input::new(chip.PC13, Pull::Down),
-        };
-        Some(Assembled { board, core, rig: fingerprint(&config.rig), parameters })
+        })?;
+        Some(Assembled { board, core, rig, parameters })
     }
 
     fn power_up(&mut self, restart: &Restart, rig: u32, parameters: Option<LoadError>) {
@@ -195,17 +207,19 @@ impl Board {
 
     fn handle(&mut self, now_ms: u32, event: Event) {
         let mut next = Some(event);
-        // a store's outcome follows its event, and causes no other
+        // a refusal follows its event, and causes no other
         while let Some(event) = next {
             let Self { device, outside, .. } = self;
             device.handle(now_ms, event, &mut |action| outside.carry_out(action));
-            next = self.outside.stored.take();
+            next = self.outside.refused.take();
         }
     }
 
     /// One turn of the main loop; false if there was nothing to do.
     fn turn(&mut self) -> bool {
-        let heard = self.hear_bus();
+        // While something is stored, commands wait: whoever gets the next answer can rely on it.
+        let stores = self.outside.storage.as_ref().is_some_and(Storage::is_storing);
+        let heard = !stores && self.hear_bus();
         let sample = sampling::latest();
         let busy = self.device.is_busy();
         let now_ms = sample.at_ms;
@@ -218,6 +232,8 @@ impl Board {
             self.handle(now_ms, Event::Counts(sample.counts));
             self.handle(now_ms, Event::Button { down: sample.button_down });
             self.watch_bus(now_ms);
+            #[cfg(feature = "control-loop")]
+            self.serve_control_loop(now_ms);
             if now_ms.is_multiple_of(SHOWN_EVERY_MS) {
                 defmt::debug!("counts: {}", sample.counts);
             }
@@ -226,12 +242,27 @@ impl Board {
         if sampled || busy {
             self.handle(now_ms, Event::Tick);
         }
+        if let Some(event) = self.outside.go_on_storing() {
+            self.handle(now_ms, event);
+        }
+        let stores_on = self.outside.storage.as_ref().is_some_and(Storage::is_quick);
         if !busy && core::mem::take(&mut self.outside.measure) {
             let usage = stack::usage();
             defmt::info!("stack: {=usize} of {=usize} bytes used at most", usage.used_bytes, usage.size_bytes);
             defmt::info!("sampling: {=u32} cycles between two samples at most", sample.longest_cycles);
         }
-        heard || sampled || busy
+        heard || sampled || busy || stores_on
+    }
+
+    #[cfg(feature = "control-loop")]
+    fn serve_control_loop(&mut self, now_ms: u32) {
+        /// How often the log says how the loop fares, ms.
+        const TOLD_EVERY_MS: u32 = 1_000;
+        control::publish(self.device);
+        if now_ms.is_multiple_of(TOLD_EVERY_MS) {
+            control::tell();
+            control::measure_anew();
+        }
     }
 
     fn hear_bus(&mut self) -> bool {
@@ -299,7 +330,7 @@ fn main() -> ! {
     ccm_code::load();
     let restart = retained_ram::take(Some(reset_cause()));
     stack::paint();
-    let Some(mut board) = Board::start(restart) else { give_up("started twice") };
+    let Some(board) = Board::start(restart) else { give_up("started twice") };
     // what is measured from here on is the work, not the start; painting holds the sampling up
     stack::paint();
     sampling::measure_anew();
@@ -324,5 +355,5 @@ fn give_up(reason: &str) -> ! {
 /// anything else runs.
 #[inline(never)]
 fn device(config: &Config) -> Option<&'static mut Device> {
-    singleton!(: Device = Device::new(*config))
+    singleton!(: Device = Device::new(config))
 }

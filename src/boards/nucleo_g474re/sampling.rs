@@ -20,8 +20,15 @@ use glenoid::rig::CABLES;
 use super::cortex::faults;
 use super::encoders;
 
-/// The main loop stands still when it has taken no sample for so long, ms: six times what storing a record takes.
+/// The main loop stands still when it has taken no sample for so long, ms: a thousand times what any event takes.
 pub const STANDSTILL_MS: u32 = 300;
+
+/// Samples of the encoders a millisecond: one for the device, and the others for a control loop.
+#[cfg(not(feature = "control-loop"))]
+const RATE_KHZ: u32 = 1;
+#[cfg(feature = "control-loop")]
+use super::control::RATE_KHZ;
+const _: () = assert!(PERIODS_A_SAMPLE.is_multiple_of(RATE_KHZ), "the clock has no whole number of cycles a sample");
 
 /// Pin of the button in its port.
 const BUTTON_PIN: usize = 13;
@@ -55,7 +62,7 @@ pub fn start(mut timer: SYST, scb: &mut SCB, dcb: &mut DCB, mut counter: DWT) {
     // SAFETY: nothing relies on the priorities to keep others out; what is shared is guarded by `free`.
     unsafe { scb.set_priority(SystemHandler::SysTick, 0) };
     timer.set_clock_source(SystClkSource::Core);
-    timer.set_reload(PERIODS_A_SAMPLE - 1);
+    timer.set_reload(PERIODS_A_SAMPLE / RATE_KHZ - 1);
     timer.clear_current();
     timer.enable_counter();
     timer.enable_interrupt();
@@ -88,10 +95,32 @@ extern "C" fn SysTick() {
 }
 
 extern "C" fn on_tick(address: u32) {
+    #[cfg(feature = "control-loop")]
+    if !serve_control_loop() {
+        return;
+    }
     sample();
     if latest().at_ms.wrapping_sub(TAKEN_MS.load(Ordering::Relaxed)) > STANDSTILL_MS {
         faults::stop(ResetCause::Watchdog, address, 0, format_args!("the main loop stood still"))
     }
+}
+
+/// Calls the control loop with fresh counts; true when it is time for the device's sample.
+#[cfg(feature = "control-loop")]
+fn serve_control_loop() -> bool {
+    static STEPS: AtomicU32 = AtomicU32::new(0);
+    let began = DWT::cycle_count();
+    let counts = free(|cs| {
+        let latest = LATEST.borrow(cs);
+        let before = latest.get();
+        let counts = encoders::read(before.counts);
+        latest.set(Sample { counts, ..before });
+        counts
+    });
+    super::control::step(&counts, began);
+    let steps = STEPS.load(Ordering::Relaxed).wrapping_add(1);
+    STEPS.store(steps, Ordering::Relaxed);
+    steps.is_multiple_of(RATE_KHZ)
 }
 
 fn sample() {

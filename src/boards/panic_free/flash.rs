@@ -1,6 +1,7 @@
 //! Flash that is plain memory, written so that it cannot panic itself.
 
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
+use glenoid::record::PageFlash;
 
 const PAGE_LEN: usize = 2048;
 const LEN: usize = 2 * PAGE_LEN;
@@ -53,3 +54,6 @@ impl NorFlash for RamFlash {
         Ok(())
     }
 }
+
+/// Its work is done when the call returns.
+impl PageFlash for RamFlash {}

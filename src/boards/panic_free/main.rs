@@ -61,19 +61,18 @@ fn run(rig: Rig<f32>) {
     let Some((config, parameters)) = store.config(restart, black_box(0)) else { return };
     let Some(device) = device(config) else { return };
     let loaded = store.load(fingerprint(&rig), parameters);
-    let mut stored = None;
     let mut event = Event::PowerUp(loaded);
     let mut links = Links { slcan: Adapter::new(), rig: RigLink::new() };
     loop {
         device.handle(black_box(0), event, &mut |action| match black_box(action) {
-            Action::Store(record) => stored = Some(Event::Stored(store.store(&record))),
-            Action::StoreParameters(set) => stored = Some(Event::ParametersStored(store.store_parameters(&set))),
-            Action::EraseRecord => stored = Some(Event::ParametersStored(store.erase_record())),
-            Action::Journal(entry) => stored = store.append(&entry).err().map(Event::JournalFailed),
+            Action::Store(record) => drop(store.store(&record)),
+            Action::StoreParameters(set) => store.store_parameters(&set),
+            Action::EraseRecord => store.erase_record(),
+            Action::Journal(entry) => store.append(&entry),
             Action::Send(frame) => drop(black_box(links.slcan.forward(&frame, black_box(0)))),
             other => drop(black_box(other)),
         });
-        event = match (stored.take(), black_box(0)) {
+        event = match (store.go_on().and_then(Event::of), black_box(0)) {
             (Some(event), _) => event,
             (_, 0) => Event::Tick,
             (_, 1) => Event::Counts(black_box([0; 6])),
@@ -116,5 +115,5 @@ fn paper(rig: &Rig<f32>) -> Event {
 /// anything else runs.
 #[inline(never)]
 fn device(config: Config) -> Option<&'static mut Device> {
-    singleton!(: Device = Device::new(config))
+    singleton!(: Device = Device::new(&config))
 }

@@ -1,8 +1,9 @@
-//! Leave-one-out: a pass without each candidate pose in turn.
+//! The result of a converged fit, then leave-one-out: a pass without each candidate pose in turn.
 
 use super::Stage;
 use super::fit::{Fit, Pass};
 use super::isolate::Isolate;
+use super::result::Acceptance;
 use crate::identification::leave_one_out::{Candidates, require_redundancy};
 use crate::identification::machine::Machine;
 use crate::identification::pose::Pose;
@@ -11,9 +12,11 @@ use crate::identification::weights::Weights;
 use crate::linear_algebra::{Singular, block};
 use crate::scalar::Real;
 
-/// The candidates, and the pass without the present one.
+/// The acceptance first; then the candidates, and the pass without the present one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Check<T> {
+    /// Until the result is written.
+    acceptance: Option<Acceptance<T>>,
     candidates: Candidates,
     /// The centre's standard deviation in its worst direction with all poses, for a noise of 1 mm.
     sigma: T,
@@ -24,13 +27,30 @@ pub(super) struct Check<T> {
 }
 
 impl<T: Real> Check<T> {
-    /// Begins; `sigma`: of the centre in its worst direction, for a noise of 1 mm.
-    pub fn new(candidates: Candidates, sigma: T) -> Self {
-        Self { candidates, sigma, pass: None, is_summed: false, has_left_out: false }
+    /// Begins.
+    pub fn new(acceptance: Acceptance<T>) -> Self {
+        Self {
+            acceptance: Some(acceptance),
+            candidates: Candidates { next: 0, last: 0 },
+            sigma: T::zero(),
+            pass: None,
+            is_summed: false,
+            has_left_out: false,
+        }
     }
 
-    /// The next slice of the pass without the present candidate. The centre must still be determined, though worse.
+    /// The next slice of the acceptance, or of the pass without the present candidate. The centre must still be determined,
+    /// though worse.
     pub fn advance(&mut self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &mut [Pose<T>]) -> Option<Stage<T>> {
+        if let Some(acceptance) = &mut self.acceptance {
+            return match acceptance.advance(fit, machine, poses)? {
+                Ok((candidates, sigma)) => {
+                    (self.acceptance, self.candidates, self.sigma) = (None, candidates, sigma);
+                    None
+                }
+                Err(refusal) => Some(Stage::Done(Err(refusal))),
+            };
+        }
         let pose = self.candidates.next;
         let is_last = pose >= self.candidates.last;
         if is_last && !self.has_left_out {

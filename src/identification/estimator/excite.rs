@@ -3,6 +3,7 @@
 use super::Stage;
 use super::fit::Fit;
 use super::refine::Refine;
+use super::result::Accepted;
 use crate::identification::excitation::{Excitation, MeanRotation};
 use crate::identification::gates::{AxisMotion, require_excitation};
 use crate::identification::joint::{ArmFrame, ArmMotion, Joint, MovingCentre};
@@ -126,7 +127,7 @@ impl<T: Real> Excite<T> {
                 Stage::Refine(Refine::new(fit, machine, Weights::OwnCentres { rejected }, true))
             }
             Purpose::MovingCentre => self.begin_moving(fit, machine, poses, excitation),
-            Purpose::Accept => fit.accept(machine, poses, motion.dominant_pose()),
+            Purpose::Accept => fit.accept(Accepted::Ball { dominant: motion.dominant_pose() }),
         }
     }
 }

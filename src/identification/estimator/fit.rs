@@ -14,8 +14,8 @@ use crate::identification::refusal::Refusal;
 use crate::identification::settings::{EstimatorSettings, Noise};
 use crate::identification::weights::Weights;
 use crate::kinematics::rotation::turned;
-use crate::kinematics::{AttitudeSolver, CableLengths, CableSet, JointCentre, LengthJacobian};
-use crate::linear_algebra::Singular;
+use crate::kinematics::{AttitudeSearch, AttitudeSolver, CableLengths, CableSet, JointCentre, LengthJacobian};
+use crate::linear_algebra::{Singular, block};
 use crate::rig::Parameters;
 use crate::scalar::Real;
 use nalgebra::{Matrix3, Matrix6, Vector3};
@@ -44,6 +44,8 @@ pub(super) struct Fit<T: Real> {
     pub ball_refusal: Option<Refusal>,
     /// The joint centre in the platform from a held phase: a prior.
     pub held: Option<HeldCentre<T>>,
+    /// 1σ of a moving centre's path over the poses, across the arm and in all, mm.
+    pub path_sigmas_mm: [T; 2],
     /// Residuals of the last pass.
     pub residuals: Residuals<T>,
     /// The result, filled in as the stages find it.
@@ -74,10 +76,23 @@ pub(super) struct Pass<T> {
     pub next: usize,
     /// Poses with a weight above zero.
     pub used: usize,
+    /// The search for the rotation of the next pose, or that it is over.
+    search: Search<T>,
     /// Of O and C alone.
     centre: CentreSums<T>,
     /// Σ |S' δ̂|², mm²: the rate at which the squares fall with the scatter's variance.
     pub squared_gradients: T,
+}
+
+/// Where the next pose of a pass stands.
+#[derive(Clone, Copy, Debug)]
+enum Search<T> {
+    /// Its rotation is the one of the pass before, or not looked at yet.
+    No,
+    /// It is searched for, one assembly mode a slice.
+    Going(AttitudeSearch<T>),
+    /// It has been searched for.
+    Over,
 }
 
 impl<T: Real> Fit<T> {
@@ -99,6 +114,7 @@ impl<T: Real> Fit<T> {
             centre_information: Matrix6::zeros(),
             ball_refusal: None,
             held: None,
+            path_sigmas_mm: [T::zero(); 2],
             residuals: Residuals::none(noise_mm, machine.noise_mm()),
             result: Identified::empty(*nominal),
         }
@@ -139,11 +155,12 @@ impl<T: Real> Fit<T> {
             let variance = self.residuals.noise_mm * self.residuals.noise_mm;
             held.add_prior(&mut self.equations, first, &self.centre.in_platform_mm, variance);
         }
-        Pass { next: 0, used: 0, centre: CentreSums::default(), squared_gradients: T::zero() }
+        Pass { next: 0, used: 0, search: Search::No, centre: CentreSums::default(), squared_gradients: T::zero() }
     }
 
     /// Adds the next pose of the pass with its weight and refines its rotation; false after the last. Poses whose χ² is
-    /// above `reinitialise_above` are re-initialised from the known centre first, in the assembly mode that fits best.
+    /// above `reinitialise_above` are re-initialised from the known centre first, in the assembly mode that fits best: that
+    /// takes a call for each mode.
     pub fn add_next_pose(
         &mut self,
         pass: &mut Pass<T>,
@@ -157,19 +174,38 @@ impl<T: Real> Fit<T> {
             pass.centre.move_to(&mut self.equations);
             return false;
         };
-        pass.next += 1;
-        if pose.chi_square > reinitialise_above && pose.state > PoseState::Broken {
-            let lengths = self.estimate.corrected(machine, pose.lengths());
-            let centre = self.joint.centre_at(&self.centre, &pose.rotation());
-            let solver = AttitudeSolver { geometry: self.estimate.geometry(), centre: &centre };
-            if let Some(fit) = solver.solve(&lengths, CableSet::ALL) {
-                pose.set_attitude(fit.attitude);
-            }
+        if let Search::No = pass.search
+            && pose.chi_square > reinitialise_above
+            && pose.state > PoseState::Broken
+        {
+            pass.search = Search::Going(AttitudeSearch::new());
         }
+        if let Search::Going(search) = &mut pass.search {
+            if self.search(search, machine, pose) {
+                pass.search = Search::Over;
+            }
+            return true;
+        }
+        pass.search = Search::No;
+        pass.next += 1;
         if pose.is_placed() {
             self.add_placed(pass, index, machine, pose, weights);
         }
         true
+    }
+
+    /// Goes on searching for a pose's rotation; true when that is over.
+    // Rare, and not inlined: its frame would be made for every pose of every pass.
+    #[inline(never)]
+    fn search(&self, search: &mut AttitudeSearch<T>, machine: &Machine<T>, pose: &mut Pose<T>) -> bool {
+        let lengths = self.estimate.corrected(machine, pose.lengths());
+        let centre = self.joint.centre_at(&self.centre, &pose.rotation());
+        let solver = AttitudeSolver { geometry: self.estimate.geometry(), centre: &centre };
+        let is_over = search.advance(&solver, &lengths, CableSet::ALL);
+        if let (true, Some(fit)) = (is_over, search.best()) {
+            pose.set_attitude(fit.attitude);
+        }
+        is_over
     }
 
     #[cfg_attr(feature = "ccm", inline(never), unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
@@ -216,12 +252,7 @@ impl<T: Real> Fit<T> {
 
     /// The Jacobian of a pose at the present estimate. For a moving centre its motion with the rotation is included.
     pub fn jacobian(&self, rotation: &Matrix3<T>, lengths: &CableLengths<T>) -> LengthJacobian<T> {
-        let centre = self.joint.centre_at(&self.centre, rotation);
-        let geometry = self.estimate.geometry();
-        match self.joint.turning(rotation) {
-            None => LengthJacobian::new(geometry, &centre, rotation, lengths),
-            Some(turning) => LengthJacobian::new(geometry, &centre, rotation, lengths).with_moving_centre(&turning),
-        }
+        self.joint.jacobian(self.estimate.geometry(), &self.centre, rotation, lengths)
     }
 
     /// A pose at the present estimate, rotation and scatter eliminated; `None` without a rotation.
@@ -253,19 +284,13 @@ impl<T: Real> Fit<T> {
         if !pose.is_placed() {
             placed.place(machine.platform());
         }
-        let centre = self.joint.centre_at(&self.centre, &placed.rotation());
-        let solver = AttitudeSolver { geometry: self.estimate.geometry(), centre: &centre };
-        let fit = solver.track(*placed.attitude(), &lengths, CableSet::ALL);
-        let fit = fit.or_else(|| solver.solve(&lengths, CableSet::ALL))?;
-        placed.set_attitude(fit.attitude);
-        if matches!(self.joint, Joint::Moving(_)) {
-            // The centre moves with the rotation: two more Gauss-Newton steps with that included.
-            for _ in 0..2 {
-                let jacobian = self.jacobian(&placed.rotation(), &lengths);
-                let turn = MarginalInformation::new(&jacobian).ok()?.turn;
-                placed.refine_attitude(turned(placed.attitude(), &turn));
-            }
-        }
+        let geometry = self.estimate.geometry();
+        let track = |start| self.joint.track(geometry, &self.centre, start, &lengths);
+        let attitude = track(*placed.attitude()).or_else(|| {
+            let centre = self.joint.centre_at(&self.centre, &placed.rotation());
+            track(AttitudeSolver { geometry, centre: &centre }.solve(&lengths, CableSet::ALL)?.attitude)
+        });
+        placed.set_attitude(attitude?);
         Some(placed)
     }
 
@@ -310,16 +335,25 @@ impl<T: Real> Fit<T> {
         T::of_integer((3 * used as i32 - unknown).max(1))
     }
 
+    /// C and its covariance, once factored.
+    pub fn centre_in_platform(&self) -> HeldCentre<T> {
+        let covariance = self.centre_covariance() * self.variance_mm2();
+        HeldCentre { in_platform_mm: self.centre.in_platform_mm, covariance_mm2: block::<T, 3, 3>(&covariance) }
+    }
+
     /// Covariance of O and C, for a noise of 1 mm, once factored.
     pub fn centre_covariance(&self) -> Matrix6<T> {
-        let first = self.equations.unknowns() - CENTRE_UNKNOWNS;
         let mut covariance = Matrix6::zeros();
-        for j in 0..CENTRE_UNKNOWNS {
-            let column = self.equations.covariance_column(first + j, first);
-            for (i, entry) in column.iter().skip(first).take(CENTRE_UNKNOWNS).enumerate() {
-                covariance[(i, j)] = *entry;
-            }
-        }
+        (0..CENTRE_UNKNOWNS).for_each(|column| self.put_centre_covariance_column(&mut covariance, column));
         covariance
+    }
+
+    /// Puts one column of it, from 0.
+    pub fn put_centre_covariance_column(&self, covariance: &mut Matrix6<T>, column: usize) {
+        let first = self.equations.unknowns() - CENTRE_UNKNOWNS;
+        let of_all = self.equations.covariance_column(first + column, first);
+        for (i, entry) in of_all.iter().skip(first).take(CENTRE_UNKNOWNS).enumerate() {
+            covariance[(i, column)] = *entry;
+        }
     }
 }

@@ -7,6 +7,7 @@
 
 use super::Stage;
 use super::fit::{Fit, SeenPose};
+use super::result::Accepted;
 use crate::identification::joint::Joint;
 use crate::identification::machine::Machine;
 use crate::identification::parameters::MAX_UNKNOWNS;
@@ -77,7 +78,7 @@ impl<T: Real> Inspect<T> {
 
     /// The next pose towards the first.
     pub fn advance(&mut self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &mut [Pose<T>]) -> Option<Stage<T>> {
-        let Some(index) = self.next.checked_sub(1) else { return Some(self.judge(fit, machine, poses)) };
+        let Some(index) = self.next.checked_sub(1) else { return Some(self.judge(fit)) };
         self.next = index;
         let pose = poses.get(index).filter(|pose| pose.is_used())?;
         let seen = fit.seen(machine, pose)?;
@@ -155,14 +156,26 @@ impl<T: Real> Inspect<T> {
         }
     }
 
-    fn judge(&self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &[Pose<T>]) -> Stage<T> {
+    fn judge(&self, fit: &mut Fit<T>) -> Stage<T> {
         match self.refusal(fit) {
             Some(refusal) => Stage::Done(Err(refusal)),
-            None => fit.accept_moving(machine, poses),
+            None => {
+                fit.path_sigmas_mm = [self.across_mm2, self.all_mm2].map(|sum| self.sigma_mm(fit, sum));
+                fit.accept(Accepted::Moving)
+            }
         }
     }
 
+    /// 1σ of the path from the sum of its variances by the fit, with what the model does not explain.
+    fn sigma_mm(&self, fit: &Fit<T>, variances_mm2: T) -> T {
+        let mean = variances_mm2 / T::of_integer(self.seen as i32);
+        non_negative_root(mean * fit.joint.variance_factor() + fit.joint.lack_of_fit_mm2())
+    }
+
     fn refusal(&self, fit: &Fit<T>) -> Option<Refusal> {
+        if let Some(distance) = fit.held.and_then(|held| held.contradiction_mm(&fit.centre_in_platform())) {
+            return Some(Refusal::HeldOfAnotherWearing { distance_mm: distance.to_f32() });
+        }
         let freedom = fit.residuals.freedom;
         if let Some(split) = &self.best {
             let gain = split.gain.min(freedom - T::of(7.0));

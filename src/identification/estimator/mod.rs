@@ -37,6 +37,7 @@
 //!
 //! Every call of [`Estimator::advance`] does a bounded slice of work.
 
+mod carry;
 mod check;
 mod excite;
 mod fit;
@@ -65,9 +66,8 @@ use super::machine::{Machine, MachineEstimate};
 use super::outcome::{Identified, Progress, Refusal};
 use super::parameters::MAX_UNKNOWNS;
 use super::pose::Pose;
-use super::settings::EstimatorSettings;
+use super::settings::{EstimatorSettings, JointChoice};
 use crate::kinematics::JointCentre;
-use crate::linear_algebra::block;
 use crate::rig::Parameters;
 use crate::scalar::Real;
 
@@ -111,6 +111,13 @@ impl<T: Real> Estimator<T> {
     pub fn restart(&mut self, machine: &Machine<T>) {
         self.stage = Stage::Place(Place::default());
         self.fit.restart(machine);
+    }
+
+    /// Back to the beginning, for another model of the joint, and with what a held phase has found.
+    pub fn restart_for(&mut self, machine: &Machine<T>, joint: JointChoice, held: Option<HeldCentre<T>>) {
+        self.restart(machine);
+        self.fit.settings.joint = joint;
+        self.fit.held = held;
     }
 
     /// The joint centre in the platform is known from a held phase: a prior for a moving centre.
@@ -188,8 +195,7 @@ impl<T: Real> Estimator<T> {
 
     /// C and its covariance by the last fit.
     pub fn centre_in_platform(&self) -> HeldCentre<T> {
-        let covariance = self.fit.centre_covariance() * self.fit.variance_mm2();
-        HeldCentre { in_platform_mm: self.fit.centre.in_platform_mm, covariance_mm2: block::<T, 3, 3>(&covariance) }
+        self.fit.centre_in_platform()
     }
 
     /// The joint's model, as it is estimated.
@@ -201,6 +207,11 @@ impl<T: Real> Estimator<T> {
     /// the joint's, O, C.
     pub fn covariance_column(&self, unknown: usize) -> [T; MAX_UNKNOWNS] {
         self.fit.equations.covariance_column(unknown, 0)
+    }
+
+    /// 1σ of the path of a moving centre over the poses, across the arm and in all, mm; 0 for a ball.
+    pub fn path_sigmas_mm(&self) -> [T; 2] {
+        self.fit.path_sigmas_mm
     }
 
     /// The machine's constants as they are estimated.

@@ -4,6 +4,7 @@ use super::Stage;
 use super::fit::{Fit, Pass};
 use super::inspect::Inspect;
 use super::refine::Refine;
+use super::result::Accepted;
 use crate::identification::joint::Joint;
 use crate::identification::machine::Machine;
 use crate::identification::parameters::{CENTRE_UNKNOWNS, MAX_UNKNOWNS};
@@ -48,11 +49,11 @@ const MAX_HELD_SCATTER_MM: f64 = 1.0;
 
 impl<T: Real> Fit<T> {
     /// Accepts held poses with a common centre.
-    fn judge_held(&mut self, scatter_mm: T, machine: &Machine<T>, poses: &[Pose<T>]) -> Stage<T> {
+    fn judge_held(&self, scatter_mm: T) -> Stage<T> {
         if scatter_mm > T::of(MAX_HELD_SCATTER_MM) {
             return Stage::Done(Err(Refusal::NotHeld { scatter_mm: scatter_mm.to_f32() }));
         }
-        self.accept_moving(machine, poses)
+        self.accept(Accepted::Moving)
     }
 }
 
@@ -87,7 +88,7 @@ impl<T: Real> Refine<T> {
                 Stage::Refine(Self::new(fit, machine, Weights::Equal, true).after(MEDIAN_PASSES))
             }
             _ if is_stable => match &fit.joint {
-                Joint::Held(scatter) => fit.judge_held(scatter.sigma_mm(), machine, poses),
+                Joint::Held(scatter) => fit.judge_held(scatter.sigma_mm()),
                 _ => Stage::Inspect(Inspect::new(poses)),
             },
             _ if self.passes >= MAX_PASSES + MEDIAN_PASSES => {

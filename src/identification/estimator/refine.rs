@@ -55,7 +55,9 @@ enum Step<T> {
     Sum(Pass<T>),
     /// The normal equations are factored.
     Factor(Pass<T>),
-    /// The step is taken; the median of χ² is sought.
+    /// The step is taken.
+    Take(Pass<T>),
+    /// Its residuals are kept; the median of χ² is sought.
     Median { pass: Pass<T>, largest_mm: T, search: MedianSearch<T> },
 }
 
@@ -100,12 +102,16 @@ impl<T: Real> Refine<T> {
             Step::Factor(pass) => match fit.factor() {
                 Ok(false) => None,
                 Ok(true) => {
-                    let largest_mm = fit.take_step(machine, pass);
-                    self.step = Step::Median { pass: *pass, largest_mm, search: MedianSearch::new(poses) };
+                    self.step = Step::Take(*pass);
                     None
                 }
                 Err(Singular) => Some(self.after_singular(fit, poses)),
             },
+            Step::Take(pass) => {
+                let largest_mm = fit.take_step(machine, pass);
+                self.step = Step::Median { pass: *pass, largest_mm, search: MedianSearch::new(poses) };
+                None
+            }
             Step::Median { pass, largest_mm, search } => {
                 let chi_squares = search.advance(poses)?;
                 let (pass, largest_mm) = (*pass, *largest_mm);

@@ -7,7 +7,9 @@ use crate::identification::gates::{Accuracy, require_accuracy};
 use crate::identification::leave_one_out::{Candidates, candidates};
 use crate::identification::machine::Machine;
 use crate::identification::outcome::Rejected;
+use crate::identification::parameters::CENTRE_UNKNOWNS;
 use crate::identification::pose::Pose;
+use crate::identification::refusal::Refusal;
 use crate::identification::uncertainty::{parameters_of, worst_direction_of_point};
 use crate::linear_algebra::normal_equations::smallest_pivot;
 use crate::linear_algebra::{block, inverse_of_eliminated, non_negative_root};
@@ -15,50 +17,118 @@ use crate::rig::CABLES;
 use crate::scalar::Real;
 use nalgebra::{Matrix3, Matrix6};
 
-impl<T: Real> Fit<T> {
-    /// The gate of accuracy, then the result. `dominant`: the pose that makes most of the excitation, from 0.
-    pub fn accept(&mut self, machine: &Machine<T>, poses: &[Pose<T>], dominant: Option<usize>) -> Stage<T> {
-        let (noise_mm, sigma_noise_mm) = self.residuals.noise_of_result_mm(self.settings.noise, poses);
-        let covariance = self.centre_covariance();
-        let of_centre = block::<T, 0, 0>(&covariance);
-        let offset_sigmas = self.offset_sigmas(machine);
+/// Columns of the covariance of O and C a slice, and standard deviations of offsets.
+const COLUMNS_A_SLICE: usize = 2;
+
+/// What is accepted.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Accepted {
+    /// A ball joint, once the gate of accuracy is passed. `dominant`: the pose that makes most of the excitation, from 0.
+    Ball {
+        /// See above.
+        dominant: Option<usize>,
+    },
+    /// A moving centre, whose gates are passed: its place at the mean direction of the arm.
+    Moving,
+}
+
+/// From a converged fit to its result, a slice at a time.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Acceptance<T> {
+    of: Accepted,
+    columns: usize,
+    /// Of O and C, for a noise of 1 mm.
+    covariance: Matrix6<T>,
+    /// Of the result, and for its standard deviations, mm; known once the gate is passed.
+    noise_mm: Option<(T, T)>,
+    /// For a noise of 1 mm; so many of them are known.
+    offset_sigmas: [T; CABLES],
+    offsets: usize,
+}
+
+impl<T: Real> Acceptance<T> {
+    /// Begins.
+    pub fn new(of: Accepted) -> Self {
+        Self {
+            of,
+            columns: 0,
+            covariance: Matrix6::zeros(),
+            noise_mm: None,
+            offset_sigmas: [T::zero(); CABLES],
+            offsets: 0,
+        }
+    }
+
+    /// The next slice: columns of the covariance, then the gate, then the result. Gives what is to be left out in turn, and
+    /// the centre's standard deviation in its worst direction for a noise of 1 mm; or a refusal.
+    pub fn advance(
+        &mut self,
+        fit: &mut Fit<T>,
+        machine: &Machine<T>,
+        poses: &[Pose<T>],
+    ) -> Option<Result<(Candidates, T), Refusal>> {
+        if self.columns < CENTRE_UNKNOWNS {
+            for column in self.columns..CENTRE_UNKNOWNS.min(self.columns + COLUMNS_A_SLICE) {
+                fit.put_centre_covariance_column(&mut self.covariance, column);
+            }
+            self.columns += COLUMNS_A_SLICE;
+            return None;
+        }
+        if let Some(first) = machine.first_offset()
+            && self.offsets < CABLES
+        {
+            for (cable, sigma) in self.offset_sigmas.iter_mut().enumerate().skip(self.offsets).take(COLUMNS_A_SLICE) {
+                *sigma = non_negative_root(fit.equations.variance(first + cable));
+            }
+            self.offsets += COLUMNS_A_SLICE;
+            return None;
+        }
+        let Some((noise_mm, sigma_noise_mm)) = self.noise_mm else {
+            self.noise_mm = Some(match self.of {
+                Accepted::Ball { .. } => fit.residuals.noise_of_result_mm(fit.settings.noise, poses),
+                Accepted::Moving => (fit.residuals.noise_mm, fit.residuals.noise_mm),
+            });
+            return self.gate(fit, machine).err().map(Err);
+        };
+        let widened = match self.of {
+            Accepted::Ball { .. } => T::one(),
+            Accepted::Moving => fit.joint.variance_factor(),
+        };
+        let variance = sigma_noise_mm * sigma_noise_mm * widened;
+        fit.write_result(machine, poses, &(self.covariance * variance), noise_mm);
+        if machine.first_offset().is_some() {
+            fit.result.offset_sigmas_mm = self.offset_sigmas.map(|sigma| sigma * sigma_noise_mm);
+        }
+        let check = match self.of {
+            Accepted::Ball { dominant } if fit.settings.require_redundancy => {
+                candidates(fit.residuals.used, poses.len(), dominant)
+            }
+            _ => None,
+        };
+        // Without candidates the stage is left at once.
+        let candidates = check.unwrap_or(Candidates { next: 0, last: 0 });
+        Some(Ok((candidates, worst_direction_of_point(&block::<T, 0, 0>(&self.covariance)).0)))
+    }
+
+    /// The gate of accuracy of a ball joint.
+    fn gate(&self, fit: &Fit<T>, machine: &Machine<T>) -> Result<(), Refusal> {
+        let (Accepted::Ball { .. }, Some((_, sigma_noise_mm))) = (self.of, self.noise_mm) else { return Ok(()) };
         // Also for noise-free lengths: the geometry must give the accuracy with the rig's noise.
         let gate_noise = sigma_noise_mm.max(machine.noise_mm());
         let gate_variance = gate_noise * gate_noise;
         let accuracy = Accuracy {
-            centre: &(of_centre * gate_variance),
-            centre_alone: centre_alone(&self.centre_information).map(|alone| alone * gate_variance),
-            worst_offset: offset_sigmas.map(|sigmas| worst(&sigmas, gate_noise)),
+            centre: &(block::<T, 0, 0>(&self.covariance) * gate_variance),
+            centre_alone: centre_alone(&fit.centre_information).map(|alone| alone * gate_variance),
+            worst_offset: machine.first_offset().map(|_| worst(&self.offset_sigmas, gate_noise)),
         };
-        if let Err(refusal) = require_accuracy(&accuracy, self.settings.sigma_limit_mm) {
-            return Stage::Done(Err(refusal));
-        }
-        self.write_result(machine, poses, &(covariance * (sigma_noise_mm * sigma_noise_mm)), noise_mm);
-        if let Some(sigmas) = offset_sigmas {
-            self.result.offset_sigmas_mm = sigmas.map(|sigma| sigma * sigma_noise_mm);
-        }
-        let check = if self.settings.require_redundancy {
-            candidates(self.residuals.used, poses.len(), dominant)
-        } else {
-            None
-        };
-        // Without candidates the stage is left at once.
-        let candidates = check.unwrap_or(Candidates { next: 0, last: 0 });
-        Stage::Check(Check::new(candidates, worst_direction_of_point(&of_centre).0))
+        require_accuracy(&accuracy, fit.settings.sigma_limit_mm)
     }
+}
 
-    /// The result of a moving centre: its place at the mean direction of the arm.
-    pub(super) fn accept_moving(&mut self, machine: &Machine<T>, poses: &[Pose<T>]) -> Stage<T> {
-        let covariance = self.centre_covariance();
-        let noise_mm = self.residuals.noise_mm;
-        let offset_sigmas = self.offset_sigmas(machine);
-        self.write_result(machine, poses, &(covariance * self.variance_mm2()), noise_mm);
-        if let Some(sigmas) = offset_sigmas {
-            self.result.offset_sigmas_mm = sigmas.map(|sigma| sigma * noise_mm);
-        }
-        let of_centre = block::<T, 0, 0>(&covariance);
-        let none = Candidates { next: 0, last: 0 };
-        Stage::Check(Check::new(none, worst_direction_of_point(&of_centre).0))
+impl<T: Real> Fit<T> {
+    /// Accepts a converged fit, if it passes the gate of accuracy.
+    pub(super) fn accept(&self, of: Accepted) -> Stage<T> {
+        Stage::Check(Check::new(Acceptance::new(of)))
     }
 
     fn write_result(&mut self, machine: &Machine<T>, poses: &[Pose<T>], covariance: &Matrix6<T>, noise_mm: T) {
@@ -77,12 +147,6 @@ impl<T: Real> Fit<T> {
                 break;
             }
         }
-    }
-
-    /// 1σ of the encoder offsets for a noise of 1 mm; `None` when they take no part.
-    fn offset_sigmas(&self, machine: &Machine<T>) -> Option<[T; CABLES]> {
-        let first = machine.first_offset()?;
-        Some(core::array::from_fn(|k| non_negative_root(self.equations.variance(first + k))))
     }
 }
 

@@ -36,18 +36,15 @@ impl<T: Real> Estimator<T> {
         let seen = fit.seen(machine, &placed)?;
         let rotation = &seen.rotation;
         let centre = fit.joint.centre_at(&fit.centre, rotation).in_base_mm;
-        let lack_of_fit = match &fit.joint {
-            Joint::Ball | Joint::Held(_) => T::zero(),
-            Joint::Moving(moving) => moving.lack_of_fit_mm2(),
-        };
+        let (lack_of_fit, factor) = (fit.joint.lack_of_fit_mm2(), fit.joint.variance_factor());
         let of_pose = inverse_of_positive_definite(&seen.unscattered, rounding())?;
         let variance = fit.result_variance_mm2() * pose.relative_variance;
         Some(CentrePrediction {
             predicted_mm: centre,
-            predicted_covariance_mm2: fit.covariance_of(&fit.path_rows(machine, rotation))
+            predicted_covariance_mm2: fit.covariance_of(&fit.path_rows(machine, rotation)) * factor
                 + Matrix3::from_diagonal_element(lack_of_fit),
             live_mm: centre + seen.own_centre_mm,
-            live_covariance_mm2: of_pose * variance + fit.covariance_of(&fit.live_rows(machine, &seen)?),
+            live_covariance_mm2: of_pose * variance + fit.covariance_of(&fit.live_rows(machine, &seen)?) * factor,
         })
     }
 }

@@ -43,7 +43,7 @@ impl<T: Real> ArmFrame<T> {
     }
 
     /// The frame about a mean rotation.
-    fn of_mean(mean: Matrix3<T>) -> Self {
+    pub(super) fn of_mean(mean: Matrix3<T>) -> Self {
         let home = column(&mean, 2);
         // Any axis that is not along h: the features do not depend on which.
         let other = if home.x.abs() < T::of(0.5) { Vector3::x() } else { Vector3::y() };
@@ -72,6 +72,8 @@ impl<T: Real> ArmFrame<T> {
         (tilt, vector.dot(&self.home).atan2(scalar) * T::of(2.0))
     }
 
+    // Not inlined, as `features`: copies in all that ask for a centre.
+    #[inline(never)]
     fn arm(&self, rotation: &Matrix3<T>) -> Arm<T> {
         let direction = column(rotation, 2);
         let [e1, e2] = &self.across;
@@ -82,6 +84,7 @@ impl<T: Real> ArmFrame<T> {
     }
 
     /// φ = (d - h, x² - y², 2 x y, τ): x, y the arm's direction across h, τ its twist about h from the mean rotation.
+    #[inline(never)]
     pub fn features(&self, rotation: &Matrix3<T>) -> Features<T> {
         let Arm { direction, tilt: [x, y], vector, scalar } = self.arm(rotation);
         let d = direction - self.home;

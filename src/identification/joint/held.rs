@@ -10,6 +10,13 @@ use nalgebra::{Matrix3, Vector3};
 const ACROSS: f64 = 2.5;
 const ALONG: f64 = 2.0;
 
+/// Minimum number of poses of a held phase.
+pub const MIN_HELD_POSES: usize = 8;
+
+/// Squared Mahalanobis distance between the joint centres of held and free poses beyond which they belong to two
+/// wearings: of one wearing at most 8 in 400.
+const MAX_SQUARED_DISTANCE: f64 = 12.0;
+
 /// The joint centre in the platform as the held phase gives it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HeldCentre<T> {
@@ -29,6 +36,19 @@ impl<T: Real> HeldCentre<T> {
         };
         let scatter = Matrix3::from_diagonal(&Vector3::new(square(ACROSS), square(ACROSS), square(ALONG)));
         Self { in_platform_mm, covariance_mm2: fit_mm2 + scatter }
+    }
+
+    /// Distance between the joint centres of held and free poses, mm, if it is too large for one wearing. `both`: the
+    /// estimate from the free poses with the held phase as prior.
+    ///
+    /// With P the covariance of the held phase and Q that of both, an estimate from both lies d off the held phase with
+    /// covariance P - Q, and the free poses alone would lie P (P - Q)⁻¹ d off.
+    pub fn contradiction_mm(&self, both: &Self) -> Option<T> {
+        let moved = self.in_platform_mm - both.in_platform_mm;
+        let expected = self.covariance_mm2 - both.covariance_mm2;
+        let weighted = inverse_of_positive_definite(&expected, rounding())? * moved;
+        let too_far = moved.dot(&weighted) > T::of(MAX_SQUARED_DISTANCE);
+        too_far.then(|| (self.covariance_mm2 * weighted).norm_squared().root())
     }
 
     /// Adds it as a prior on C, whose unknowns begin at `first`. `now_mm`: the present C, mm; `variance_mm2`: of the

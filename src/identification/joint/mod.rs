@@ -5,17 +5,21 @@ mod held;
 mod motion;
 mod moving_centre;
 mod scatter;
+mod shown_motion;
 
 pub use arm_frame::{ArmFrame, FEATURES, Features};
-pub use held::HeldCentre;
+pub use held::{HeldCentre, MIN_HELD_POSES};
 pub use motion::{ArmMotion, MIN_MOVING_POSES, MissingMotion};
 pub use moving_centre::{MAX_JOINT, MovingCentre};
 pub use scatter::Scatter;
+pub use shown_motion::{MOTION_PARTS, ShownMotion};
 
+use super::marginal_information::MarginalInformation;
 use super::parameters::{Column, Equations, PoseAt};
-use crate::kinematics::JointCentre;
+use crate::kinematics::rotation::{rotation_of, turned};
+use crate::kinematics::{AttitudeSolver, CableLengths, CableSet, Geometry, JointCentre, LengthJacobian};
 use crate::scalar::Real;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 /// The model of the joint that is being estimated.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,6 +59,44 @@ impl<T: Real> Joint<T> {
         }
     }
 
+    /// The Jacobian of a pose's lengths about this joint. For a moving centre its motion with the rotation is included.
+    // Not inlined: three copies would be 6 KB of flash (`cargo footprint --sections`).
+    #[inline(never)]
+    pub fn jacobian(
+        &self,
+        geometry: &Geometry<T>,
+        centre: &JointCentre<T>,
+        rotation: &Matrix3<T>,
+        lengths: &CableLengths<T>,
+    ) -> LengthJacobian<T> {
+        let jacobian = LengthJacobian::new(geometry, &self.centre_at(centre, rotation), rotation, lengths);
+        match self.turning(rotation) {
+            None => jacobian,
+            Some(turning) => jacobian.with_moving_centre(&turning),
+        }
+    }
+
+    /// The rotation that fits best about this joint, from one nearby; `None` when none is found.
+    #[inline(never)]
+    pub fn track(
+        &self,
+        geometry: &Geometry<T>,
+        centre: &JointCentre<T>,
+        start: UnitQuaternion<T>,
+        lengths: &CableLengths<T>,
+    ) -> Option<UnitQuaternion<T>> {
+        let there = self.centre_at(centre, &rotation_of(&start));
+        let mut attitude = AttitudeSolver { geometry, centre: &there }.track(start, lengths, CableSet::ALL)?.attitude;
+        if let Self::Moving(_) = self {
+            // The centre moves with the rotation: two more Gauss-Newton steps with that included.
+            for _ in 0..2 {
+                let jacobian = self.jacobian(geometry, centre, &rotation_of(&attitude), lengths);
+                attitude = turned(&attitude, &MarginalInformation::new(&jacobian).ok()?.turn);
+            }
+        }
+        Some(attitude)
+    }
+
     /// Derivative of the joint centre in {B} with a rotation ω of the pose, mm/rad; `None` for a ball.
     pub fn turning(&self, rotation: &Matrix3<T>) -> Option<Matrix3<T>> {
         match self {
@@ -69,6 +111,22 @@ impl<T: Real> Joint<T> {
             Self::Ball => T::zero(),
             Self::Held(scatter) => scatter.variance_mm2(),
             Self::Moving(moving) => moving.scatter.variance_mm2(),
+        }
+    }
+
+    /// By how much the covariance of the fit is widened for what the model does not explain; 1 for a ball.
+    pub fn variance_factor(&self) -> T {
+        match self {
+            Self::Ball | Self::Held(_) => T::one(),
+            Self::Moving(_) => MovingCentre::<T>::variance_factor(),
+        }
+    }
+
+    /// Variance along each axis that the model does not explain, mm²; 0 for a ball.
+    pub fn lack_of_fit_mm2(&self) -> T {
+        match self {
+            Self::Ball | Self::Held(_) => T::zero(),
+            Self::Moving(moving) => moving.lack_of_fit_mm2(),
         }
     }
 

@@ -19,6 +19,11 @@ impl<T: Real> Default for Scatter<T> {
 }
 
 impl<T: Real> Scatter<T> {
+    /// A scatter with this standard deviation along each axis, mm.
+    pub fn of_sigma(sigma_mm: T) -> Self {
+        Self((sigma_mm * sigma_mm).max(T::of(MIN_SCATTER_MM2)))
+    }
+
     /// The variance along each axis, mm².
     pub fn variance_mm2(&self) -> T {
         self.0

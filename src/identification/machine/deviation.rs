@@ -1,7 +1,7 @@
 //! By how much a machine was found to differ from what is stated: what is kept of an estimate.
 
-use super::shape::MAX_MODES;
 use super::Machine;
+use super::shape::MAX_MODES;
 use crate::kinematics::Geometry;
 use crate::rig::CABLES;
 use crate::scalar::Real;
@@ -49,4 +49,3 @@ impl<T: Real> super::MachineEstimate<T> {
         MachineDeviation { base_mm, ends_mm, scale: self.scales(machine) }
     }
 }
-

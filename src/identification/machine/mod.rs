@@ -12,6 +12,7 @@ mod shape;
 pub use deviation::MachineDeviation;
 pub use estimate::MachineEstimate;
 pub use shape::MAX_MODES;
+pub(super) use shape::for_each_mode;
 
 use self::shape::ShapeModes;
 use crate::kinematics::{Geometry, PlatformSolver};

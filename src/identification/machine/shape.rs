@@ -28,15 +28,14 @@ impl<T: Real> ShapeModes<T> {
 
     /// Three points, each the end of two cables: `of_cable` names the point (from 0) of each. Three orthonormal modes:
     /// when every coordinate of a point has the same standard deviation, so has every mode.
-    pub fn set_triangle(&mut self, points_mm: &[Vector3<T>; POINTS], of_cable: &[usize]) {
-        self.find(points_mm, |mode, cable| {
-            of_cable.get(cable).and_then(|point| mode.get(*point)).copied().unwrap_or_else(Vector3::zeros)
-        });
+    pub fn set_triangle(&mut self, &[a, b, c]: &[Vector3<T>; POINTS], of_cable: &[usize]) {
+        let none = Vector3::zeros();
+        self.find(&[a, b, c, none, none, none], POINTS, of_cable);
     }
 
     /// Six points of their own: twelve orthonormal modes.
     pub fn set_six(&mut self, points_mm: &[Vector3<T>; CABLES]) {
-        self.find(points_mm, |mode, cable| mode[cable]);
+        self.find(points_mm, CABLES, &[0, 1, 2, 3, 4, 5]);
     }
 
     /// The three edges p12, p23, p31 of a triangle P1 = (0, 0, 0), P2 = (p12, 0, 0), P3 = (x, y, 0) as modes: each end
@@ -73,43 +72,60 @@ impl<T: Real> ShapeModes<T> {
         }
     }
 
-    /// Gram-Schmidt: rigid motions first, then every coordinate of every point; what is linearly independent is a mode.
-    fn find<const N: usize>(
-        &mut self,
-        points_mm: &[Vector3<T>; N],
-        end: impl Fn(&[Vector3<T>; N], usize) -> Vector3<T>,
-    ) {
+    /// The modes of the first `count` points. `of_cable`: the point at which each cable ends.
+    fn find(&mut self, points_mm: &Points<T>, count: usize, of_cable: &[usize]) {
         self.count = 0;
-        let mut basis = heapless::Vec::<[Vector3<T>; N], { 3 * CABLES }>::new();
-        let middle = points_mm.iter().fold(Vector3::zeros(), |sum, p| sum + p) / T::of_integer(N as i32);
-        let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
-        for axis in &axes {
-            let _ = orthonormal(&basis, [*axis; N]).map(|motion| basis.push(motion));
-        }
-        for axis in &axes {
-            let turned = points_mm.map(|point| axis.cross(&(point - middle)));
-            let _ = orthonormal(&basis, turned).map(|motion| basis.push(motion));
-        }
-        for point in 0..N {
-            for axis in &axes {
-                let mut unit = [Vector3::zeros(); N];
-                if let Some(moved) = unit.get_mut(point) {
-                    *moved = *axis;
+        for_each_mode(points_mm, count, |mode| {
+            if let Some(kept) = self.modes.get_mut(self.count) {
+                for (end, point) in kept.iter_mut().zip(of_cable) {
+                    *end = mode.get(*point).copied().unwrap_or_else(Vector3::zeros);
                 }
-                let Some(mode) = orthonormal(&basis, unit) else { continue };
-                if let Some(kept) = self.modes.get_mut(self.count) {
-                    *kept = core::array::from_fn(|cable| end(&mode, cable));
-                    self.count += 1;
-                    let _ = basis.push(mode);
-                }
+                self.count += 1;
             }
+        });
+    }
+}
+
+/// Displacements of up to six points.
+type Points<T> = [Vector3<T>; CABLES];
+
+/// The modes of the first `count` of some points, by Gram-Schmidt: rigid motions first, then every coordinate of every
+/// point; what is linearly independent is a mode.
+pub fn for_each_mode<T: Real>(points_mm: &Points<T>, count: usize, mut found: impl FnMut(&Points<T>)) {
+    let mut basis = heapless::Vec::<Points<T>, { 3 * CABLES }>::new();
+    let points = points_mm.get(..count).unwrap_or_default();
+    let middle = points.iter().fold(Vector3::zeros(), |sum, p| sum + p) / T::of_integer(count as i32);
+    let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
+    let moved = |motion: &dyn Fn(&Vector3<T>) -> Vector3<T>| {
+        let mut all = [Vector3::zeros(); CABLES];
+        all.iter_mut().zip(points).for_each(|(moved, point)| *moved = motion(point));
+        all
+    };
+    for axis in &axes {
+        let _ = orthonormal(&basis, moved(&|_| *axis)).map(|motion| basis.push(motion));
+    }
+    for axis in &axes {
+        let turned = moved(&|point| axis.cross(&(point - middle)));
+        let _ = orthonormal(&basis, turned).map(|motion| basis.push(motion));
+    }
+    for point in 0..points.len() {
+        for axis in &axes {
+            let mut unit = [Vector3::zeros(); CABLES];
+            if let Some(moved) = unit.get_mut(point) {
+                *moved = *axis;
+            }
+            let Some(mode) = orthonormal(&basis, unit) else { continue };
+            found(&mode);
+            let _ = basis.push(mode);
         }
     }
 }
 
 /// The part of `vector` orthogonal to the basis, normalised; `None` when hardly anything is left.
-fn orthonormal<T: Real, const N: usize>(basis: &[[Vector3<T>; N]], vector: [Vector3<T>; N]) -> Option<[Vector3<T>; N]> {
-    let dot = |a: &[Vector3<T>; N], b: &[Vector3<T>; N]| a.iter().zip(b).fold(T::zero(), |sum, (a, b)| sum + a.dot(b));
+// Not inlined: three copies would be 3 KB of flash (`cargo footprint --sections`).
+#[inline(never)]
+fn orthonormal<T: Real>(basis: &[Points<T>], vector: Points<T>) -> Option<Points<T>> {
+    let dot = |a: &Points<T>, b: &Points<T>| a.iter().zip(b).fold(T::zero(), |sum, (a, b)| sum + a.dot(b));
     let whole = dot(&vector, &vector);
     let mut left = vector;
     // Twice: single precision leaves too much the first time (Kahan: twice is enough).

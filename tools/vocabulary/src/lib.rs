@@ -11,7 +11,7 @@ use glenoid::can::health::{BusHealth, LastStop, StopText};
 use glenoid::can::identity::{Identity, Naming};
 use glenoid::can::message::Message;
 use glenoid::can::report::{LeftOut, OutcomeReport, PoseReport, RawLength};
-use glenoid::can::result::{Axis, Parameter, Quality, VerificationReport, WeakDirection, ZeroError};
+use glenoid::can::result::{Axis, MotionPart, Parameter, Quality, VerificationReport, WeakDirection, ZeroError};
 use glenoid::can::status::{Answer, Counters, Fault, Heartbeat, Versions};
 use glenoid::can::watch::WatchReport;
 use glenoid::procedure::PoseSet;
@@ -45,6 +45,8 @@ pub fn fields(message: &Message) -> (&'static str, Vec<Field>) {
         Message::StopText(m) => ("StopText", stop_text(m)),
         Message::CandidateZero(m) => ("CandidateZero", zero(m)),
         Message::LiveZero(m) => ("LiveZero", zero(m)),
+        Message::CandidateMotion(m) => ("CandidateMotion", motion(m)),
+        Message::LiveMotion(m) => ("LiveMotion", motion(m)),
         Message::Watch(m) => ("Watch", watch(m)),
         Message::Identity(m) => ("Identity", identity(m)),
         Message::CandidateNaming(m) => ("CandidateNaming", naming(m)),
@@ -77,6 +79,7 @@ fn heartbeat(m: &Heartbeat) -> Vec<Field> {
         ("guidance", m.guidance.code().into()),
         ("poses", m.poses.into()),
         ("progress", m.progress_percent.into()),
+        ("held_phase", m.flags.held_phase.into()),
         ("reason", m.reason.code().into()),
         ("live", m.flags.live.into()),
         ("still", m.flags.still.into()),
@@ -235,6 +238,11 @@ fn zero(m: &ZeroError) -> Vec<Field> {
         ("offset", m.value_mm.into()),
         ("offset_sigma", m.sigma_mm.into()),
     ]
+}
+
+fn motion(m: &MotionPart) -> Vec<Field> {
+    let values = ["motion_x", "motion_y", "motion_z"].into_iter().zip(m.values().map(f64::from));
+    [run_id(m.run_id), ("part", m.part.into())].into_iter().chain(values).collect()
 }
 
 fn identity(m: &Identity) -> Vec<Field> {

@@ -5,7 +5,7 @@ use glenoid::can::health::{BusHealth, LastStop, StopText};
 use glenoid::can::identity::{Identity, Naming};
 use glenoid::can::message::Message;
 use glenoid::can::report::{LeftOut, OutcomeReport, PoseReport, RawLength};
-use glenoid::can::result::{Axis, Parameter, Quality, VerificationReport, WeakDirection, ZeroError};
+use glenoid::can::result::{Axis, MotionPart, Parameter, Quality, VerificationReport, WeakDirection, ZeroError};
 use glenoid::can::status::{Answer, Counters, Fault, Flags, Heartbeat, Versions};
 use glenoid::can::watch::WatchReport;
 use glenoid::procedure::{Guidance, PoseSet, Reason, StateName};
@@ -13,7 +13,7 @@ use glenoid::restart::ResetCause;
 use rand::Rng;
 
 /// How many kinds of messages the device sends, without the multiplexed ones.
-pub const KINDS: u8 = 26;
+pub const KINDS: u8 = 28;
 
 /// A random message of a kind, 0 to [`KINDS`] - 1 in the order of the identifiers. Values are random within what
 /// their fields can hold, and not rounded to the fields' steps.
@@ -121,6 +121,8 @@ pub fn random_message(kind: u8, random: &mut impl Rng) -> Message {
         23 => Message::Identity(Identity { serial: any.0.random(), boot: any.0.random(), wearer: any.0.random() }),
         24 => Message::CandidateNaming(any.naming()),
         25 => Message::LiveNaming(any.naming()),
+        26 => Message::CandidateMotion(any.motion()),
+        27 => Message::LiveMotion(any.motion()),
         _ => Message::Watch(WatchReport {
             run_id: any.0.random(),
             cause: any.reason(),
@@ -174,6 +176,11 @@ impl<R: Rng> Random<'_, R> {
         Naming { run_id: self.0.random(), boot: self.0.random(), wearer: self.0.random(), checksum: self.0.random() }
     }
 
+    fn motion(&mut self) -> MotionPart {
+        let numbers = std::array::from_fn(|_| self.0.random_range(-16_384..=16_383));
+        MotionPart { run_id: self.0.random(), part: self.below(8), numbers }
+    }
+
     fn zero(&mut self) -> ZeroError {
         ZeroError {
             run_id: self.0.random(),
@@ -198,6 +205,7 @@ impl<R: Rng> Random<'_, R> {
                 button: self.0.random(),
                 unacknowledged: self.0.random(),
                 by_command_only: self.0.random(),
+                held_phase: self.0.random(),
             },
             standing: Standing::ALL[self.0.random_range(0..Standing::ALL.len())],
             sequence: self.0.random(),

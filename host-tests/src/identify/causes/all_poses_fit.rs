@@ -85,12 +85,7 @@ struct Work<'a> {
 
 impl AllPosesFit {
     /// Fits all poses. `None` when they have no place, or determine no centre.
-    pub fn new(
-        machine: &Machine<f64>,
-        lengths: &[CableLengths<f64>],
-        noise_mm: f64,
-        freedom: Freedom,
-    ) -> Option<Self> {
+    pub fn new(machine: &Machine<f64>, lengths: &[CableLengths<f64>], noise_mm: f64, freedom: Freedom) -> Option<Self> {
         let poses: Vec<_> = lengths.iter().map(|lengths| Pose::placed(machine.platform(), *lengths).ok()).collect();
         let mut pivot = PivotCalibration::default();
         poses.iter().flatten().for_each(|pose| pivot.add(&pose.platform()));

@@ -111,9 +111,8 @@ fn loss_after(
         if fits {
             return Some(None);
         }
-        let mut without: Vec<_> = (0..CABLES)
-            .filter_map(|cable| Some((cable, solver.solve(&lengths, CableSet::all_but(cable))?)))
-            .collect();
+        let mut without: Vec<_> =
+            (0..CABLES).filter_map(|cable| Some((cable, solver.solve(&lengths, CableSet::all_but(cable))?))).collect();
         without.sort_by(|a, b| a.1.squares_mm2.total_cmp(&b.1.squares_mm2));
         let (cable, fit) = without.first()?;
         let rotation = *fit.attitude.to_rotation_matrix().matrix();

@@ -18,16 +18,22 @@ pub fn text(causes: &Causes, log: &LengthsFile) -> String {
 pub fn remedy(cause: &Cause) -> &'static str {
     match cause.kind {
         CauseKind::Nothing => "",
-        CauseKind::DrumScale => "Measure that drum and the gear behind it, or commission the machine (cargo commission).",
+        CauseKind::DrumScale => {
+            "Measure that drum and the gear behind it, or commission the machine (cargo commission)."
+        }
         CauseKind::EncoderOffset => "Home that cable again, or say with --zeros how well the cables are homed.",
-        CauseKind::Hysteresis => "Look for friction: pulleys, guides, a cable that rubs. Come to every pose from one side.",
+        CauseKind::Hysteresis => {
+            "Look for friction: pulleys, guides, a cable that rubs. Come to every pose from one side."
+        }
         CauseKind::BaseShape => "Measure the attachment points again, or commission the machine (cargo commission).",
         CauseKind::PlatformShape => "Measure the platform again, or commission the machine (cargo commission).",
         CauseKind::LostCounts => "Check that encoder and its cable; use the poses on one side of the loss only.",
         CauseKind::BaseSlipped => "Tighten the strap of the base; use the poses on one side of the slip only.",
         CauseKind::CuffSlipped => "Tighten the cuff; use the poses on one side of the slip only.",
         CauseKind::Loose => "Look for a loose strap, cuff or cable, move slowly and hold each pose.",
-        CauseKind::MovingJoint => "Record more poses: tilt the arm in all directions, and turn it about its own length.",
+        CauseKind::MovingJoint => {
+            "Record more poses: tilt the arm in all directions, and turn it about its own length."
+        }
         CauseKind::ConstantEncoder => "Check that encoder and its connector: it does not count.",
         CauseKind::ExchangedCables => "Exchange those two connectors, or those two columns of the log.",
     }

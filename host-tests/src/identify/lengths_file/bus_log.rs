@@ -3,6 +3,7 @@
 //! Both of candump's own forms are read, that of `candump -l` and what it prints. Of several runs in one recording the
 //! last one with a whole pose is taken, and that is said.
 
+use super::board_result::{BoardResult, offset_prior_mm};
 use super::text::{Text, lines};
 use super::{Columns, LengthsFile, Row};
 use crate::identify::input_error::InputError;
@@ -19,10 +20,10 @@ pub(super) fn is_one(text: &str) -> bool {
 }
 
 /// The poses of one run, by set and index.
-#[derive(Default)]
 struct Run {
     id: u16,
     poses: BTreeMap<(bool, u8), Pose>,
+    board: BoardResult,
 }
 
 #[derive(Clone, Copy, Default)]
@@ -41,14 +42,18 @@ pub(super) fn parse(file: &str, text: &Text) -> Result<LengthsFile, InputError> 
     let (mut runs, mut frames, mut ours) = (Vec::<Run>::new(), 0_usize, 0_usize);
     let mut all = lines(&text.content).filter(|(_, line)| !line.trim().is_empty()).peekable();
     let mut last = 1;
+    let mut prior_mm = 0.0;
     while let Some((line, content)) = all.next() {
         last = line;
         match frame(content) {
             Ok(Some(frame)) => {
                 frames += 1;
                 ours += usize::from(BaseId::DEFAULT.owns(frame.raw_id()));
-                if let Ok(Message::RawLength(length)) = Message::unpack(&frame, BaseId::DEFAULT) {
-                    take(&mut runs, line, &length);
+                prior_mm = offset_prior_mm(&frame).unwrap_or(prior_mm);
+                match (Message::unpack(&frame, BaseId::DEFAULT), runs.last_mut()) {
+                    (Ok(Message::RawLength(length)), _) => take(&mut runs, line, &length, prior_mm),
+                    (Ok(message), Some(run)) => run.board.take(run.id, &message),
+                    _ => {}
                 }
             }
             Ok(None) => frames += 1,
@@ -73,6 +78,7 @@ pub(super) fn parse(file: &str, text: &Text) -> Result<LengthsFile, InputError> 
         return Err(InputError::at(file, last, 1, message));
     };
     log.notes.push(told(&runs, run));
+    log.board = Some(run.board);
     for ((held_out, index), pose) in &run.poses {
         match pose.whole() {
             Some(row) if *held_out => log.second_set.push(row),
@@ -107,7 +113,7 @@ impl Pose {
 
 /// Keeps a length. One that contradicts what was kept belongs to another run, even under the same number: a board that
 /// was reset may begin its numbers again.
-fn take(runs: &mut Vec<Run>, line: usize, length: &RawLength) {
+fn take(runs: &mut Vec<Run>, line: usize, length: &RawLength, offset_prior_mm: f64) {
     let Some(cable) = usize::from(length.cable).checked_sub(1).filter(|cable| *cable < CABLES) else { return };
     let key = (length.set == PoseSet::HeldOut, length.index);
     let known = |run: &Run| run.poses.get(&key).and_then(|pose| pose.lengths_mm[cable]);
@@ -115,7 +121,8 @@ fn take(runs: &mut Vec<Run>, line: usize, length: &RawLength) {
         run.id == length.run_id && known(run).is_none_or(|mm| mm.to_bits() == length.length_mm.to_bits())
     });
     if !same_run {
-        runs.push(Run { id: length.run_id, ..Run::default() });
+        let board = BoardResult::new(offset_prior_mm);
+        runs.push(Run { id: length.run_id, poses: BTreeMap::new(), board });
     }
     if let Some(run) = runs.last_mut() {
         let pose = run.poses.entry(key).or_default();

@@ -72,33 +72,43 @@ pub(super) struct Header {
 }
 
 impl Header {
-    /// Reads the header from a line.
+    /// Reads the header of so many cables from a line. The places beyond them are those of the first.
     ///
     /// # Errors
     /// [`InputError`] says which column is missing, or twice there, or not in millimetres.
-    pub(super) fn parse(file: &str, line: usize, text: &str, named: Option<Separator>) -> Result<Self, InputError> {
+    pub(super) fn parse(
+        file: &str,
+        line: usize,
+        text: &str,
+        named: Option<Separator>,
+        cables: usize,
+    ) -> Result<Self, InputError> {
         let known = named.map_or(Separator::KNOWN.to_vec(), |separator| vec![separator]);
         let found = known.into_iter().map(|separator| (separator, cables_in(separator, text).iter().flatten().count()));
         // Of several that find as many, the first.
         let best = found.rev().max_by_key(|(_, count)| *count);
         match best {
-            Some((separator, count)) if count > 0 => Self::with(file, line, text, separator),
+            Some((separator, count)) if count > 0 => Self::with(file, line, text, separator, cables),
             _ => {
                 let numbers = text.split([',', ';', '\t', ' ']).all(|cell| bare(cell).parse::<f64>().is_ok());
                 let message = if numbers {
-                    "the first line holds numbers; the header l1,l2,l3,l4,l5,l6 is wanted before them".to_owned()
+                    format!(
+                        "the first line holds numbers; the header {} is wanted before them",
+                        NAMES[..cables].join(",")
+                    )
                 } else if let Some(separator) = named {
                     let called = separator.called();
                     format!("no column is called l1 to l6, if {called} separate them as the line sep= says")
                 } else {
-                    format!("no header l1,l2,l3,l4,l5,l6, but {}; is this a log of cable lengths?", quoted(text.trim()))
+                    let wanted = NAMES[..cables].join(",");
+                    format!("no header {wanted}, but {}; is this a log of cable lengths?", quoted(text.trim()))
                 };
                 Err(InputError::at(file, line, 1, message))
             }
         }
     }
 
-    fn with(file: &str, line: usize, text: &str, separator: Separator) -> Result<Self, InputError> {
+    fn with(file: &str, line: usize, text: &str, separator: Separator, cables: usize) -> Result<Self, InputError> {
         let error = |column: usize, message: String| Err(InputError::at(file, line, column + 1, message));
         let mut cells = Vec::new();
         separator.cells(text, &mut cells);
@@ -106,7 +116,7 @@ impl Header {
         let named = cells.iter().rposition(|cell| !cell.is_empty()).map_or(0, |last| last + 1);
         let (mut columns, mut others) = ([None; CABLES], Vec::new());
         for (column, cell) in cells.iter().enumerate().take(named) {
-            let Some((cable, unit)) = cable_named(cell) else {
+            let Some((cable, unit)) = cable_named(cell).filter(|(cable, _)| *cable < cables) else {
                 others.push(if cell.is_empty() { format!("column {}", column + 1) } else { quoted(cell) });
                 continue;
             };
@@ -117,8 +127,8 @@ impl Header {
                 return error(column, format!("{}: {complaint}", NAMES[cable]));
             }
         }
-        let mut of_cable = [0; CABLES];
-        for (cable, column) in columns.into_iter().enumerate() {
+        let mut of_cable = [columns[0].unwrap_or(0); CABLES];
+        for (cable, column) in columns.into_iter().enumerate().take(cables) {
             match column {
                 Some(column) => of_cable[cable] = column,
                 None => return error(named, format!("the column {} is missing", NAMES[cable])),

@@ -11,12 +11,12 @@ use super::{LengthsFile, NAMES, Row};
 use crate::identify::input_error::InputError;
 use glenoid::rig::CABLES;
 
-/// Reads a table.
+/// Reads a table of the lengths of so many cables.
 ///
 /// # Errors
 /// [`InputError`] names the first place that cannot be read.
-pub(super) fn parse(file: &str, text: &Text) -> Result<LengthsFile, InputError> {
-    let mut reader = Reader::new(file);
+pub(super) fn parse(file: &str, text: &Text, cables: usize) -> Result<LengthsFile, InputError> {
+    let mut reader = Reader::new(file, cables);
     let mut last = 0;
     let mut cells = Vec::new();
     for (line, content) in lines(&text.content) {
@@ -39,6 +39,7 @@ struct PassedOver {
 
 struct Reader {
     log: LengthsFile,
+    cables: usize,
     /// The separator that a line `sep=;` named.
     named: Option<Separator>,
     header: Option<Header>,
@@ -49,9 +50,10 @@ struct Reader {
 }
 
 impl Reader {
-    fn new(file: &str) -> Self {
+    fn new(file: &str, cables: usize) -> Self {
         Self {
             log: LengthsFile::new(file),
+            cables,
             named: None,
             header: None,
             just_after_header: false,
@@ -69,7 +71,7 @@ impl Reader {
                 self.named = Some(separator);
                 return Ok(());
             }
-            return self.begin(Header::parse(self.log.file(), line, content, self.named)?);
+            return self.begin(self.header_of(line, content, self.named)?);
         };
         header.separator.cells(content, cells);
         if cells.iter().all(|cell| cell.is_empty()) {
@@ -80,7 +82,7 @@ impl Reader {
         // Only a cell without a number at its place can begin anything else than a row.
         let first = cells.get(of_cable[0]).copied().unwrap_or("");
         if first.starts_with(|c: char| c.is_alphabetic() || "[(".contains(c)) {
-            if let Ok(again) = Header::parse(self.log.file(), line, content, Some(header.separator)) {
+            if let Ok(again) = self.header_of(line, content, Some(header.separator)) {
                 self.passed_over.header_again.push(line);
                 return self.begin(again);
             }
@@ -97,12 +99,16 @@ impl Reader {
     /// A comment is passed over, but for one that is the header: some programs write it so.
     fn comment(&mut self, line: usize, comment: &str) -> Result<(), InputError> {
         if self.header.is_none()
-            && let Ok(header) = Header::parse(self.log.file(), line, comment, self.named)
+            && let Ok(header) = self.header_of(line, comment, self.named)
         {
             return self.begin(header);
         }
         self.passed_over.comments += 1;
         Ok(())
+    }
+
+    fn header_of(&self, line: usize, text: &str, named: Option<Separator>) -> Result<Header, InputError> {
+        Header::parse(self.log.file(), line, text, named, self.cables)
     }
 
     fn begin(&mut self, header: Header) -> Result<(), InputError> {
@@ -146,7 +152,7 @@ impl Reader {
 
     fn finish(mut self, last: usize) -> Result<LengthsFile, InputError> {
         let Some(header) = &self.header else {
-            let message = format!("the file is empty; the header {} is wanted", NAMES.join(","));
+            let message = format!("the file is empty; the header {} is wanted", NAMES[..self.cables].join(","));
             return Err(InputError::at(self.log.file(), 1, 1, message));
         };
         if self.log.rows.is_empty() {

@@ -36,17 +36,15 @@ impl<'a> Source<'a> {
         match unreached(&rig) {
             Some(cable) => {
                 let radius_mm = ends[cable].pulley.radius_mm;
-                let message = format!(
-                    "cable {}: a pulley of {radius_mm} mm cannot be reached by its cable at home",
-                    cable + 1
-                );
+                let message =
+                    format!("cable {}: a pulley of {radius_mm} mm cannot be reached by its cable at home", cable + 1);
                 Err(self.error(tables.span(), message))
             }
             None => Ok(rig),
         }
     }
 
-    fn cable(&self, value: &Spanned<DeValue<'a>>) -> Result<CableEnds<f64>, InputError> {
+    pub(super) fn cable(&self, value: &Spanned<DeValue<'a>>) -> Result<CableEnds<f64>, InputError> {
         let Some(table) = value.get_ref().as_table() else {
             return Err(self.error(value.span(), "cable: a table [[cable]] is wanted"));
         };

@@ -5,8 +5,20 @@ use super::source::Source;
 use crate::identify::input_error::InputError;
 use glenoid::identification::Machine;
 use glenoid::rig::{CABLES, Correction, Drum, Rig, RigError, Tolerance};
+use std::ops::Range;
 use toml::Spanned;
-use toml::de::DeTable;
+use toml::de::{DeTable, DeValue};
+
+/// The keys of `[tolerance]`.
+const TOLERANCES: [(&str, fn(&mut Tolerance<f64>, f64)); 4] = [
+    ("base", |tolerance, value| tolerance.base_mm = value),
+    ("edges", |tolerance, value| tolerance.edges_mm = value),
+    ("zero", |tolerance, value| tolerance.offset_mm = value),
+    ("drum", |tolerance, value| tolerance.drum = value),
+];
+
+/// A key of `[tolerance]`, its number, its place, and the tolerance with all keys so far.
+type ToleranceKey = (&'static str, f64, Range<usize>, Tolerance<f64>);
 
 impl<'a> Source<'a> {
     /// The shoulder's drive with the file's home lengths.
@@ -25,23 +37,10 @@ impl<'a> Source<'a> {
     /// The rig with its tolerances and what commissioning has found.
     pub(super) fn known_machine(&self, table: &DeTable<'a>, rig: Rig<f64>) -> Result<Rig<f64>, InputError> {
         let mut rig = rig;
-        if let Some(section) = table.get("tolerance") {
-            // Set one by one, so that a complaint is about one of them.
-            type Set = fn(&mut Tolerance<f64>, f64);
-            let keys: [(&str, Set); 4] = [
-                ("base", |tolerance, value| tolerance.base_mm = value),
-                ("edges", |tolerance, value| tolerance.edges_mm = value),
-                ("zero", |tolerance, value| tolerance.offset_mm = value),
-                ("drum", |tolerance, value| tolerance.drum = value),
-            ];
-            let mut tolerance = Tolerance::exact();
-            for (key, set) in keys {
-                let Some(value) = section.get_ref().as_table().and_then(|section| section.get(key)) else { continue };
-                let number = self.number(value, key)?;
-                set(&mut tolerance, number);
-                let complaint = |error: RigError| self.error(value.span(), format!("{key} = {number}: {}", error.text()));
-                rig = rig.with_tolerance(tolerance).map_err(complaint)?;
-            }
+        // One key after the other, so that a complaint is about one of them.
+        for (key, number, place, tolerance) in self.tolerances(table)? {
+            let complaint = |error: RigError| self.error(place, format!("{key} = {number}: {}", error.text()));
+            rig = rig.with_tolerance(tolerance).map_err(complaint)?;
         }
         let offsets = self.six(table, "zeros", "mm")?;
         let scales = self.six(table, "drum", "scale")?;
@@ -52,6 +51,30 @@ impl<'a> Source<'a> {
         let correction =
             Correction { offset_mm: offsets.unwrap_or([0.0; CABLES]), scale: scales.unwrap_or([1.0; CABLES]) };
         rig.with_correction(correction).map_err(|error| self.error(place, error.text()))
+    }
+
+    /// The section `[tolerance]`, and what it says; what it leaves out is exact.
+    pub(super) fn tolerance<'t>(
+        &self,
+        table: &'t DeTable<'a>,
+    ) -> Result<Option<(&'t Spanned<DeValue<'a>>, Tolerance<f64>)>, InputError> {
+        let Some(section) = table.get("tolerance") else { return Ok(None) };
+        let tolerance = self.tolerances(table)?.pop().map_or(Tolerance::exact(), |(_, _, _, tolerance)| tolerance);
+        Ok(Some((section, tolerance)))
+    }
+
+    /// What `[tolerance]` says, key by key: the key, its number, its place, and the tolerance with all keys so far.
+    fn tolerances(&self, table: &DeTable<'a>) -> Result<Vec<ToleranceKey>, InputError> {
+        let section = table.get("tolerance").and_then(|section| section.get_ref().as_table());
+        let mut tolerance = Tolerance::exact();
+        let mut keys = Vec::new();
+        for (key, set) in TOLERANCES {
+            let Some(value) = section.and_then(|section| section.get(key)) else { continue };
+            let number = self.number(value, key)?;
+            set(&mut tolerance, number);
+            keys.push((key, number, value.span(), tolerance));
+        }
+        Ok(keys)
     }
 
     fn six(&self, table: &DeTable<'a>, section: &str, key: &str) -> Result<Option<[f64; CABLES]>, InputError> {

@@ -5,6 +5,7 @@ use crate::study::scene::{Reach, Scene, normal, symmetric, with_noise};
 use crate::study::solve::{Answer, Knowledge, solve_with_zeros};
 use crate::wearer::{Encoder, rotation};
 use glenoid::identification::Machine;
+use glenoid::identification::joint::Joint;
 use glenoid::identification::machine::MachineDeviation;
 use glenoid::kinematics::CableLengths;
 use glenoid::monitor::SlipDetector;
@@ -122,7 +123,8 @@ impl Therapy {
         let parameters = Parameters::from_array(answer.parameters_mm.map(|x| x as f32));
         let zeros_mm = answer.zeros_mm.map(|x| x as f32);
         let as_drawn = MachineDeviation::none();
-        Ok(SlipDetector::new(&Machine::new(rig), &as_drawn, &parameters, &zeros_mm, rig.length_noise_mm()))
+        let noise_mm = rig.length_noise_mm();
+        Ok(SlipDetector::new(&Machine::new(rig), &as_drawn, &parameters, &zeros_mm, noise_mm, Joint::Ball))
     }
 
     /// What the device makes of six true lengths: noise, then whole counts, mm.

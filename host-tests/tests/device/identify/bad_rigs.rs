@@ -164,7 +164,11 @@ fn what_cannot_be_of_a_built_machine_names_its_place() {
         ),
         (coinciding, "line 1, ", "cables 2 and 3"),
         (tolerance("base = -0.5\n"), "line 4, column 8: ", "base = -0.5: a tolerance is negative or absurd"),
-        (tolerance("base = 0.5\nedges = 1000\n"), "line 5, column 9: ", "edges = 1000: a tolerance is negative or absurd"),
+        (
+            tolerance("base = 0.5\nedges = 1000\n"),
+            "line 5, column 9: ",
+            "edges = 1000: a tolerance is negative or absurd",
+        ),
         (tolerance("drum = 0.5\n"), "line 4, column 8: ", "drum = 0.5: a tolerance is negative or absurd"),
         (tolerance("zero = nan\n"), "line 4, column 8: ", "not a finite number"),
         (format!("{BASE}{EDGES}[drum]\nscale = [1, 1, 1, 1, 1, 2]\n"), "line 3, ", "scale is off by more than 20 %"),

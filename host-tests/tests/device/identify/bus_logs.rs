@@ -2,6 +2,9 @@
 
 use super::command::{Desk, Ran};
 use super::recorded::{Log, shoulder};
+use crate::procedure::bench::Bench;
+use glenoid::can::{BaseId, Message, Opcode};
+use glenoid::procedure::StateName;
 use std::fmt::Write;
 
 /// The lengths as the board sends them: singles.
@@ -141,4 +144,54 @@ fn a_recording_without_poses_or_with_something_else_in_it_says_so() {
         assert_eq!((ran.code, ran.stdout.as_str()), (Some(1), ""), "{text:?}: {ran:?}");
         assert!(ran.stderr.contains(told), "{text:?}: {ran:?}");
     }
+}
+
+/// A whole run of a device in this process, as candump would record it.
+fn recorded_run() -> (String, Vec<Message>) {
+    let mut bench = Bench::new(8);
+    bench.command(Opcode::Start);
+    let mut messages = bench.take_messages();
+    while bench.state() != StateName::Review {
+        bench.next_pose();
+        bench.pass(100);
+        messages.extend(bench.take_messages());
+    }
+    let lines = messages.iter().map(|message| {
+        let frame = message.pack(BaseId::DEFAULT).unwrap();
+        format!("(1700000000.000000) can0 {:03X}#{}\n", frame.raw_id(), hex(frame.data()))
+    });
+    (lines.collect(), messages)
+}
+
+#[test]
+fn a_recorded_run_gives_the_boards_own_centre_to_the_last_digit() {
+    let (recording, messages) = recorded_run();
+    let centre: Vec<String> = [0, 1, 2]
+        .map(|axis| {
+            let found = messages.iter().rev().find_map(|message| match message {
+                Message::CandidateCentre(p) if p.index == axis => Some(p.value_mm.to_string()),
+                _ => None,
+            });
+            found.unwrap()
+        })
+        .into();
+    let desk = Desk::new("bus_log_board");
+    let ran = desk.put("run.log", &recording).identify("run.log --json");
+    let expected = format!("the board found {} mm in run 1; its calculation gives the same here", centre.join(" "));
+    assert!(ran.code == Some(0) && ran.stderr.contains(&expected), "{expected}: {ran:?}");
+
+    // one length is another by its last bit; a pose is missing; the machine is another one
+    let changed = recording.lines().map(|line| match line.split_once("68F#01000301") {
+        Some((head, length)) => {
+            let last_bit = u8::from_str_radix(&length[2..4], 16).unwrap() ^ 0x08;
+            format!("{head}68F#01000301{}{last_bit:02X}{}\n", &length[..2], &length[4..])
+        }
+        None => format!("{line}\n"),
+    });
+    let ran = desk.put("changed.log", changed.collect::<String>()).identify("changed.log --json");
+    assert!(ran.stderr.contains("mm off that here: it goes by other parameters"), "{ran:?}");
+    let without: String =
+        recording.lines().filter(|line| !line.contains("68F#01000401")).map(|line| line.to_owned() + "\n").collect();
+    let ran = desk.put("without.log", without).identify("without.log --json");
+    assert!(ran.stderr.contains("or poses are missing from the recording"), "{ran:?}");
 }

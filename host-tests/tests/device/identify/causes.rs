@@ -31,7 +31,11 @@ fn vector(random: &mut ChaCha8Rng, limit: f64) -> Vector3<f64> {
 }
 
 /// `centre`: where the joint centre is in a pose, from where it is at home, mm.
-fn log(seed: u64, built: impl Fn(Rig<f64>) -> Rig<f64>, centre: impl Fn(usize, &Rotation3<f64>) -> Vector3<f64>) -> Log {
+fn log(
+    seed: u64,
+    built: impl Fn(Rig<f64>) -> Rig<f64>,
+    centre: impl Fn(usize, &Rotation3<f64>) -> Vector3<f64>,
+) -> Log {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let stated = Rig::shoulder(150.0).unwrap().with_tolerance(Tolerance::hand_built()).unwrap();
     let known = KnownMachine::built_in(stated, Rig::shoulder(150.0).unwrap());
@@ -63,9 +67,8 @@ fn plain(seed: u64) -> Log {
 impl Log {
     fn lengths(&self, seed: u64) -> Vec<CableLengths<f64>> {
         let mut random = ChaCha8Rng::seed_from_u64(seed ^ 0xABCD);
-        let noisy = |reading: &[f64; CABLES]| {
-            CableLengths::new(reading.map(|mm| mm + symmetric(&mut random, 0.1))).unwrap()
-        };
+        let noisy =
+            |reading: &[f64; CABLES]| CableLengths::new(reading.map(|mm| mm + symmetric(&mut random, 0.1))).unwrap();
         self.readings.iter().map(noisy).collect()
     }
 

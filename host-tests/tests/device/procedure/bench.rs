@@ -21,6 +21,8 @@ pub struct Bench {
     pub at: Pose,
     /// Cables whose encoder no longer counts.
     pub frozen: Option<usize>,
+    /// The cable that each encoder counts.
+    pub wiring: [usize; 6],
     /// No samples come.
     pub silent: bool,
     pub messages: Vec<Message>,
@@ -85,12 +87,13 @@ impl Bench {
         let wearer = Wearer::new(rig, wearer);
         let at = wearer.home();
         let mut bench = Self {
-            device: Device::new(config),
+            device: Device::new(&config),
             now_ms,
             counts: at.counts,
             at,
             wearer,
             frozen: None,
+            wiring: [0, 1, 2, 3, 4, 5],
             silent: false,
             messages: Vec::new(),
             led_patterns: Vec::new(),
@@ -140,7 +143,7 @@ impl Bench {
         for _ in 0..ms {
             self.now_ms = self.now_ms.wrapping_add(1);
             if self.now_ms.is_multiple_of(SAMPLE_MS) && !self.silent {
-                self.event(Event::Counts(self.counts));
+                self.event(Event::Counts(self.wiring.map(|cable| self.counts[cable])));
             }
             self.event(Event::Tick);
         }
@@ -198,7 +201,7 @@ impl Bench {
     /// The board is switched off and on; the record is what it finds. Everything said before is forgotten.
     pub fn restart(&mut self, restart: Restart, loaded: Result<Record, LoadError>) {
         let config = Config { restart, ..Config::for_rig(Rig::shoulder(150.0).unwrap()) };
-        self.device = Device::new(config);
+        self.device = Device::new(&config);
         self.heartbeat = None;
         self.messages.clear();
         self.logs.clear();

@@ -2,10 +2,11 @@
 
 mod accepting;
 mod bad_input;
-mod bench;
+pub mod bench;
 mod by_button;
 mod calibrations;
 mod guidance;
+mod numbering;
 mod parameters;
 mod persistence;
 mod random_events;

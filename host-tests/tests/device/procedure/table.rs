@@ -29,7 +29,7 @@ fn every_transition_is_drawn_and_no_other_exists() {
         }
     }
     assert_eq!(drawn(), in_code);
-    assert_eq!(in_code.len(), 23);
+    assert_eq!(in_code.len(), 24);
 }
 
 #[test]

@@ -21,6 +21,15 @@ pub const ERROR_LIMIT_WITH_NOISE_NM: u64 = 110_000;
 /// The same where the machine's own parameters are estimated too.
 pub const ERROR_LIMIT_WITH_MACHINE_NM: u64 = 500_000;
 
+/// Most instructions of a slice of the estimator, however hard the set: a control loop that shares the main loop waits so
+/// long.
+pub const SLICE_LIMIT: u64 = 10_000;
+
+/// The limit of the longest piece of a path, if it has one beside the growth.
+fn piece_limit(path: &str) -> Option<u64> {
+    path.ends_with("-slice").then_some(SLICE_LIMIT)
+}
+
 /// The limit for a path by its name in the speed image.
 fn error_limit_nm(path: &str) -> u64 {
     if path.contains("machine") {
@@ -175,6 +184,11 @@ impl Record {
                 }
                 continue;
             }
+            if let (Some(limit), "worst-instructions", "f32") = (piece_limit(path), figure.as_str(), precision.as_str())
+                && *value > limit
+            {
+                findings.push(format!("{name}: {value}, and at most {limit} is allowed"));
+            }
             match self.value(toolchain, path, precision, figure) {
                 None => findings.push(format!("{name}: {value}, and the list has no such row")),
                 Some(old) if value * 100 > old * (100 + GROWTH_LIMIT_PERCENT) => {
@@ -226,6 +240,15 @@ mod tests {
         assert_eq!(findings.len(), 1);
         assert!(findings[0].contains("paper f32, instructions") && findings[0].contains("+3.1 %"), "{findings:?}");
         assert_eq!(kept.worsened(&with(1000, 1001)).len(), 1);
+    }
+
+    #[test]
+    fn a_slice_that_is_too_long_is_named_whatever_the_list_says() {
+        let list = |value: u64| {
+            Record::from_csv(&format!("{HEADER}\nrustup,start-free-slice,f32,worst-instructions,{value}\n")).unwrap()
+        };
+        assert_eq!(list(10_000).worsened(&list(10_000)), [""; 0]);
+        assert!(list(10_001).worsened(&list(10_001))[0].contains("at most 10000"));
     }
 
     #[test]

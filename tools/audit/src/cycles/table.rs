@@ -9,7 +9,7 @@ pub const BEGIN: &str = "<!-- cycles: begin -->";
 pub const END: &str = "<!-- cycles: end -->";
 
 /// What the paths are, in the order of the table.
-const PATHS: [(&str, &str); 20] = [
+const PATHS: [(&str, &str); 21] = [
     (LITERAL, "the paper written out, same flags"),
     (LITERAL_FOR_SPEED, "the paper written out, `opt-level = 3`"),
     ("paper", "the paper's iteration, from a start"),
@@ -25,6 +25,7 @@ const PATHS: [(&str, &str); 20] = [
     ("predicted-accuracy-machine", "the same with 18 unknown constants"),
     ("forward-kinematics", "forward kinematics, no start"),
     ("tracking", "forward kinematics, tracking"),
+    ("following", "the same by one step, 200 °/s at 1 kHz"),
     ("verify", "verification of one pose"),
     ("slip-detection", "slip detection, one sample"),
     ("device-tick", "whole device, one tick"),

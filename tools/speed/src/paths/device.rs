@@ -55,7 +55,7 @@ pub fn costs(problem: &Problem<f32>) -> Option<[(&'static str, Figures); NAMES.l
         ..Settings::default()
     };
     let limits = Limits::new(&problem.rig, settings).ok()?;
-    let mut device = Device::new(Config { limits, ..Config::for_rig(problem.rig) });
+    let mut device = Device::new(&Config { limits, ..Config::for_rig(problem.rig) });
     let device = black_box(&mut device);
     let mut figures = None;
     // From the device's own depth on: its frame is not part of what it takes.

@@ -2,6 +2,7 @@
 
 use core::hint::black_box;
 
+use glenoid::identification::joint::Joint;
 use glenoid::identification::machine::MachineDeviation;
 use glenoid::kinematics::rotation::{nearest_attitude, rotation_of, turned};
 use glenoid::kinematics::{CableLengths, JointCentre};
@@ -44,8 +45,14 @@ pub fn new_detector<T: Number>(bench: &mut Bench<T>) -> Option<()> {
     }
     let offsets = [T::zero(); CABLES];
     let (as_drawn, noise_mm) = (MachineDeviation::none(), bench.machine.noise_mm());
-    bench.held =
-        Held::Detector(SlipDetector::new(&bench.machine, &as_drawn, &bench.problem.truth, &offsets, noise_mm));
+    bench.held = Held::Detector(SlipDetector::new(
+        &bench.machine,
+        &as_drawn,
+        &bench.problem.truth,
+        &offsets,
+        noise_mm,
+        Joint::Ball,
+    ));
     Some(())
 }
 

@@ -81,6 +81,7 @@ fn call<T: Number>(bench: &mut Bench<T>) -> bool {
     if const { holds::<T>(Part::Samples) } {
         sound &= samples::new_accuracy(bench).is_some() && samples::accuracy(bench, 0).is_some();
         sound &= samples::forward_kinematics(bench, 0).is_some() && samples::tracking(bench, 0).is_some();
+        sound &= samples::following(bench, 0).is_some();
     }
     if const { holds::<T>(Part::InUse) } {
         sound &= in_use::new_detector(bench).is_some() && in_use::detect(bench, 0).is_some();
@@ -138,6 +139,8 @@ pub fn run<T: Number>(bench: &mut Bench<T>) -> bool {
         sound &= print::<T>("forward-kinematics", kinematics);
         let centre = size_of::<JointCentre<T>>();
         sound &= print::<T>("tracking", measure::pieces(bench, centre, samples::attitudes_before, samples::tracking));
+        let follow = measure::pieces(bench, centre, samples::attitudes_just_before, samples::following);
+        sound &= print::<T>("following", follow);
     }
     if const { holds::<T>(Part::InUse) } {
         let detector = size_of::<SlipDetector<T>>();

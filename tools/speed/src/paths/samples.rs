@@ -14,6 +14,8 @@ use crate::measure::Number;
 /// The arm has turned by this much about each axis since the sample before, rad: one degree in all, which is 1000
 /// degrees a second at 1 kHz and 100 at 100 Hz.
 const TURN_RAD: f64 = 0.01;
+/// The same about each axis at 200 degrees a second and 1 kHz.
+const FOLLOWED_RAD: f64 = 0.003_5 / 1.732;
 
 /// The accuracy of no poses.
 #[inline(never)]
@@ -64,6 +66,24 @@ pub fn attitudes_before<T: Number>(bench: &mut Bench<T>) -> Option<()> {
 pub fn tracking<T: Number>(bench: &mut Bench<T>, index: usize) -> Option<bool> {
     let solver = AttitudeSolver { geometry: bench.machine.geometry(), centre: &bench.centre };
     let fit = &solver.track(*bench.before.get(index)?, bench.problem.poses.get(index)?, CableSet::ALL);
+    black_box(fit).is_some().then(|| more(bench, index))
+}
+
+/// As [`attitudes_before`], at 200 degrees a second and 1 kHz.
+pub fn attitudes_just_before<T: Number>(bench: &mut Bench<T>) -> Option<()> {
+    attitudes_before(bench)?;
+    for (before, lengths) in bench.before.iter_mut().zip(&bench.problem.poses) {
+        let pose = bench.machine.platform().solve(lengths).ok()?;
+        *before = turned(&nearest_attitude(&pose.rotation), &Vector3::repeat(T::of(FOLLOWED_RAD)));
+    }
+    Some(())
+}
+
+/// The attitude of one sample by a single step from the one before, for a control loop.
+#[inline(never)]
+pub fn following<T: Number>(bench: &mut Bench<T>, index: usize) -> Option<bool> {
+    let solver = AttitudeSolver { geometry: bench.machine.geometry(), centre: &bench.centre };
+    let fit = &solver.follow(bench.before.get(index)?, bench.problem.poses.get(index)?);
     black_box(fit).is_some().then(|| more(bench, index))
 }
 

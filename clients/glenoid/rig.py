@@ -1,0 +1,114 @@
+"""A rig's file (RIG.toml, as `cargo identify` reads it) as parameters of the board."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from .device import DeviceError
+
+#: Sections and keys that say nothing about parameters: the covariance is for `cargo identify`, the truth for tests.
+_PASSED_OVER = ("covariance", "truth")
+
+
+def parameters_of(path: str | Path) -> dict[str, float]:
+    """The parameters that a rig's file sets, by name. What the file does not say is not among them.
+
+    `[start]` is where the joint is expected: it sets the nominal centre and radii, and what is plausible about them.
+    Raises `DeviceError` for a file that is no rig.
+    """
+    try:
+        content = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise DeviceError(f"{path}: {error.strerror}") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise DeviceError(f"{path}: no TOML file ({error})") from error
+    found: dict[str, float] = {}
+    for name, value in content.items():
+        if name in _PASSED_OVER:
+            continue
+        if name not in _READERS:
+            raise DeviceError(f"{path}: unknown key {name!r}; a rig's file may hold {', '.join(_READERS)}")
+        try:
+            found |= _READERS[name](value)
+        except (TypeError, ValueError, KeyError, AttributeError) as error:
+            raise DeviceError(f"{path}: {name}: {error}") from error
+    if not any(name in content for name in ("base", "cable")):
+        raise DeviceError(f"{path}: neither base and edges nor six [[cable]] tables: no rig")
+    return found
+
+
+def _numbers(value: Any, count: int) -> list[float]:
+    if not isinstance(value, list) or len(value) != count or not all(isinstance(n, int | float) for n in value):
+        raise ValueError(f"{count} numbers are wanted")
+    return [float(number) for number in value]
+
+
+def _named(names: Sequence[str], value: Any) -> dict[str, float]:
+    return dict(zip(names, _numbers(value, len(names)), strict=True))
+
+
+def _six(name: str) -> list[str]:
+    return [f"{name}_{number}" for number in range(1, 7)]
+
+
+def _base(value: Any) -> dict[str, float]:
+    if not isinstance(value, list) or len(value) != 3:
+        raise ValueError("three points [x, y, z] are wanted")
+    found = {"geometry": 0.0}
+    for number, point in enumerate(value, 1):
+        found |= _named([f"base_{number}_{axis}" for axis in "xyz"], point)
+    return found
+
+
+def _edges(value: Any) -> dict[str, float]:
+    return _named(["edge_12", "edge_23", "edge_31"], value)
+
+
+def _cables(value: Any) -> dict[str, float]:
+    if not isinstance(value, list) or len(value) != 6:
+        raise ValueError("six [[cable]] tables are wanted")
+    found = {"geometry": 1.0}
+    for number, cable in enumerate(value, 1):
+        for key in ("base", "end"):
+            found |= _named([f"cable_{number}_{key}_{axis}" for axis in "xyz"], cable[key])
+        axis = _numbers(cable.get("pulley_axis", [0, 0, 1]), 3)
+        length = math.hypot(*axis)
+        if not length > 0:
+            raise ValueError(f"pulley_axis of cable {number} has no length")
+        found[f"cable_{number}_pulley_radius"] = float(cable.get("pulley_radius", 0))
+        found |= _named([f"cable_{number}_pulley_axis_{name}" for name in "xyz"], [part / length for part in axis])
+    return found
+
+
+def _tolerance(value: Any) -> dict[str, float]:
+    names = {"base": "tolerance_base", "edges": "tolerance_edges", "zero": "tolerance_offset", "drum": "tolerance_drum"}
+    return {names[key]: float(number) for key, number in value.items()}
+
+
+def _start(value: Any) -> dict[str, float]:
+    names = ["nominal_x", "nominal_y", "nominal_z", *(f"nominal_radius_{number}" for number in (1, 2, 3))]
+    found = _named(names, value["values"])
+    radii = [found[name] for name in names[3:]]
+    # as the firmware judges a rig that is compiled in: within one radius, a third to three times
+    plausible = {
+        "plausible_centre": max(radii),
+        "plausible_min_radius": min(radii) / 3,
+        "plausible_max_radius": max(radii) * 3,
+    }
+    return found | plausible
+
+
+_READERS: dict[str, Callable[[Any], dict[str, float]]] = {
+    "base": _base,
+    "edges": _edges,
+    "cable": _cables,
+    "home": lambda value: _named(_six("home"), value),
+    "tolerance": _tolerance,
+    "zeros": lambda value: _named(_six("offset"), value["mm"]),
+    "drum": lambda value: _named(_six("scale"), value["scale"]),
+    "start": _start,
+}

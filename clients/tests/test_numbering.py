@@ -1,0 +1,40 @@
+"""`python -m glenoid numbering`: every cable is pulled and found at its own encoder, before the first accept."""
+
+from __future__ import annotations
+
+import time
+
+from conftest import Board, Client
+
+import glenoid
+
+
+def require_the_check(board: Board) -> None:
+    with glenoid.open_device("slcan", board.channel) as device:
+        parameters = glenoid.Parameters(device)
+        parameters.set("numbering_check", 1)
+        parameters.save()
+
+
+def test_the_first_accept_waits_for_the_check(board: Board) -> None:
+    require_the_check(board)
+    client = Client(board, "--yes")
+    client.wait_for("the board did not obey: NumberingUnchecked (pull the cables first")
+    numbering = Client(board, command="numbering")
+    for cable in range(1, 7):
+        numbering.wait_for(f"pull cable {cable} ")
+        # the board must have been asked before somebody pulls
+        time.sleep(0.5)
+        board.order(f"pull {cable}")
+        numbering.wait_for(f"cable {cable} is where it belongs")
+    assert numbering.end() == 0, numbering.said
+    assert client.end() == 0, client.said
+
+
+def test_another_cable_than_the_named_one_is_named(board: Board) -> None:
+    numbering = Client(board, command="numbering")
+    numbering.wait_for("pull cable 1 (P1 to B1)")
+    time.sleep(0.5)
+    board.order("pull 5")
+    assert numbering.end() == 2, numbering.said
+    assert "cable 1 was to be pulled, but encoder 5 moved" in numbering.said

@@ -1,0 +1,138 @@
+//! `cargo identify` for a rig whose joint is a hinge.
+
+mod remedy;
+mod report;
+mod summary;
+
+pub use report::{HingeReport, RefusalReport};
+
+use super::input_error::InputError;
+use super::lengths_file::LengthsFile;
+use super::report::Precision;
+use super::{MAX_TIMES_EXPECTED_NOISE, Request, rig_file};
+use glenoid::identification::Noise;
+use glenoid::identification::hinge::{
+    Drawing, Hinge, HingeEstimator, HingePose, HingeRig, HingeSettings, IdentifiedHinge, MAX_CABLES,
+};
+use glenoid::rig::{CableEnds, Pulley, RigError, Tolerance};
+use glenoid::scalar::Real;
+
+/// The outcome of a request about a hinge.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finding {
+    /// What was found.
+    pub report: HingeReport,
+    /// The same for people.
+    pub summary: String,
+    /// What was asked for but is not done for a hinge, in words.
+    pub warnings: Vec<String>,
+    /// What the file was taken for, in words.
+    pub notes: Vec<String>,
+}
+
+/// A hinge's estimator at its end, with its poses.
+pub struct Solved<T: Real> {
+    /// The estimator.
+    pub estimator: HingeEstimator<T>,
+    /// The poses.
+    pub poses: Vec<HingePose<T>>,
+    /// What it has found.
+    pub outcome: Result<IdentifiedHinge<T>, glenoid::identification::hinge::HingeRefusal>,
+}
+
+/// Reads the files and identifies; `None` where the rig's joint is no hinge.
+///
+/// # Errors
+/// [`InputError`] names the place that cannot be read.
+pub fn run(request: &Request) -> Result<Option<Finding>, InputError> {
+    let Some(path) = request.rig.as_deref() else { return Ok(None) };
+    let Some(rig) = rig_file::read_hinge(path)? else { return Ok(None) };
+    let rig = with_zeros(rig, request.zero_prior_mm)?;
+    let noise_mm = request.noise_mm.unwrap_or(rig.length_noise_mm());
+    let log = LengthsFile::read_of(&request.lengths, rig.cables().len())?.with_repeated_rows_merged(noise_mm);
+    let report = match request.precision {
+        Precision::F32 => report::of(&solve::<f32>(&rig, &log, request.noise_mm)?, &rig, request),
+        Precision::F64 => report::of(&solve::<f64>(&rig, &log, request.noise_mm)?, &rig, request),
+    };
+    let notes = log.notes().iter().map(|note| format!("{}: {note}", log.file())).collect();
+    let summary = summary::of(&report, &log);
+    Ok(Some(Finding { report, summary, warnings: unused(request), notes }))
+}
+
+/// Runs the estimator on every row of a log. `noise_mm`: 1σ of a length where it is known.
+///
+/// # Errors
+/// [`InputError`] for a rig that a precision cannot hold.
+pub fn solve<T: Real>(rig: &HingeRig<f64>, log: &LengthsFile, noise_mm: Option<f64>) -> Result<Solved<T>, InputError> {
+    let rig = in_precision::<T>(rig).map_err(|error| InputError::Request(error.text().to_owned()))?;
+    let noise = match noise_mm {
+        Some(noise) => Noise::Known(T::of(noise)),
+        None => Noise::EstimatedUpTo(rig.length_noise_mm() * T::of(MAX_TIMES_EXPECTED_NOISE)),
+    };
+    let settings = HingeSettings { noise, ..HingeSettings::for_rig(&rig) };
+    let of_row = |lengths: &[f64]| std::array::from_fn(|k| T::of(lengths[k]));
+    let mut poses: Vec<HingePose<T>> =
+        log.rows().iter().map(|row| HingePose::new(of_row(&row.lengths_mm[..MAX_CABLES]))).collect();
+    let mut estimator = HingeEstimator::new(&rig, settings);
+    let outcome = estimator.run(&mut poses);
+    Ok(Solved { estimator, poses, outcome })
+}
+
+/// The rig with encoder offsets that are known to this only.
+fn with_zeros(rig: HingeRig<f64>, zero_prior_mm: Option<f64>) -> Result<HingeRig<f64>, InputError> {
+    let Some(offset_mm) = zero_prior_mm else { return Ok(rig) };
+    let (tolerance, home) = (Tolerance { offset_mm, ..*rig.tolerance() }, *rig.home_length_mm());
+    rig.with_tolerance(tolerance, home).map_err(|error| InputError::Request(error.text().to_owned()))
+}
+
+fn in_precision<T: Real>(rig: &HingeRig<f64>) -> Result<HingeRig<T>, RigError> {
+    let point = |point: &nalgebra::Vector3<f64>| point.map(T::of);
+    let ends = |cable: &CableEnds<f64>| CableEnds {
+        base_mm: point(&cable.base_mm),
+        end_mm: point(&cable.end_mm),
+        pulley: Pulley { radius_mm: T::of(cable.pulley.radius_mm), axis: point(&cable.pulley.axis) },
+    };
+    let cables: Vec<_> = rig.cables().iter().map(ends).collect();
+    let tolerance = rig.tolerance();
+    let tolerance = Tolerance {
+        base_mm: T::of(tolerance.base_mm),
+        edges_mm: T::of(tolerance.edges_mm),
+        offset_mm: T::of(tolerance.offset_mm),
+        drum: T::of(tolerance.drum),
+    };
+    let cast = HingeRig::new(&cables, T::of(rig.length_noise_mm()))?
+        .with_tolerance(tolerance, rig.home_length_mm().map(T::of))?;
+    let Some(drawing) = rig.drawing() else { return Ok(cast) };
+    let hinge = &drawing.hinge;
+    Ok(cast.with_drawing(Drawing {
+        hinge: Hinge::through(
+            &point(hinge.axis()),
+            &point(&hinge.platform_foot_mm()),
+            &point(&hinge.axis_in_platform()),
+            &point(hinge.foot_in_platform_mm()),
+        ),
+        sigma: drawing.sigma.map(|sigma| sigma.map(T::of)),
+        range_rad: (T::of(drawing.range_rad.0), T::of(drawing.range_rad.1)),
+    }))
+}
+
+fn unused(request: &Request) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let mut warn = |option: &str| warnings.push(format!("{option} is not for a hinge, and was left out of account"));
+    if request.start_mm.is_some() {
+        warn("--start");
+    }
+    if request.method == super::report::Method::Paper {
+        warn("--method paper");
+    }
+    if request.still.is_some() {
+        warn("--still");
+    }
+    if request.verify.is_some() {
+        warn("--verify");
+    }
+    if request.joint != glenoid::identification::JointChoice::Auto {
+        warn("--joint");
+    }
+    warnings
+}

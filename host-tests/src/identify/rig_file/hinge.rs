@@ -1,0 +1,143 @@
+//! The rig of a hinge: `joint = "hinge"`, two to four `[[cable]]` tables, and the drawing in `[hinge]`.
+
+use super::source::Source;
+use super::text;
+use crate::identify::input_error::{self, InputError};
+use glenoid::identification::hinge::{Drawing, Hinge, HingeRig, MAX_CABLES};
+use glenoid::rig::{Rig, Tolerance};
+use nalgebra::Vector3;
+use std::path::Path;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// The range of an elbow about a drawing that does not say it, degrees: bending is negative about an axis that points to
+/// the arm's right.
+const RANGE_DEG: [f64; 2] = [-150.0, 150.0];
+
+/// The rig of a hinge; `None` where the file does not say `joint = "hinge"`.
+///
+/// # Errors
+/// [`InputError`] names the place that cannot be read, or the constant that cannot be.
+pub fn read_hinge(path: &Path) -> Result<Option<HingeRig<f64>>, InputError> {
+    let (file, bytes) = input_error::read(path)?;
+    let source = Source { file: &file, text: text(&file, &bytes)? };
+    let table = source.table()?;
+    let table = table.get_ref();
+    let Some(joint) = table.get("joint") else { return Ok(None) };
+    match joint.get_ref().as_str() {
+        Some("hinge") => source.hinge_rig(table).map(Some),
+        Some("ball") => Ok(None),
+        _ => Err(source.error(joint.span(), "joint: \"ball\" or \"hinge\" is wanted")),
+    }
+}
+
+impl<'a> Source<'a> {
+    fn hinge_rig(&self, table: &DeTable<'a>) -> Result<HingeRig<f64>, InputError> {
+        for other in ["base", "edges", "zeros", "drum", "covariance", "start"] {
+            if let Some(value) = table.get(other) {
+                return Err(self.error(value.span(), format!("{other} is not for a hinge")));
+            }
+        }
+        let tables = self.value(table, "cable", "two to four tables [[cable]]")?;
+        let items = tables.get_ref().as_array();
+        let count = items.map_or(0, |items| items.len());
+        let Some(items) = items.filter(|_| (2..=MAX_CABLES).contains(&count)) else {
+            let message = format!("cable: a hinge has two to four tables [[cable]], there are {count}");
+            return Err(self.error(tables.span(), message));
+        };
+        let cables = items.iter().map(|cable| self.cable(cable)).collect::<Result<Vec<_>, _>>()?;
+        let noise_mm = Rig::<f64>::wrist().map_or(0.1, |rig| rig.length_noise_mm());
+        let rig = HingeRig::new(&cables, noise_mm).map_err(|error| self.error(tables.span(), error.text()))?;
+        let rig = match self.tolerance(table)? {
+            None => rig,
+            Some((section, tolerance)) => {
+                let home = self.home_of_hinge(table, section, &tolerance, count)?;
+                rig.with_tolerance(tolerance, home).map_err(|error| self.error(section.span(), error.text()))?
+            }
+        };
+        Ok(match self.drawing(table)? {
+            None => rig,
+            Some(drawing) => rig.with_drawing(drawing),
+        })
+    }
+
+    /// Lengths at count zero, about which a drum's scale acts.
+    fn home_of_hinge(
+        &self,
+        table: &DeTable<'a>,
+        section: &Spanned<DeValue<'a>>,
+        tolerance: &Tolerance<f64>,
+        count: usize,
+    ) -> Result<[f64; MAX_CABLES], InputError> {
+        let mut home_mm = [0.0; MAX_CABLES];
+        let Some(home) = table.get("home") else {
+            return if tolerance.drum > 0.0 {
+                let message = format!("drum: home = [{count} lengths] is wanted, about which a drum's radius acts");
+                Err(self.error(section.span(), message))
+            } else {
+                Ok(home_mm)
+            };
+        };
+        let numbers = home.get_ref().as_array().filter(|numbers| numbers.len() == count);
+        let Some(numbers) = numbers else {
+            return Err(self.error(home.span(), format!("home: [{count} lengths] is wanted, one a cable")));
+        };
+        for (length, item) in home_mm.iter_mut().zip(numbers.iter()) {
+            *length = self.number(item, "home")?;
+            if *length <= 0.0 {
+                return Err(self.error(item.span(), "home: a length is positive"));
+            }
+        }
+        Ok(home_mm)
+    }
+
+    fn drawing(&self, table: &DeTable<'a>) -> Result<Option<Drawing<f64>>, InputError> {
+        let Some(section) = table.get("hinge") else { return Ok(None) };
+        let Some(keys) = section.get_ref().as_table() else {
+            return Err(self.error(section.span(), "hinge: a section [hinge] is wanted"));
+        };
+        let vector = |key: &str| {
+            let value = self.value_at(section.span(), keys, key, "[x, y, z]")?;
+            Ok((Vector3::from(self.numbers::<3>(value, key)?), value.span()))
+        };
+        let direction = |key: &str| {
+            let (vector, place) = vector(key)?;
+            vector.try_normalize(1e-9).ok_or_else(|| self.error(place, format!("{key}: the direction has no length")))
+        };
+        let hinge = Hinge::through(
+            &direction("axis")?,
+            &vector("point")?.0,
+            &direction("axis_in_platform")?,
+            &vector("point_in_platform")?.0,
+        );
+        let range = match keys.get("range_deg") {
+            None => RANGE_DEG,
+            Some(value) => self.numbers::<2>(value, "range_deg")?,
+        };
+        let [low, high] = range;
+        if !(low < high && high - low <= 360.0) {
+            let place = keys.get("range_deg").map_or(section.span(), Spanned::span);
+            return Err(self.error(place, "range_deg: [smallest, largest] within one turn is wanted"));
+        }
+        let sigma = |key: &str| match keys.get(key) {
+            None => Ok(None),
+            Some(value) => match self.number(value, key)? {
+                sigma if sigma > 0.0 => Ok(Some(sigma)),
+                _ => Err(self.error(value.span(), format!("{key}: a standard deviation is positive"))),
+            },
+        };
+        let sigma = match (sigma("sigma_deg")?, sigma("sigma_mm")?) {
+            (None, None) => None,
+            (Some(turn), Some(place)) => {
+                let turn_in_platform = sigma("sigma_in_platform_deg")?.unwrap_or(turn).to_radians();
+                let place_in_platform = sigma("sigma_in_platform_mm")?.unwrap_or(place);
+                let along = sigma("sigma_along_mm")?.unwrap_or(place);
+                let turn = turn.to_radians();
+                let (d, q) = (turn_in_platform, place_in_platform);
+                Some([turn, turn, place, place, d, d, q, q, along])
+            }
+            _ => return Err(self.error(section.span(), "hinge: sigma_deg and sigma_mm belong together")),
+        };
+        Ok(Some(Drawing { hinge, sigma, range_rad: (low.to_radians(), high.to_radians()) }))
+    }
+}

@@ -1,0 +1,119 @@
+//! The hinges that the starts lead to.
+
+use super::fit::Fit;
+use super::joint::{Hinge, is_direction};
+use super::machine::MAX_CONSTANTS;
+use super::pose::HingePose;
+use super::rig::MAX_CABLES;
+use super::starts::{STARTS, is_on_platform_side, start};
+use crate::scalar::Real;
+use heapless::Vec;
+
+/// Starts that the fit goes on from, the cheapest.
+const CANDIDATES: usize = 16;
+/// Steps of the fit from every start; from the cheapest, or a drawing; with the machine's constants.
+const FIRST_TRIALS: usize = 8;
+const START_TRIALS: usize = 60;
+pub(super) const LAST_TRIALS: usize = 60;
+/// Two starts on their way lead to one hinge when no direction differs by more than this, rad, and no place, mm; and when
+/// they have arrived.
+const NEAR: (f64, f64) = (0.1, 10.0);
+pub(super) const SAME: (f64, f64) = (0.02, 2.0);
+
+/// A converged hinge.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Candidate<T: Real> {
+    pub hinge: Hinge<T>,
+    pub values: [T; MAX_CONSTANTS],
+    pub squares_mm2: T,
+}
+
+/// The candidates, the best first.
+pub(super) type Candidates<T> = Vec<Candidate<T>, CANDIDATES>;
+
+impl<T: Real> Fit<T> {
+    /// The hinges that the starts and a drawing with priors lead to, the best first.
+    pub fn candidates(&mut self, poses: &mut [HingePose<T>]) -> Candidates<T> {
+        let mut starts = Vec::<(Hinge<T>, T), CANDIDATES>::new();
+        self.constants = false;
+        self.machine.set_values([T::zero(); MAX_CONSTANTS]);
+        let has_prior = self.prior().is_some();
+        if let Some(drawing) = self.drawing.filter(|_| has_prior) {
+            let _ = starts.push((drawing.hinge, T::zero()));
+        }
+        // Fewer cables follow the drawing.
+        if self.machine.cables() == MAX_CABLES {
+            let mean = mean_length(poses, self.machine.cables());
+            for index in 0..STARTS {
+                self.hinge = start(&self.machine, mean, index);
+                self.minimise(poses, FIRST_TRIALS, true);
+                if is_on_platform_side(&self.machine, &self.hinge) {
+                    insert(&mut starts, (self.hinge, self.squares_mm2));
+                }
+            }
+        }
+        let mut rough = Vec::<Candidate<T>, CANDIDATES>::new();
+        for (hinge, _) in &starts {
+            self.hinge = *hinge;
+            self.constants = false;
+            self.machine.set_values([T::zero(); MAX_CONSTANTS]);
+            self.minimise(poses, START_TRIALS, true);
+            let is_new = |known: &Candidate<T>| !are_near(&known.hinge, &self.hinge, SAME);
+            if is_on_platform_side(&self.machine, &self.hinge) && rough.iter().all(is_new) {
+                let _ = rough.push(self.candidate());
+            }
+        }
+        if self.machine.constants().is_empty() {
+            sort(&mut rough);
+            return rough;
+        }
+        let mut candidates = Vec::new();
+        self.constants = true;
+        for start in &rough {
+            self.hinge = start.hinge;
+            self.machine.set_values(start.values);
+            self.minimise(poses, LAST_TRIALS, true);
+            let _ = candidates.push(self.candidate());
+        }
+        sort(&mut candidates);
+        candidates
+    }
+
+    /// The present estimate.
+    pub fn candidate(&self) -> Candidate<T> {
+        Candidate { hinge: self.hinge, values: *self.machine.values(), squares_mm2: self.squares_mm2 }
+    }
+}
+
+/// Keeps the cheapest hinges, in order; of those on the way to the same one, the cheapest.
+fn insert<T: Real>(starts: &mut Vec<(Hinge<T>, T), CANDIDATES>, new: (Hinge<T>, T)) {
+    if let Some(place) = starts.iter().position(|known| are_near(&known.0, &new.0, NEAR)) {
+        if starts.get(place).is_some_and(|known| known.1 <= new.1) {
+            return;
+        }
+        starts.remove(place);
+    } else if starts.is_full() {
+        if starts.last().is_some_and(|last| last.1 <= new.1) {
+            return;
+        }
+        starts.pop();
+    }
+    let place = starts.iter().position(|known| new.1 < known.1).unwrap_or(starts.len());
+    let _ = starts.insert(place, new);
+}
+
+/// Does no direction of two hinges differ by more than the first limit, rad, and no place by more than the second, mm?
+pub(super) fn are_near<T: Real>(one: &Hinge<T>, other: &Hinge<T>, (turn_rad, move_mm): (f64, f64)) -> bool {
+    let difference = one.difference(other);
+    difference.iter().enumerate().all(|(k, x)| x.abs() < T::of(if is_direction(k) { turn_rad } else { move_mm }))
+}
+
+fn sort<T: Real>(candidates: &mut Vec<Candidate<T>, CANDIDATES>) {
+    candidates.sort_unstable_by(|a, b| a.squares_mm2.partial_cmp(&b.squares_mm2).unwrap_or(core::cmp::Ordering::Equal));
+}
+
+fn mean_length<T: Real>(poses: &[HingePose<T>], cables: usize) -> T {
+    let lengths = poses.iter().flat_map(|pose| pose.lengths_mm.iter().take(cables));
+    let (sum, count) = lengths.fold((T::zero(), 0), |(sum, count), length| (sum + *length, count + 1));
+    sum / T::of_integer(count.max(1))
+}
