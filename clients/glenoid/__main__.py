@@ -187,7 +187,9 @@ def _poses(options: argparse.Namespace) -> int:
         write_csv(poses, sys.stdout)
     chosen = options.number or runs[-1].number
     others = f", the last of {len(runs)} runs" if len(runs) > 1 and not options.number else ""
-    print(f"{options.recording}: run {chosen}{others}, {len(poses)} poses", file=sys.stderr)
+    centre = next(run.centre_mm for run in reversed(runs) if run.number == chosen)
+    found = "; the board found " + " ".join(repr(centre[axis]) for axis in "xyz") + " mm" if len(centre) == 3 else ""
+    print(f"{options.recording}: run {chosen}{others}, {len(poses)} poses{found}", file=sys.stderr)
     return 0
 
 

@@ -105,7 +105,9 @@ def test_a_recording_that_was_cut_gives_what_stands_before_the_cut(tmp_path: Pat
     assert 1 < len(glenoid.read_poses(path, held_out=None)) < 6
 
 
-def test_a_recorded_run_identifies_the_centre_that_the_board_found(board: Board, tmp_path: Path) -> None:
+def test_a_recorded_run_identifies_the_centre_that_the_board_found(
+    board: Board, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     """What `record` wrote during a run: `poses` and `cargo identify` give the board's own centre."""
     path = tmp_path / "run.log"
     recorder = Client(board, str(path), command="record")
@@ -126,6 +128,7 @@ def test_a_recorded_run_identifies_the_centre_that_the_board_found(board: Board,
     # the table of its poses, in a machine that is exactly as drawn, as the board takes it
     csv = tmp_path / "poses.csv"
     assert main(["poses", str(path), "-o", str(csv)]) == 0
+    assert f"the board found {centre[0]!r} {centre[1]!r} {centre[2]!r} mm" in capsys.readouterr().err
     rig = Path(__file__).parent / "rigs" / "shoulder.toml"
     arguments = [identify, csv, "--json", "--rig", rig, "--noise", "0.057735026"]
     ran = subprocess.run(arguments, capture_output=True, text=True)

@@ -21,7 +21,7 @@ pub mod selection;
 pub mod summary;
 pub mod units;
 pub mod verification;
-mod wording;
+pub mod wording;
 
 use glenoid::identification::{DEFAULT_CAPACITY, JointChoice};
 use glenoid::rig::Rig;

@@ -1,6 +1,7 @@
 //! Host side of Glenoid.
 
 pub mod anatomy;
+pub mod arm;
 pub mod campaign;
 pub mod command_line;
 pub mod commission;

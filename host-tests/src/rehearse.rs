@@ -18,6 +18,8 @@ pub(crate) mod replay;
 mod report;
 mod restart;
 mod session;
+mod shoulder;
+mod shoulder_report;
 mod slip;
 mod slip_charts;
 mod transcript;
@@ -33,11 +35,13 @@ pub use machine::KnownMachine;
 pub use options::Options;
 pub use report::{Found, Report, Settings, Status};
 pub use session::Session;
+pub use shoulder_report::ShoulderReport;
 pub use slip::{Exercise, Slip, SlipReport};
 pub use transcript::{Captured, SessionError, Transcript};
 pub use verdict::{NAMES, Verdict};
 pub use zeros::Zeros;
 
+use crate::anatomy::Shoulder;
 use crate::emulator::{self, Emulator};
 use crate::firmware::{self, Image};
 use crate::packages::Consent;
@@ -92,6 +96,10 @@ pub fn rehearse(
     display: &Display,
     plots: Option<&Path>,
 ) -> Report {
+    if let Some(person) = options.shoulder {
+        wearer.wear(Shoulder::new(person, options.follow));
+        return shoulder::rehearse(bench, wearer, known, options, display);
+    }
     let truth = wearer.truth();
     let rig = &known.double;
     let mut session = Session::new(bench, wearer, rig.drum().fastest_mm_per_s, display);

@@ -25,6 +25,7 @@ mod outliers;
 mod paper;
 mod precision;
 mod pulley;
+mod shoulder;
 mod wander;
 mod watch;
 mod zeros;
@@ -63,6 +64,7 @@ pub const ALL: &[Study] = &[
     watch::STUDY,
     machine::STUDY,
     commissioning::STUDY,
+    shoulder::STUDY,
     elbow::STUDY,
     arm::STUDY,
     pulley::STUDY,

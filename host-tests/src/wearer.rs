@@ -19,6 +19,7 @@
 mod arm;
 mod cables;
 mod encoder;
+mod joint;
 mod motion;
 
 use glenoid::rig::{CABLES, Parameters, Rig};
@@ -29,6 +30,7 @@ use rand_chacha::ChaCha8Rng;
 pub use arm::FittedArm;
 pub use cables::Cables;
 pub use encoder::Encoder;
+use joint::MovingJoint;
 
 /// What is random about the wearer, and how much.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -93,6 +95,10 @@ pub enum Mishap {
 pub struct Pose {
     /// Rotation of the arm from home.
     pub rotation: Rotation3<f64>,
+    /// The joint centre in {B}, mm, but for the slide.
+    pub centre_mm: Vector3<f64>,
+    /// By how much the head has slid beside it, mm.
+    pub slide_mm: Vector3<f64>,
     /// Distances that the six cables span, mm: what ideal cables would measure.
     pub spans_mm: [f64; CABLES],
     /// What the cables add to that, mm: noise and mishaps.
@@ -109,6 +115,7 @@ pub struct Wearer {
     arm: FittedArm,
     encoder: Encoder,
     mishaps: Vec<Mishap>,
+    joint: Option<MovingJoint>,
     random: ChaCha8Rng,
     poses: usize,
 }
@@ -125,7 +132,7 @@ impl Wearer {
         let ideal = Encoder::new(rig.drum(), zero_errors_mm);
         let encoder = rig.correction().map_or(ideal, |correction| ideal.with(correction));
         let cables = Cables::new(&rig);
-        Self { cables, settings, arm, encoder, mishaps: Vec::new(), random, poses: 0 }
+        Self { cables, settings, arm, encoder, mishaps: Vec::new(), joint: None, random, poses: 0 }
     }
 
     /// What an identification should find: the true centre in {B} and the true radii, mm.
@@ -150,7 +157,7 @@ impl Wearer {
 
     /// The arm at home (no rotation), with ideal cables.
     pub fn home(&self) -> Pose {
-        self.pose(Rotation3::identity(), [0.0; CABLES])
+        self.pose(Rotation3::identity(), Vector3::zeros(), [0.0; CABLES])
     }
 
     /// The next random pose within the shoulder's range.
@@ -158,13 +165,19 @@ impl Wearer {
     /// First the arm turns about its own length (its long axis is z at home), then it tilts about a horizontal axis
     /// of random azimuth. Both angles are uniform within their limits.
     pub fn next_pose(&mut self) -> Pose {
-        let torsion = symmetric(&mut self.random, self.settings.torsion_rad);
-        let azimuth = self.random.random_range(0.0..std::f64::consts::TAU);
-        let tilt = self.random.random_range(0.0..=self.settings.tilt_rad);
+        let rotation = loop {
+            let torsion = symmetric(&mut self.random, self.settings.torsion_rad);
+            let azimuth = self.random.random_range(0.0..std::f64::consts::TAU);
+            let tilt = self.random.random_range(0.0..=self.tilt_limit_rad());
+            let across = Vector3::new(libm::cos(azimuth), libm::sin(azimuth), 0.0);
+            let rotation = rotation(across, tilt) * rotation(Vector3::z(), torsion);
+            if self.reaches(&rotation) {
+                break rotation;
+            }
+        };
         let errors_mm = std::array::from_fn(|_| symmetric(&mut self.random, self.settings.noise_mm));
-        let rotation =
-            rotation(Vector3::new(libm::cos(azimuth), libm::sin(azimuth), 0.0), tilt) * rotation(Vector3::z(), torsion);
-        let pose = self.pose(rotation, self.with_mishaps(errors_mm));
+        let slide_mm = self.next_slide();
+        let pose = self.pose(rotation, slide_mm, self.with_mishaps(errors_mm));
         self.poses += 1;
         pose
     }
@@ -178,7 +191,8 @@ impl Wearer {
                 _ => {
                     let errors_mm =
                         std::array::from_fn(|k| from.errors_mm[k] + (to.errors_mm[k] - from.errors_mm[k]) * share);
-                    self.pose(motion::between(&from.rotation, &to.rotation, share), errors_mm).counts
+                    let slide_mm = from.slide_mm.lerp(&to.slide_mm, share);
+                    self.pose(motion::between(&from.rotation, &to.rotation, share), slide_mm, errors_mm).counts
                 }
             })
             .collect()
@@ -205,7 +219,7 @@ impl Wearer {
         strap_mm: Vector3<f64>,
         cable: Option<(usize, f64)>,
     ) -> [i32; CABLES] {
-        let centre_mm = self.arm.centre_mm() + strap_mm;
+        let centre_mm = self.centre_at(rotation) + self.next_slide() + strap_mm;
         let mut lengths_mm = self.cables.lengths_mm(&self.arm.ends_mm().map(|end| centre_mm + rotation * end));
         for length in &mut lengths_mm {
             *length += symmetric(&mut self.random, self.settings.noise_mm);
@@ -227,11 +241,12 @@ impl Wearer {
         }
     }
 
-    fn pose(&self, rotation: Rotation3<f64>, errors_mm: [f64; CABLES]) -> Pose {
-        let ends_mm = self.arm.ends_mm().map(|end| self.arm.centre_mm() + rotation * end);
-        let spans_mm = self.cables.lengths_mm(&ends_mm);
+    fn pose(&self, rotation: Rotation3<f64>, slide_mm: Vector3<f64>, errors_mm: [f64; CABLES]) -> Pose {
+        let centre_mm = self.centre_at(&rotation);
+        let there = centre_mm + slide_mm;
+        let spans_mm = self.cables.lengths_mm(&self.arm.ends_mm().map(|end| there + rotation * end));
         let counts = self.encoder.counts(std::array::from_fn(|k| spans_mm[k] + errors_mm[k]));
-        Pose { rotation, spans_mm, errors_mm, counts }
+        Pose { rotation, centre_mm, slide_mm, spans_mm, errors_mm, counts }
     }
 
     fn with_mishaps(&self, mut errors_mm: [f64; CABLES]) -> [f64; CABLES] {

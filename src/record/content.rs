@@ -77,16 +77,19 @@ impl Record {
             self.verification_deviation_mm,
             self.verification_limit_mm,
         ];
-        let parameters = self.parameters.to_array();
-        let variances = self.variances();
         let MachineDeviation { base_mm, ends_mm, scale } = &self.machine;
-        let numbers: [&[f32]; 6] = [&parameters, &self.covariance_mm2, &self.zeros_mm, base_mm, ends_mm, scale];
-        let not_negative: [&[f32]; 3] = [&singles, &self.zero_sigmas_mm, &variances];
-        let [_, _, _, radii @ ..] = parameters;
+        let [_, _, _, radii @ ..] = self.parameters.to_array();
         let fit = self.run_id != 0
             && usize::from(self.left_out) <= MAX_REJECTED
-            && numbers.iter().all(|numbers| numbers.iter().all(|number| number.is_finite()))
-            && not_negative.iter().all(|numbers| numbers.iter().all(|number| number.is_finite() && *number >= 0.0))
+            && are_finite(&self.parameters.to_array())
+            && are_finite(&self.covariance_mm2)
+            && are_finite(&self.zeros_mm)
+            && are_finite(base_mm)
+            && are_finite(ends_mm)
+            && are_finite(scale)
+            && are_not_negative(&singles)
+            && are_not_negative(&self.zero_sigmas_mm)
+            && are_not_negative(&self.variances())
             && radii.iter().all(|radius| *radius > 0.0)
             && self.motion.is_none_or(|motion| motion.is_sound());
         if fit { Ok(()) } else { Err(Unfit) }
@@ -96,4 +99,15 @@ impl Record {
     fn variances(&self) -> [f32; 6] {
         core::array::from_fn(|i| self.covariance_mm2.get(packed_index(i, i)).copied().unwrap_or(f32::NAN))
     }
+}
+
+// Not inlined: six copies and a chain of iterators would be 2 KB of flash (`cargo footprint --sections`).
+#[inline(never)]
+fn are_finite(numbers: &[f32]) -> bool {
+    numbers.iter().all(|number| number.is_finite())
+}
+
+#[inline(never)]
+fn are_not_negative(numbers: &[f32]) -> bool {
+    numbers.iter().all(|number| number.is_finite() && *number >= 0.0)
 }

@@ -1,4 +1,4 @@
-//! The bytes of an entry of the journal.
+//! An entry of the journal, and its bytes.
 //!
 //! | from | bytes | content |
 //! |---|---|---|

@@ -101,6 +101,7 @@ pub fn judge(
         found: Some(found),
         parameters_told: None,
         slip: None,
+        shoulder: None,
         plots: files,
     })
 }

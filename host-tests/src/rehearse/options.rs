@@ -64,6 +64,19 @@ pub struct Options {
     #[arg(long, value_name = "N", requires = "slip", value_parser = clap::value_parser!(u8).range(1..=6))]
     pub cable: Option<u8>,
 
+    /// The wearer's joint centre moves with the arm, as that of the person with this number does (regressions of de Groot
+    /// and Brand 2001). Prints how far off the path is that the board has found.
+    #[arg(long, value_name = "PERSON", conflicts_with = "zero_error")]
+    pub shoulder: Option<u64>,
+
+    /// How much of the shoulder blade's motion the base makes: 0 worn on the thorax, 1 on the shoulder blade.
+    #[arg(long, value_name = "F", default_value_t = 0.0, requires = "shoulder", value_parser = share)]
+    pub follow: f64,
+
+    /// First some poses with the shoulder blade held, then free ones.
+    #[arg(long, requires = "shoulder")]
+    pub two_phase: bool,
+
     /// Print one JSON object on stdout and nothing else there.
     #[arg(long)]
     pub json: bool,
@@ -121,6 +134,10 @@ fn slip(text: &str) -> Result<f64, String> {
 
 fn seconds(text: &str) -> Result<f64, String> {
     number(text, 0.5, 3600.0, "seconds")
+}
+
+fn share(text: &str) -> Result<f64, String> {
+    number(text, 0.0, 1.0, "of the motion")
 }
 
 /// A tilt in degrees that the cables could follow.

@@ -1,6 +1,7 @@
 //! What a rehearsal found, for people (text) and for programs (JSON).
 
 use super::options::Options;
+use super::shoulder_report::ShoulderReport;
 use super::slip::SlipReport;
 use super::transcript::Transcript;
 use super::verdict::{NAMES, Verdict};
@@ -43,6 +44,8 @@ pub struct Report {
     pub parameters_told: Option<usize>,
     /// What slipped after the acceptance and what the board said, when something was to slip.
     pub slip: Option<SlipReport>,
+    /// The path of a joint centre that moves, when it does.
+    pub shoulder: Option<ShoulderReport>,
     /// Files that were written.
     pub plots: Vec<PathBuf>,
 }
@@ -186,6 +189,7 @@ impl Report {
             found: None,
             parameters_told: None,
             slip: None,
+            shoulder: None,
             plots: Vec::new(),
         }
     }
@@ -198,6 +202,9 @@ impl fmt::Display for Report {
             writeln!(f)?;
             self.write_figures(f, found)?;
         }
+        if let Some(shoulder) = &self.shoulder {
+            write!(f, "{shoulder}")?;
+        }
         if let Some(slip) = &self.slip {
             writeln!(f, "{slip}")?;
         }
@@ -205,6 +212,9 @@ impl fmt::Display for Report {
             writeln!(f, "  plot                 {}", plot.display())?;
         }
         match self.status {
+            Status::Right if self.shoulder.is_some() => {
+                writeln!(f, "\nright: the centre is where the board says in every pose that identified nothing")
+            }
             Status::Right => {
                 let slip = if self.slip.is_some() { ", and what slipped was named" } else { "" };
                 writeln!(f, "\nright: the identified joint centre is the true one within the tolerance{slip}")

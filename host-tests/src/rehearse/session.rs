@@ -6,6 +6,7 @@ use super::display::Display;
 use super::transcript::{Captured, SessionError, Transcript};
 use crate::wearer::{Pose, Wearer};
 use glenoid::can::Opcode;
+use glenoid::can::command::BY_COMMAND_ONLY;
 use glenoid::can::message::PROTOCOL;
 use glenoid::can::report::{OutcomeReport, PoseReport};
 use glenoid::can::result::ZeroError;
@@ -20,7 +21,7 @@ const SHORTEST_MOVE_MS: u32 = 150;
 /// The arm is held still this long before a capture is tried, ms.
 const SETTLE_MS: u32 = 400;
 /// Longest wait for the solver, ms. On the board it takes well under a second; an emulator on a busy host is slower.
-const SOLVER_LIMIT_MS: u32 = 60_000;
+pub(super) const SOLVER_LIMIT_MS: u32 = 60_000;
 /// Poses that the board may refuse in a row as too near to others before the session gives up.
 const REFUSALS_LIMIT: u32 = 20;
 
@@ -47,7 +48,7 @@ impl<'a> Session<'a> {
     /// # Errors
     /// [`SessionError`]; the run is then left as the board ended it.
     pub fn calibrate(&mut self, poses: u8, second: u8, zero_prior_steps: u16) -> Result<Transcript, SessionError> {
-        let (versions, run_id) = self.begin(zero_prior_steps)?;
+        let (versions, run_id) = self.begin(zero_prior_steps, BY_COMMAND_ONLY)?;
         let (mut identification, refused_first) = self.collect(PoseSet::Identification, poses)?;
         self.identify()?;
         let (mut verification, refused_second) = self.collect(PoseSet::HeldOut, second)?;
@@ -77,7 +78,8 @@ impl<'a> Session<'a> {
         })
     }
 
-    fn begin(&mut self, zero_prior_steps: u16) -> Result<(Versions, u16), SessionError> {
+    /// Meets the board and starts a run. `start`: the argument of the command.
+    pub(super) fn begin(&mut self, zero_prior_steps: u16, start: u16) -> Result<(Versions, u16), SessionError> {
         let stage = self.display.stage("meeting the board");
         self.client.wait_for("heartbeat", ANSWER_LIMIT_MS, |inbox| inbox.heartbeat)?;
         self.client.command(Opcode::Query, 0, 0)?;
@@ -86,15 +88,14 @@ impl<'a> Session<'a> {
             return Err(SessionError::Protocol(versions.protocol));
         }
         self.client.command(Opcode::SetZeroPrior, 0, zero_prior_steps)?;
-        // Argument 1: poses are captured by command only.
-        let answer = self.client.command_when_still(Opcode::Start, 1)?;
+        let answer = self.client.command_when_still(Opcode::Start, start)?;
         let [major, minor, patch] = versions.firmware;
         stage.done(&format!("firmware {major}.{minor}.{patch}, run {}", answer.run_id));
         Ok((versions, answer.run_id))
     }
 
     /// Moves from pose to pose until the board has taken `count` of them. Returns them and how many it refused.
-    fn collect(&mut self, set: PoseSet, count: u8) -> Result<(Vec<Captured>, u32), SessionError> {
+    pub(super) fn collect(&mut self, set: PoseSet, count: u8) -> Result<(Vec<Captured>, u32), SessionError> {
         let title = if set == PoseSet::HeldOut { "verification poses" } else { "identification poses" };
         let stage = self.display.counted(title, u64::from(count));
         let (mut taken, mut refused, mut in_a_row) = (Vec::new(), 0, 0);
@@ -129,7 +130,7 @@ impl<'a> Session<'a> {
         Ok((taken, refused))
     }
 
-    fn identify(&mut self) -> Result<(), SessionError> {
+    pub(super) fn identify(&mut self) -> Result<(), SessionError> {
         let stage = self.display.stage("identifying");
         self.client.command(Opcode::Identify, 0, 0)?;
         self.client.wait_for_state(StateName::Identifying, StateName::Verifying, SOLVER_LIMIT_MS)?;
@@ -138,7 +139,12 @@ impl<'a> Session<'a> {
     }
 
     /// Reads the lengths that the board took for each pose of both sets.
-    fn read_out(&mut self, run_id: u16, first: &mut [Captured], second: &mut [Captured]) -> Result<(), SessionError> {
+    pub(super) fn read_out(
+        &mut self,
+        run_id: u16,
+        first: &mut [Captured],
+        second: &mut [Captured],
+    ) -> Result<(), SessionError> {
         let stage = self.display.counted("reading out", (first.len() + second.len()) as u64);
         let numbered = |set, captured| (0u8..).zip(captured).map(move |(index, captured)| (set, index, captured));
         let first = numbered(PoseSet::Identification, first);
@@ -153,7 +159,7 @@ impl<'a> Session<'a> {
         Ok(())
     }
 
-    fn accept(&mut self, run_id: u16) -> Result<[f32; 3], SessionError> {
+    pub(super) fn accept(&mut self, run_id: u16) -> Result<[f32; 3], SessionError> {
         let stage = self.display.stage("accepting");
         self.client.inbox.live_centre = [None; 3];
         self.client.accept(run_id)?;

@@ -12,6 +12,7 @@ mod power_cut;
 mod procedure;
 mod rehearse;
 mod rig_link;
+mod shoulder;
 mod slcan;
 mod storage;
 mod study;

@@ -164,9 +164,9 @@ fn what_is_no_hinge_is_refused_by_name() {
     let little = run(&rig, &mut poses(&readings(&mut random, 15.0))).unwrap_err();
     assert!(matches!(little, HingeRefusal::TooLittleFlexion { .. }), "{little:?}");
 
-    // A forearm that turns about its own axis by 4 degrees up and down.
+    // A forearm that turns about its own axis by 2 degrees up and down.
     let along = elbow.axis_in_platform().cross(&Vector3::new(0.3, -0.5, 0.8)).normalize();
-    let size = 4.0_f64.to_radians();
+    let size = 2.0_f64.to_radians();
     let flexions = flexions_rad(&mut random, 30, 120.0);
     let turned: Vec<_> = flexions
         .iter()
@@ -176,8 +176,8 @@ fn what_is_no_hinge_is_refused_by_name() {
     match run(&rig, &mut poses(&turned)).unwrap_err() {
         HingeRefusal::SecondAxis { axis_in_platform, size_rad } => {
             let cosine = Vector3::from(axis_in_platform.map(f64::from)).dot(&along).abs();
-            assert!(cosine > 0.98, "{axis_in_platform:?} against {along:?}");
-            assert!((f64::from(size_rad) / size - 1.0).abs() < 0.1, "{size_rad}");
+            assert!(cosine > 0.9, "{axis_in_platform:?} against {along:?}");
+            assert!((f64::from(size_rad) / size - 1.0).abs() < 0.2, "{size_rad}");
         }
         other => panic!("{other:?}"),
     }
@@ -280,9 +280,12 @@ fn the_noise_of_a_hinge_is_estimated() {
 /// A carried point's covariance against what small changes of the readings and of the identifying set really do to it.
 #[test]
 fn a_point_carried_through_the_hinge_moves_as_its_covariance_says() {
+    // An elbow near the drawing, which tells it from another that would fit as well.
     let mut random = random(51);
-    let elbow = Elbow::random(&mut random, 4, &Tolerance::exact());
-    let rig = elbow.rig(Tolerance::exact()).unwrap();
+    let step = [0.03, -0.05, 4.0, -3.0, 0.04, 0.02, 2.0, 3.0, -2.0];
+    let elbow = Elbow::of_hinge(&mut random, 4, &drawn().moved(&step), &Tolerance::exact());
+    let drawing = Drawing { hinge: drawn(), sigma: None, range_rad: RANGE_RAD };
+    let rig = elbow.rig(Tolerance::exact()).unwrap().with_drawing(drawing);
     let flexions = flexions_rad(&mut random, 15, 120.0);
     let readings: Vec<_> = flexions.iter().map(|flexion| elbow.reading_mm(*flexion, None)).collect();
     let posture = elbow.reading_mm(-0.8, None);

@@ -14,6 +14,7 @@
 //! Excite  --moving-->    Refine
 //! Excite  --refused-->   Done
 //! Refine  --explained--> Inspect
+//! Refine  --held-->      Check
 //! Inspect --accepted-->  Check
 //! Inspect --refused-->   Done
 //! Check   --redundant--> Isolate
@@ -155,7 +156,7 @@ impl<T: Real> Estimator<T> {
             Stage::Done(_) => None,
         };
         if let Some(next) = next {
-            debug_assert!(may_follow(self.stage.name(), next.name()));
+            debug_assert!(may_follow(self.stage.name(), next.name()), "{:?} to {:?}", self.stage.name(), next.name());
             // The only place where the stage is assigned.
             self.stage = next;
         }

@@ -23,7 +23,7 @@ pub enum StageName {
 }
 
 /// All transitions; the diagram of [`estimator`](super) is held against them by a test.
-pub const TRANSITIONS: [(StageName, &str, StageName); 17] = {
+pub const TRANSITIONS: [(StageName, &str, StageName); 18] = {
     use StageName::{Check, Done, Excite, Inspect, Isolate, Place, Refine};
     [
         (Place, "placed", Refine),
@@ -37,6 +37,7 @@ pub const TRANSITIONS: [(StageName, &str, StageName); 17] = {
         (Excite, "refused", Done),
         (Excite, "moving", Refine),
         (Refine, "explained", Inspect),
+        (Refine, "held", Check),
         (Inspect, "accepted", Check),
         (Inspect, "refused", Done),
         (Place, "moving", Excite),

@@ -60,11 +60,10 @@ impl<T: Real> Fit<T> {
             self.minimise(poses, START_TRIALS, true);
             let is_new = |known: &Candidate<T>| !are_near(&known.hinge, &self.hinge, SAME);
             if is_on_platform_side(&self.machine, &self.hinge) && rough.iter().all(is_new) {
-                let _ = rough.push(self.candidate());
+                add(&mut rough, self.candidate());
             }
         }
         if self.machine.constants().is_empty() {
-            sort(&mut rough);
             return rough;
         }
         let mut candidates = Vec::new();
@@ -73,9 +72,8 @@ impl<T: Real> Fit<T> {
             self.hinge = start.hinge;
             self.machine.set_values(start.values);
             self.minimise(poses, LAST_TRIALS, true);
-            let _ = candidates.push(self.candidate());
+            add(&mut candidates, self.candidate());
         }
-        sort(&mut candidates);
         candidates
     }
 
@@ -108,8 +106,10 @@ pub(super) fn are_near<T: Real>(one: &Hinge<T>, other: &Hinge<T>, (turn_rad, mov
     difference.iter().enumerate().all(|(k, x)| x.abs() < T::of(if is_direction(k) { turn_rad } else { move_mm }))
 }
 
-fn sort<T: Real>(candidates: &mut Vec<Candidate<T>, CANDIDATES>) {
-    candidates.sort_unstable_by(|a, b| a.squares_mm2.partial_cmp(&b.squares_mm2).unwrap_or(core::cmp::Ordering::Equal));
+/// Adds a candidate at its place, the best first.
+fn add<T: Real>(candidates: &mut Candidates<T>, new: Candidate<T>) {
+    let place = candidates.iter().position(|known| new.squares_mm2 < known.squares_mm2);
+    let _ = candidates.insert(place.unwrap_or(candidates.len()), new);
 }
 
 fn mean_length<T: Real>(poses: &[HingePose<T>], cables: usize) -> T {

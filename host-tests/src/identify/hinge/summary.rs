@@ -34,7 +34,7 @@ fn accepted(text: &mut String, report: &HingeReport, log: &LengthsFile) -> std::
     let point = format!("{} mm {}", three(&report.point_mm, 2), sigma(report.point_sigma_mm, "mm across"));
     line(text, "through", &point)?;
     let axis = three(&report.axis_in_platform, 4);
-    line(text, "axis in platform", &format!("{axis} {}", sigma(report.axis_in_platform_sigma_deg, "degrees")))?;
+    line(text, "platform's axis", &format!("{axis} {}", sigma(report.axis_in_platform_sigma_deg, "degrees")))?;
     let point = three(&report.point_in_platform_mm, 2);
     line(text, "through", &format!("{point} mm {}", sigma(report.point_in_platform_sigma_mm, "mm across")))?;
     line(text, "along the axis", &sigma(report.along_sigma_mm, "mm"))?;

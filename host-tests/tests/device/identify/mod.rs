@@ -7,6 +7,7 @@ mod bad_rigs;
 mod bus_logs;
 mod causes;
 mod command;
+mod hinge;
 mod log_shapes;
 mod recorded;
 mod refused;

@@ -6,6 +6,7 @@ pub mod bench;
 mod by_button;
 mod calibrations;
 mod guidance;
+mod moving_joint;
 mod numbering;
 mod parameters;
 mod persistence;

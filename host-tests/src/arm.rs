@@ -1,0 +1,84 @@
+//! `cargo arm`: three logs, one of each module, and one posture: where the hand is, and how well that is known.
+
+mod report;
+mod request;
+
+pub use report::{ArmReport, Point, Segment};
+pub use request::ArmFile;
+
+use crate::estimation::{Estimation, estimate};
+use crate::identify::hinge::{self, Solved};
+use crate::identify::input_error::InputError;
+use crate::identify::lengths_file::LengthsFile;
+use crate::identify::report::Status;
+use glenoid::identification::arm::{Arm, ArmPose, Ball, Module};
+use glenoid::identification::{EstimatorSettings, Machine, Noise, Pose};
+use glenoid::kinematics::CableLengths;
+use std::path::Path;
+
+use self::request::BallFile;
+
+/// A ball, identified.
+struct Identified {
+    machine: Machine<f64>,
+    estimation: Estimation<f64>,
+    posture: Pose<f64>,
+}
+
+/// Reads the arm's file and what it names, identifies the three modules and carries the hand through them.
+///
+/// # Errors
+/// [`InputError`] names the place that cannot be read. A refusal is not an error.
+pub fn run(path: &Path) -> Result<ArmReport, InputError> {
+    let arm = ArmFile::read(path)?;
+    let shoulder = ball(&arm.shoulder)?;
+    let elbow = elbow(&arm)?;
+    let wrist = ball(&arm.wrist)?;
+    for (module, outcome) in [(Module::Shoulder, &shoulder), (Module::Wrist, &wrist)] {
+        if let Err(refusal) = &outcome.estimation.outcome {
+            return Ok(ArmReport::refused(module, refusal.text()));
+        }
+    }
+    if let Err(refusal) = &elbow.outcome {
+        return Ok(ArmReport::refused(Module::Elbow, refusal.text()));
+    }
+    let chain = Arm {
+        shoulder: Ball { estimator: &shoulder.estimation.estimator, machine: &shoulder.machine },
+        upper_arm: arm.upper_arm,
+        elbow: &elbow.estimator,
+        forearm: arm.forearm,
+        wrist: Ball { estimator: &wrist.estimation.estimator, machine: &wrist.machine },
+    };
+    let posture = ArmPose { shoulder: shoulder.posture, elbow_mm: arm.elbow.posture_mm, wrist: wrist.posture };
+    Ok(match chain.position(&posture, &arm.hand_mm) {
+        Ok(position) => ArmReport::accepted(&position, &chain.segments()),
+        Err(module) => ArmReport::refused(module, "the lengths of the posture fit no pose"),
+    })
+}
+
+fn ball(file: &BallFile) -> Result<Identified, InputError> {
+    let rig = &file.rig.rig;
+    let log = LengthsFile::read(&file.log)?.with_repeated_rows_merged(rig.length_noise_mm());
+    let corrected = |lengths: CableLengths<f64>| {
+        lengths.corrected(rig).map_err(|error| InputError::Request(error.fault.text().to_owned()))
+    };
+    let lengths =
+        log.rows().iter().map(|row| corrected(log.cables::<f64>(row)?)).collect::<Result<Vec<_>, InputError>>()?;
+    let machine = file.rig.machine(rig);
+    let noise = Noise::Known(rig.length_noise_mm());
+    let settings = EstimatorSettings { noise, ..EstimatorSettings::for_rig(rig) };
+    let estimation = estimate(&machine, rig, settings, &lengths);
+    Ok(Identified { machine, estimation, posture: Pose::new(corrected(file.posture)?) })
+}
+
+fn elbow(arm: &ArmFile) -> Result<Solved<f64>, InputError> {
+    let rig = &arm.elbow.rig;
+    let log =
+        LengthsFile::read_of(&arm.elbow.log, rig.cables().len())?.with_repeated_rows_merged(rig.length_noise_mm());
+    hinge::solve(rig, &log, Some(rig.length_noise_mm()))
+}
+
+/// Was the whole arm accepted?
+pub fn is_accepted(report: &ArmReport) -> bool {
+    report.status == Status::Accepted
+}

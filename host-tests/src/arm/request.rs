@@ -1,0 +1,191 @@
+//! The arm's file: three modules with their logs, rigs and lengths in one posture, and how they stand on the limbs.
+
+use crate::identify::input_error::{self, InputError};
+use crate::identify::rig_file::source::Source;
+use crate::identify::rig_file::{RigFile, default_rig, read_hinge};
+use glenoid::identification::arm::Mount;
+use glenoid::identification::hinge::{HingeRig, MAX_CABLES};
+use glenoid::kinematics::CableLengths;
+use glenoid::rig::CABLES;
+use nalgebra::{Matrix3, Vector3};
+use std::path::{Path, PathBuf};
+use toml::Spanned;
+use toml::de::DeTable;
+
+/// The keys of the file, and of its sections.
+const SECTIONS: [(&str, &[&str]); 5] = [
+    ("shoulder", &["log", "rig", "posture"]),
+    ("elbow", &["log", "rig", "posture"]),
+    ("wrist", &["log", "rig", "posture"]),
+    ("upper_arm", &["rotation", "origin", "sigma_mm", "sigma_deg"]),
+    ("forearm", &["rotation", "origin", "sigma_mm", "sigma_deg"]),
+];
+
+/// A module that is a ball.
+pub struct BallFile {
+    /// Its log.
+    pub log: PathBuf,
+    /// Its rig.
+    pub rig: RigFile,
+    /// Its lengths in the posture.
+    pub posture: CableLengths<f64>,
+}
+
+/// The module that is a hinge.
+pub struct HingeFile {
+    /// Its log.
+    pub log: PathBuf,
+    /// Its rig.
+    pub rig: HingeRig<f64>,
+    /// Its lengths in the posture, mm.
+    pub posture_mm: [f64; MAX_CABLES],
+}
+
+/// All of it.
+pub struct ArmFile {
+    /// Between trunk and upper arm.
+    pub shoulder: BallFile,
+    /// Between upper arm and forearm.
+    pub elbow: HingeFile,
+    /// Between forearm and hand.
+    pub wrist: BallFile,
+    /// The elbow's base in the shoulder's platform.
+    pub upper_arm: Mount<f64>,
+    /// The wrist's base in the elbow's platform.
+    pub forearm: Mount<f64>,
+    /// The hand in the wrist's platform, mm.
+    pub hand_mm: Vector3<f64>,
+}
+
+/// A section of the file.
+struct Section<'s, 'a> {
+    source: &'s Source<'a>,
+    name: &'static str,
+    table: &'s DeTable<'a>,
+    place: std::ops::Range<usize>,
+    folder: PathBuf,
+}
+
+impl ArmFile {
+    /// Reads it, and the rigs that it names.
+    ///
+    /// # Errors
+    /// [`InputError`] names the place that cannot be read.
+    pub fn read(path: &Path) -> Result<Self, InputError> {
+        let (file, bytes) = input_error::read(path)?;
+        let text = std::str::from_utf8(&bytes).map_err(|_| InputError::at(&file, 1, 1, "not UTF-8 text"))?;
+        let source = Source { file: &file, text };
+        let table = DeTable::parse(text)
+            .map_err(|error| source.error(error.span().unwrap_or(text.len()..text.len()), error.message()))?;
+        let table = table.get_ref();
+        for (key, _) in table.iter() {
+            let name = key.get_ref().as_ref();
+            if name != "hand" && SECTIONS.iter().all(|(section, _)| *section != name) {
+                return Err(source.error(key.span(), format!("unknown key {name}")));
+            }
+        }
+        let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+        let section = |index: usize| Section::new(&source, table, SECTIONS[index], &folder);
+        let hand = source.value(table, "hand", "[x, y, z]")?;
+        Ok(Self {
+            hand_mm: Vector3::from(source.numbers::<3>(hand, "hand")?),
+            shoulder: section(0)?.ball()?,
+            elbow: section(1)?.hinge()?,
+            wrist: section(2)?.ball()?,
+            upper_arm: section(3)?.mount()?,
+            forearm: section(4)?.mount()?,
+        })
+    }
+}
+
+impl<'s, 'a> Section<'s, 'a> {
+    fn new(
+        source: &'s Source<'a>,
+        file: &'s DeTable<'a>,
+        (name, keys): (&'static str, &[&str]),
+        folder: &Path,
+    ) -> Result<Self, InputError> {
+        let end = source.text.len();
+        let section =
+            file.get(name).ok_or_else(|| source.error(end..end, format!("the section [{name}] is missing")))?;
+        let table = section.get_ref().as_table();
+        let table = table.ok_or_else(|| source.error(section.span(), format!("{name}: a section is wanted")))?;
+        if let Some((key, _)) = table.iter().find(|(key, _)| !keys.contains(&key.get_ref().as_ref())) {
+            let message = format!("unknown key {}: {name} may hold {}", key.get_ref(), keys.join(", "));
+            return Err(source.error(key.span(), message));
+        }
+        Ok(Self { source, name, table, place: section.span(), folder: folder.to_owned() })
+    }
+
+    fn path(&self, key: &str) -> Result<Option<PathBuf>, InputError> {
+        let Some(value) = self.table.get(key) else { return Ok(None) };
+        match value.get_ref().as_str() {
+            Some(name) => Ok(Some(self.folder.join(name))),
+            None => Err(self.source.error(value.span(), format!("{key}: the name of a file is wanted"))),
+        }
+    }
+
+    fn log(&self) -> Result<PathBuf, InputError> {
+        let missing = || self.source.error(self.place.clone(), format!("{}: log = \"FILE.csv\" is missing", self.name));
+        self.path("log")?.ok_or_else(missing)
+    }
+
+    fn ball(&self) -> Result<BallFile, InputError> {
+        let rig = match self.path("rig")? {
+            Some(path) if read_hinge(&path)?.is_some() => {
+                return Err(self.other_joint("a hinge, where a ball is wanted"));
+            }
+            Some(path) => RigFile::read(&path)?,
+            None if self.name == "wrist" => return Err(self.other_joint("missing")),
+            None => RigFile { rig: default_rig()?, covariance: None, start_mm: None },
+        };
+        let value = self.source.value_at(self.place.clone(), self.table, "posture", "[six lengths]")?;
+        let posture = CableLengths::new(self.source.numbers::<CABLES>(value, "posture")?)
+            .map_err(|error| self.source.error(value.span(), format!("posture: {}", error.fault.text())))?;
+        Ok(BallFile { log: self.log()?, rig, posture })
+    }
+
+    fn hinge(&self) -> Result<HingeFile, InputError> {
+        let path = self.path("rig")?.ok_or_else(|| self.other_joint("missing"))?;
+        let rig = read_hinge(&path)?.ok_or_else(|| self.other_joint("no hinge: joint = \"hinge\" is wanted in it"))?;
+        let count = rig.cables().len();
+        let value = self.source.value_at(self.place.clone(), self.table, "posture", "[a length a cable]")?;
+        let items = value.get_ref().as_array().filter(|items| items.len() == count);
+        let message = || self.source.error(value.span(), format!("posture: {count} lengths are wanted, one a cable"));
+        let mut posture_mm = [0.0; MAX_CABLES];
+        for (length, item) in posture_mm.iter_mut().zip(items.ok_or_else(message)?.iter()) {
+            *length = self.source.number(item, "posture")?;
+        }
+        Ok(HingeFile { log: self.log()?, rig, posture_mm })
+    }
+
+    fn other_joint(&self, what: &str) -> InputError {
+        let place = self.table.get("rig").map_or(self.place.clone(), Spanned::span);
+        self.source.error(place, format!("{}: the rig is {what}", self.name))
+    }
+
+    fn mount(&self) -> Result<Mount<f64>, InputError> {
+        let value = |key: &str, shape: &str| self.source.value_at(self.place.clone(), self.table, key, shape);
+        let rotation = value("rotation", "[[…], […], […]], three rows")?;
+        let mut rows = [[0.0; 3]; 3];
+        for (row, item) in rows.iter_mut().zip(self.source.items::<3>(rotation, "rotation", "rows")?) {
+            *row = self.source.numbers::<3>(item, "rotation")?;
+        }
+        let matrix = Matrix3::from_fn(|i, j| rows[i][j]);
+        let is_rotation =
+            (matrix * matrix.transpose() - Matrix3::identity()).norm() < 1e-3 && matrix.determinant() > 0.0;
+        if !is_rotation {
+            return Err(self.source.error(rotation.span(), "rotation: the rows are no rotation"));
+        }
+        let origin_mm = Vector3::from(self.source.numbers::<3>(value("origin", "[x, y, z]")?, "origin")?);
+        let sigma = |key: &str| match self.table.get(key) {
+            None => Ok(0.0),
+            Some(value) => match self.source.number(value, key)? {
+                sigma if sigma >= 0.0 => Ok(sigma),
+                _ => Err(self.source.error(value.span(), format!("{key}: a standard deviation is not negative"))),
+            },
+        };
+        let sigma_rad = sigma("sigma_deg")?.to_radians();
+        Ok(Mount { rotation: matrix, origin_mm, sigma_mm: sigma("sigma_mm")?, sigma_rad })
+    }
+}

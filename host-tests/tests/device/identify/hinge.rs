@@ -1,0 +1,148 @@
+//! A rig whose joint is a hinge, from the outside.
+
+use super::command::{Desk, numbers};
+use glenoid::rig::Tolerance;
+use host_tests::study::elbow::scene::{Elbow, cables, drawn, flexions_rad};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use std::fmt::Write as _;
+
+const RIG: &str = include_str!("../../../../examples/elbow.toml");
+/// The same with the drawing as a prior.
+fn with_prior() -> String {
+    RIG.replace("# sigma_", "sigma_")
+}
+
+/// The elbow of the drawing, a little off, and a log of it.
+fn log(seed: u64, poses: usize, count: usize, most_deg: f64) -> (Elbow, String) {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let step = [0.03, -0.05, 4.0, -3.0, 0.04, 0.02, 2.0, 3.0, -2.0];
+    let elbow = Elbow::of_hinge(&mut random, count, &drawn().moved(&step), &Tolerance::exact());
+    let flexions = flexions_rad(&mut random, poses, most_deg);
+    let mut csv = "time,l1,l2,l3,l4\n".to_owned();
+    for (row, reading) in elbow.readings_mm(&mut random, &flexions).iter().enumerate() {
+        let cells: Vec<_> = reading.iter().take(count).map(|length| format!("{length:.4}")).collect();
+        writeln!(csv, "{row},{}", cells.join(",")).unwrap();
+    }
+    let header = (1..=count).map(|cable| format!("l{cable}")).collect::<Vec<_>>().join(",");
+    (elbow, csv.replace("l1,l2,l3,l4", &header))
+}
+
+/// The rig of the first cables.
+fn fewer(rig: &str, count: usize) -> String {
+    let parts: Vec<_> = rig.split("[[cable]]").collect();
+    let last = parts[4].split("\n\n").skip(1).collect::<Vec<_>>().join("\n\n");
+    let home = vec!["230.0"; count].join(", ");
+    let head = parts[0].replace("home = [230.0, 230.0, 230.0, 230.0]", &format!("home = [{home}]"));
+    format!("{head}[[cable]]{}\n{last}", parts[1..=count].join("[[cable]]"))
+}
+
+#[test]
+fn the_example_elbow_is_the_rig_of_the_study() {
+    for (text, cable) in RIG.split("[[cable]]").skip(1).zip(cables()) {
+        let of = |key: &str| -> Vec<f64> {
+            let list = text.split(&format!("{key} = [")).nth(1).unwrap().split(']').next().unwrap();
+            list.split(',').map(|number| number.trim().parse().unwrap()).collect()
+        };
+        for (found, stated) in [(of("base"), cable.base_mm), (of("end"), cable.end_mm)] {
+            assert!(found.iter().zip(&stated).all(|(a, b)| (a - b).abs() < 1e-3), "{found:?} {stated:?}");
+        }
+    }
+}
+
+#[test]
+fn an_elbow_is_identified_in_both_precisions() {
+    let desk = Desk::new("hinge_accepted");
+    let (elbow, csv) = log(1, 30, 4, 120.0);
+    desk.put("log.csv", csv).put("rig.toml", RIG);
+    let truth = elbow.hinge();
+    for precision in ["f64", "f32"] {
+        let ran = desk.identify(&format!("log.csv --rig rig.toml --noise 0.0577 --precision {precision} --json"));
+        assert_eq!(ran.code, Some(0), "{ran:?}");
+        let found = ran.json();
+        assert_eq!((found["status"].as_str(), found["joint"].as_str()), (Some("accepted"), Some("hinge")));
+        let axis = nalgebra::Vector3::from_vec(numbers(&found, "axis"));
+        let sigma = |key: &str| found[key].as_f64().unwrap();
+        let off_deg = axis.cross(truth.axis()).norm().asin().to_degrees();
+        assert!(off_deg < 4.0 * sigma("axis_sigma_deg"), "{off_deg}");
+        assert!((0.02..0.6).contains(&sigma("axis_sigma_deg")), "{}", sigma("axis_sigma_deg"));
+        let point = nalgebra::Vector3::from_vec(numbers(&found, "point_mm"));
+        let off_mm = (point - truth.nearest_mm(&point)).norm();
+        assert!(off_mm < 4.0 * sigma("point_sigma_mm") + 0.3 * sigma("axis_sigma_deg"), "{off_mm}");
+        assert!((80.0..=120.0).contains(&sigma("flexion_deg")));
+        // Rows that show the same angle are one pose.
+        let used = found["poses_used"].as_u64().unwrap();
+        assert!((25..=30).contains(&used), "{used}");
+        assert_eq!(numbers(&found, "angles_deg").len() as u64, used);
+    }
+    let words = desk.identify("log.csv --rig rig.toml --noise 0.0577").words();
+    assert!(words.starts_with("ACCEPTED: a hinge axis in base"), "{words}");
+}
+
+#[test]
+fn fewer_cables_want_a_drawing_and_say_so() {
+    for count in [2, 3] {
+        let desk = Desk::new(&format!("hinge_{count}_cables"));
+        let (elbow, csv) = log(2, 20, count, 110.0);
+        desk.put("log.csv", csv).put("bare.toml", fewer(RIG, count)).put("drawn.toml", fewer(&with_prior(), count));
+        let ran = desk.identify("log.csv --rig bare.toml --json");
+        assert_eq!(ran.code, Some(2), "{ran:?}");
+        let refusal = &ran.json()["refusal"];
+        assert_eq!(refusal["kind"].as_str(), Some("too_few_cables"));
+        assert_eq!(refusal["determined"].as_u64(), Some(if count == 2 { 5 } else { 8 }));
+        let words = desk.identify("log.csv --rig bare.toml").words();
+        assert!(words.contains("section [hinge], with sigma_deg and sigma_mm"), "{words}");
+
+        let ran = desk.identify("log.csv --rig drawn.toml --json");
+        assert_eq!(ran.code, Some(0), "{ran:?}");
+        let axis = nalgebra::Vector3::from_vec(numbers(&ran.json(), "axis"));
+        let off_deg = axis.cross(elbow.hinge().axis()).norm().asin().to_degrees();
+        assert!(off_deg < 4.0 * ran.json()["axis_sigma_deg"].as_f64().unwrap(), "{off_deg}");
+    }
+}
+
+#[test]
+fn an_elbow_that_never_bends_is_refused_by_name() {
+    let desk = Desk::new("hinge_stiff");
+    let (_, csv) = log(3, 20, 4, 12.0);
+    desk.put("log.csv", csv).put("rig.toml", RIG);
+    let ran = desk.identify("log.csv --rig rig.toml --noise 0.0577");
+    assert_eq!(ran.code, Some(2));
+    assert!(ran.words().contains("Bend further"), "{}", ran.words());
+}
+
+#[test]
+fn a_rig_that_is_no_hinges_is_named_with_its_place() {
+    let desk = Desk::new("hinge_bad_rigs");
+    let (_, csv) = log(4, 12, 4, 120.0);
+    desk.put("log.csv", &csv);
+    let drum = "\n[tolerance]\ndrum = 0.001\n";
+    for (rig, complaint) in [
+        (RIG.replace("\"hinge\"", "\"elbow\""), "line 4, column 9: joint: \"ball\" or \"hinge\" is wanted"),
+        (
+            RIG.replace("axis = [1.0, 0.0, 0.0]\npoint ", "axis = [0.0, 0.0, 0.0]\npoint "),
+            "axis: the direction has no length",
+        ),
+        (RIG.replace("point = [0.0, 0.0, 160.0]\n", ""), "point = [x, y, z], in mm, is missing"),
+        (RIG.replace("range_deg = [-140.0, 15.0]", "range_deg = [15.0, -140.0]"), "range_deg: [smallest, largest]"),
+        (RIG.replace("# sigma_deg", "sigma_deg"), "sigma_deg and sigma_mm belong together"),
+        (with_prior().replace("sigma_mm = 12.0", "sigma_mm = -1.0"), "sigma_mm: a standard deviation is positive"),
+        (RIG.replace("home", "# home") + drum, "home = [4 lengths] is wanted"),
+        (RIG.replace("230.0, 230.0]", "230.0]"), "home: [4 lengths] is wanted, one a cable"),
+        (fewer(RIG, 1), "two to four tables [[cable]], there are 1"),
+        (RIG.replace("joint = \"hinge\"", "joint = \"hinge\"\nedges = [1.0, 1.0, 1.0]"), "edges is not for a hinge"),
+        (RIG.replace("range_deg", "ranges_deg"), "unknown key"),
+    ] {
+        let rig = if complaint.starts_with("home: ") { rig + drum } else { rig };
+        desk.put("rig.toml", &rig);
+        let ran = desk.identify("log.csv --rig rig.toml");
+        assert_eq!(ran.code, Some(1), "{complaint}: {ran:?}");
+        assert!(ran.stderr.contains(complaint), "{complaint}: {}", ran.stderr);
+    }
+    desk.put("rig.toml", RIG).put("short.csv", csv.replace(",l4", ",x"));
+    let ran = desk.identify("short.csv --rig rig.toml");
+    assert_eq!(ran.code, Some(1));
+    assert!(ran.stderr.contains("the column l4 is missing"), "{}", ran.stderr);
+    let ran = desk.identify("log.csv --rig rig.toml --method paper --noise 0.0577");
+    assert!(ran.stderr.contains("--method paper is not for a hinge"), "{}", ran.stderr);
+}
