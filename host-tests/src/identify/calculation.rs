@@ -131,7 +131,9 @@ impl Problem<'_> {
             Err(refusal) if may_have_a_cause(refusal) => {}
             Ok(found) if report.joint == Some("moving") || is_noisy(found) => {}
             Ok(_) => {
-                report.contradiction = causes::contradiction(&machine, &lengths, noise_mm);
+                let used = lengths.iter().zip(&estimation.poses).filter(|(_, pose)| pose.is_used());
+                let used: Vec<_> = used.map(|(lengths, _)| *lengths).collect();
+                report.contradiction = causes::contradiction(&machine, &used, noise_mm);
                 return;
             }
             Err(_) => return,

@@ -94,6 +94,11 @@ struct Scored {
 }
 
 impl CauseKind {
+    /// May it be the joint, and no fault of the machine?
+    pub const fn may_be_the_joint(self) -> bool {
+        matches!(self, Self::Loose | Self::MovingJoint)
+    }
+
     /// Largest size that is told by the linear model: mm, of a drum per cent.
     const fn largest(self) -> f64 {
         match self {
@@ -203,7 +208,13 @@ fn contradiction_in(machine: &Machine<f64>, fit: &AllPosesFit) -> Option<Cause> 
         };
         let value = fit.estimate.values()[index];
         let learnt = sigma * sigma - fit.covariance[(index, index)];
-        let cause = Cause { cable: cable.map(|cable| cable as u8 + 1), size: value, explains: true, ..Cause::of(kind) };
+        let cause = Cause {
+            cable: cable.map(|cable| cable as u8 + 1),
+            // What the poses alone say: the tolerance draws the estimate towards what is stated.
+            size: value * sigma * sigma / learnt,
+            explains: true,
+            ..Cause::of(kind)
+        };
         (value.abs() / learnt.max(f64::MIN_POSITIVE).sqrt(), cause, learnt > 1e-3 * sigma * sigma)
     };
     let offs = (0..machine.parameters()).map(off).filter(|(_, _, is_learnt)| *is_learnt);

@@ -23,7 +23,8 @@ pub fn of(report: &Report, log: &LengthsFile, second: Option<&LengthsFile>) -> S
             .and_then(|()| line(&mut text, "seen", &remedy::seen(refusal, log)))
             .and_then(|()| explanation(&mut text, report, log))
             .and_then(|()| match &report.cause {
-                Some(Causes { or: None, .. }) => Ok(()),
+                // What a joint may do as well has its remedies besides.
+                Some(Causes { best, or: None }) if !best.kind.may_be_the_joint() => Ok(()),
                 _ => line(&mut text, "what to do", &remedy::remedy(report, refusal)),
             }),
         None => table(&mut text, report)

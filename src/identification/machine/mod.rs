@@ -101,7 +101,7 @@ impl<T: Real> Machine<T> {
 
     /// Each constant's prior is its own tolerance.
     fn state_tolerances(&mut self) {
-        self.precision = [T::zero(); MACHINE_PACKED];
+        self.precision.fill(T::zero());
         let tolerance = self.tolerance;
         for index in 0..self.parameters() {
             let sigma = match self.parameter(index) {

@@ -71,11 +71,11 @@ fn each_complaint_names_its_place() {
         ),
         (
             format!("{BASE}{EDGES}\nbsae = 3\n[drum2]\nradius = 15\n"),
-            "line 4, column 1: unknown key \"bsae\": the file may hold base, edges, home, cable, tolerance, zeros, drum, covariance, start, truth",
+            "line 4, column 1: unknown key \"bsae\": the file may hold base, edges, home, joint, cable, tolerance, zeros, drum, covariance, hinge, start, truth",
         ),
         (
             format!("# a misspelt key is refused, not taken for a missing one\nBase = 1\n{EDGES}"),
-            "line 2, column 1: unknown key \"Base\": the file may hold base, edges, home, cable, tolerance, zeros, drum, covariance, start, truth",
+            "line 2, column 1: unknown key \"Base\": the file may hold base, edges, home, joint, cable, tolerance, zeros, drum, covariance, hinge, start, truth",
         ),
         (
             format!("{BASE}{EDGES}[start]\nvalues = [0, 0, 148, 140, 140, 140]\nvaleus = 1\n"),
