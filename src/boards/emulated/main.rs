@@ -309,9 +309,3 @@ fn storage() -> Option<&'static mut Storage<FileFlash>> {
 fn device(config: &Config) -> Option<&'static mut Device> {
     singleton!(: Device = Device::new(config))
 }
-
-/// The storage in its place, once, as the device: it would lie in every frame that the board passes through.
-#[inline(never)]
-fn storage() -> Option<&'static mut Storage<FileFlash>> {
-    singleton!(: Storage<FileFlash> = Storage::new(FileFlash::open(), 0))
-}

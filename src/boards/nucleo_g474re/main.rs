@@ -363,9 +363,3 @@ fn storage(flash: ChipFlash, from: u32) -> Option<&'static mut Storage<ChipFlash
 fn device(config: &Config) -> Option<&'static mut Device> {
     singleton!(: Device = Device::new(config))
 }
-
-/// The storage in its place, once, as the device: it would lie in every frame that the board passes through.
-#[inline(never)]
-fn storage(flash: ChipFlash, from: u32) -> Option<&'static mut Storage<ChipFlash>> {
-    singleton!(: Storage<ChipFlash> = Storage::new(flash, from))
-}
