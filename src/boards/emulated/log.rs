@@ -13,7 +13,7 @@ use heapless::{Deque, String};
 const LINE_LEN: usize = 256;
 
 /// Entries that may wait.
-const CAPACITY: usize = 32;
+const CAPACITY: usize = 20;
 
 /// Text that is cut where its buffer ends.
 #[derive(Default)]
