@@ -93,6 +93,13 @@ class Parameters:
 
     def ask(self, operation: str, index: int = 0, value: bytes = bytes(4), name: str = "") -> bytes:
         """Sends a request and returns the four bytes of its answer. Raises `DeviceError` for a refusal."""
+        while (answer := self._ask_once(operation, index, value, name)) is None:
+            # the board remembers 64 requests of a second
+            time.sleep(0.2)
+        return answer
+
+    def _ask_once(self, operation: str, index: int, value: bytes, name: str) -> bytes | None:
+        """The answer; None when the board has been asked too much within a second."""
         self._nonce = self._nonce % 0xFF + 1
         head = struct.pack("<HBB", _OPERATIONS[operation] | index << 4, self._nonce, 0)
         frame = can.Message(arbitration_id=_REQUEST.frame_id, is_extended_id=False, data=head + value)
@@ -106,6 +113,8 @@ class Parameters:
                 first, nonce, code = struct.unpack("<HBB", heard.data[:4])
                 if nonce != self._nonce or first & 0xF != _OPERATIONS[operation]:
                     continue
+                if str(_CODES.get(code)) == "TooManyCommands":
+                    return None
                 if code != 0:
                     about = f" {name}" if name else ""
                     raise DeviceError(f"{operation}{about} was refused: {_CODES.get(code, code)}, see docs/reasons.md")

@@ -53,7 +53,7 @@ struct Outside {
     bus: Bus,
     led_pattern: BlinkPattern,
     /// None: the flash is divided otherwise than expected.
-    storage: Option<Storage<ChipFlash>>,
+    storage: Option<&'static mut Storage<ChipFlash>>,
     /// What was not stored at all, which the device is still to hear.
     refused: Option<Event>,
     /// The deepest calls of this firmware, or its longest standstill, lie just behind us.
@@ -100,7 +100,7 @@ impl Outside {
 
     /// The next step of what is to be stored; what the device is to hear of it.
     fn go_on_storing(&mut self) -> Option<Event> {
-        self.storage.as_mut().and_then(Storage::go_on).and_then(Event::of)
+        self.storage.as_mut().and_then(|storage| storage.go_on()).and_then(Event::of)
     }
 }
 
@@ -126,17 +126,7 @@ struct Assembled {
 }
 
 impl Board {
-    /// None if it was called before: the peripherals and the device exist once.
-    fn start(restart: Restart) -> Option<&'static mut Self> {
-        let Assembled { board, core, rig, parameters } = Self::assemble(restart)?;
-        board.power_up(&restart, rig, parameters);
-        let (mut scb, mut dcb) = (core.SCB, core.DCB);
-        sampling::start(core.SYST, &mut scb, &mut dcb, core.DWT);
-        board.watchdog.unleash();
-        Some(board)
-    }
-
-    /// The parts in their places. None if it was called before.
+    /// The parts in their places. None if it was called before: the peripherals and the device exist once.
     ///
     /// Never inlined: what the configuration takes of the stack is free again when the device hears of the power-up.
     #[inline(never)]
@@ -160,7 +150,7 @@ impl Board {
             cable_6: (chip.TIM8, chip.PC6, chip.PC7),
         });
         let mut storage = match ChipFlash::open(chip.FLASH) {
-            Ok((flash, from)) => Some(Storage::new(flash, from)),
+            Ok((flash, from)) => Some(storage(flash, from)?),
             Err(error) => {
                 defmt::error!("flash: {}, so nothing is kept", error);
                 None
@@ -218,7 +208,7 @@ impl Board {
     /// One turn of the main loop; false if there was nothing to do.
     fn turn(&mut self) -> bool {
         // While something is stored, commands wait: whoever gets the next answer can rely on it.
-        let stores = self.outside.storage.as_ref().is_some_and(Storage::is_storing);
+        let stores = self.outside.storage.as_ref().is_some_and(|storage| storage.is_storing());
         let heard = !stores && self.hear_bus();
         let sample = sampling::latest();
         let busy = self.device.is_busy();
@@ -245,7 +235,7 @@ impl Board {
         if let Some(event) = self.outside.go_on_storing() {
             self.handle(now_ms, event);
         }
-        let stores_on = self.outside.storage.as_ref().is_some_and(Storage::is_quick);
+        let stores_on = self.outside.storage.as_ref().is_some_and(|storage| storage.is_quick());
         if !busy && core::mem::take(&mut self.outside.measure) {
             let usage = stack::usage();
             defmt::info!("stack: {=usize} of {=usize} bytes used at most", usage.used_bytes, usage.size_bytes);
@@ -330,7 +320,17 @@ fn main() -> ! {
     ccm_code::load();
     let restart = retained_ram::take(Some(reset_cause()));
     stack::paint();
-    let Some(board) = Board::start(restart) else { give_up("started twice") };
+    let Some(assembled) = Board::assemble(restart) else { give_up("started twice") };
+    run(assembled, &restart)
+}
+
+/// The board at work. A frame of its own: the work takes 4 KB, which would lie under the start.
+#[inline(never)]
+fn run(Assembled { board, core, rig, parameters }: Assembled, restart: &Restart) -> ! {
+    board.power_up(restart, rig, parameters);
+    let (mut scb, mut dcb) = (core.SCB, core.DCB);
+    sampling::start(core.SYST, &mut scb, &mut dcb, core.DWT);
+    board.watchdog.unleash();
     // what is measured from here on is the work, not the start; painting holds the sampling up
     stack::paint();
     sampling::measure_anew();
@@ -351,7 +351,13 @@ fn give_up(reason: &str) -> ! {
     }
 }
 
-/// The device in its place, once. A frame of its own: what building it takes of the stack (15 KB) is free again before
+/// The storage in its place, once.
+#[inline(never)]
+fn storage(flash: ChipFlash, from: u32) -> Option<&'static mut Storage<ChipFlash>> {
+    singleton!(: Storage<ChipFlash> = Storage::new(flash, from))
+}
+
+/// The device in its place, once. A frame of its own: what building it takes of the stack (18 KB) is free again before
 /// anything else runs.
 #[inline(never)]
 fn device(config: &Config) -> Option<&'static mut Device> {

@@ -59,7 +59,9 @@ impl<T: Real> Fit<T> {
             self.machine.set_values([T::zero(); MAX_CONSTANTS]);
             self.minimise(poses, START_TRIALS, true);
             let is_new = |known: &Candidate<T>| !are_near(&known.hinge, &self.hinge, SAME);
-            if is_on_platform_side(&self.machine, &self.hinge) && rough.iter().all(is_new) {
+            // A drawing that is a prior says on which side; two points have no plane.
+            let is_possible = has_prior || is_on_platform_side(&self.machine, &self.hinge);
+            if is_possible && rough.iter().all(is_new) {
                 add(&mut rough, self.candidate());
             }
         }

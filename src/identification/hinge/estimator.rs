@@ -21,8 +21,8 @@ pub const MIN_POSES: usize = 6;
 const NO_MOTION: f64 = 4.0;
 /// Another hinge whose χ² is larger by less than this fits as well: at the most once in 250 000 the true one is worse by more.
 const BOTH_FIT: f64 = 20.0;
-/// Candidates from which outliers are looked for, the cheapest.
-const CANDIDATES_WITH_OUTLIERS: usize = 6;
+/// Candidates beside which a second axis is looked for, the cheapest.
+const CANDIDATES_WITH_SECOND_AXIS: usize = 6;
 /// Two hinges farther apart than this many standard deviations in any unknown are two.
 const DISTINCT: f64 = 4.0;
 /// A hinge within this of the drawing is the drawn one when the other that fits is farther than twice this from it.
@@ -137,7 +137,7 @@ impl<T: Real> HingeEstimator<T> {
         let mut outcome = Ok(());
         let mut best: Option<Candidate<T>> = None;
         let mut rival: Option<(Hinge<T>, T)> = None;
-        for candidate in candidates.iter().take(CANDIDATES_WITH_OUTLIERS) {
+        for candidate in candidates {
             let left_out = self.leave_out_from(candidate, poses);
             if left_out.is_ok() && judge::are_noise(&self.fit, poses, self.settings.noise) {
                 let squares_mm2 = judge::cut_off_squares(&self.fit, poses);
@@ -177,7 +177,7 @@ impl<T: Real> HingeEstimator<T> {
         candidates: &[Candidate<T>],
         poses: &mut [HingePose<T>],
     ) -> Result<(), HingeRefusal> {
-        for candidate in candidates.iter().take(CANDIDATES_WITH_OUTLIERS) {
+        for candidate in candidates.iter().take(CANDIDATES_WITH_SECOND_AXIS) {
             self.go_to(candidate, poses);
             self.require_flexion(poses)?;
             let refusal = judge::no_hinge(&self.fit, poses, self.settings.noise);
