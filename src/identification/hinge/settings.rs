@@ -1,6 +1,6 @@
 //! Settings of the hinge's estimator.
 
-use super::rig::{HingeRig, MAX_CABLES};
+use super::rig::HingeRig;
 use crate::identification::settings::Noise;
 use crate::scalar::Real;
 
@@ -21,18 +21,15 @@ pub struct HingeSettings<T> {
 
 impl<T: Real> HingeSettings<T> {
     /// The limits for a rig. Those of the standard deviations only keep out what is useless: errors along the weak
-    /// directions of a hinge hardly move what it carries. Fewer than four cables follow a drawing, which must be good: about a
-    /// vague one (9 degrees, 12 mm) the problem is too far from linear for a standard deviation to be true.
+    /// directions of a hinge hardly move what it carries.
     pub fn for_rig(rig: &HingeRig<T>) -> Self {
-        let follows_drawing = rig.cables().len() < MAX_CABLES;
-        // 3 and 5 degrees.
-        let (axis_rad, place_mm) = if follows_drawing { (0.052_4, 3.5) } else { (0.087_3, 10.0) };
         Self {
             noise: Noise::Known(rig.length_noise_mm()),
             // 30 degrees.
             flexion_limit_rad: T::of(0.524),
-            axis_limit_rad: T::of(axis_rad),
-            place_limit_mm: T::of(place_mm),
+            // 5 degrees.
+            axis_limit_rad: T::of(0.087_3),
+            place_limit_mm: T::of(10.0),
             along_limit_mm: T::of(20.0),
         }
     }
