@@ -2,10 +2,10 @@
 
 use super::candidates::{Candidate, LAST_TRIALS, SAME, are_near};
 use super::fit::Fit;
-use super::joint::{HINGE_UNKNOWNS, Hinge};
+use super::joint::{AXIS, AXIS_IN_PLATFORM, FOOT, FOOT_IN_PLATFORM, HINGE_UNKNOWNS, Hinge};
 use super::judge;
 use super::pose::{HingePose, MAX_UNKNOWNS};
-use super::refusal::HingeRefusal;
+use super::refusal::{HingePart, HingeRefusal};
 use super::result::IdentifiedHinge;
 use super::rig::HingeRig;
 use super::settings::HingeSettings;
@@ -19,6 +19,10 @@ use nalgebra::SMatrix;
 pub const MIN_POSES: usize = 6;
 /// Lengths that vary by less than this, in standard deviations of the noise, show no motion.
 const NO_MOTION: f64 = 4.0;
+/// Fewer than four cables follow a drawing, which must be as good as this, 1σ: about a vaguer one the problem is too far from
+/// linear for a standard deviation to be true.
+const VAGUE_RAD: f64 = 0.07;
+const VAGUE_MM: f64 = 4.0;
 /// Another hinge whose χ² is larger by less than this fits as well: at the most once in 250 000 the true one is worse by more.
 const BOTH_FIT: f64 = 20.0;
 /// Candidates beside which a second axis is looked for, the cheapest.
@@ -105,6 +109,16 @@ impl<T: Real> HingeEstimator<T> {
             // Two cables determine five combinations of the nine, three determine eight.
             let determined = if cables == 2 { 5 } else { 8 };
             return Err(HingeRefusal::TooFewCables { cables: cables as u8, determined });
+        }
+        if let Some((_, sigma)) = self.fit.prior().filter(|_| cables < 4) {
+            let vague = |part, of: usize, limit: f64| {
+                let sigma = sigma.get(of).copied().unwrap_or_else(T::zero);
+                if sigma > T::of(limit) { Err(HingeRefusal::Weak { part, sigma: sigma.to_f32() }) } else { Ok(()) }
+            };
+            vague(HingePart::Axis, AXIS, VAGUE_RAD)?;
+            vague(HingePart::AxisInPlatform, AXIS_IN_PLATFORM, VAGUE_RAD)?;
+            vague(HingePart::Place, FOOT, VAGUE_MM)?;
+            vague(HingePart::PlaceInPlatform, FOOT_IN_PLATFORM, VAGUE_MM)?;
         }
         if poses.len() < MIN_POSES {
             return Err(HingeRefusal::TooFewPoses { poses: poses.len() as u32, wanted: MIN_POSES as u32 });
@@ -214,7 +228,7 @@ impl<T: Real> HingeEstimator<T> {
     }
 
     fn result(&mut self, poses: &mut [HingePose<T>]) -> Result<IdentifiedHinge<T>, HingeRefusal> {
-        let weak = |_: Singular| HingeRefusal::Weak { part: super::HingePart::Axis, sigma: f32::INFINITY };
+        let weak = |_: Singular| HingeRefusal::Weak { part: HingePart::Axis, sigma: f32::INFINITY };
         self.fit.finish(poses).map_err(weak)?;
         let noise_mm = self.result_noise_mm(poses);
         self.noise_mm = noise_mm;

@@ -21,10 +21,12 @@ pub(super) fn seen(refusal: &RefusalReport, log: &LengthsFile) -> String {
             format!("their directions differ by {angle_deg:.1} degrees, their places by {distance_mm:.0} mm")
         }
         RefusalReport::Weak { sigma_deg: Some(sigma), .. } => {
-            format!("1 sigma of {sigma:.1} degrees; at most 5 are accepted")
+            format!(
+                "1 sigma of {sigma:.1} degrees; at most 5 are accepted; with fewer than four cables, of the drawing 4"
+            )
         }
         RefusalReport::Weak { part, sigma_mm, .. } => {
-            let limit = if part == "along" { 20 } else { 10 };
+            let limit = if part == "along" { "20" } else { "10 (with fewer than four cables, of the drawing 4)" };
             format!("1 sigma of {:.1} mm; at most {limit} are accepted", sigma_mm.unwrap_or(f64::INFINITY))
         }
         RefusalReport::TooManyOutliers { rejected, poses } => format!("{rejected} of {poses}"),

@@ -13,6 +13,14 @@ fn with_prior() -> String {
     RIG.replace("# sigma_", "sigma_")
 }
 
+/// The same with a good drawing.
+fn good_drawing() -> String {
+    with_prior()
+        .replace("_deg = 9.0", "_deg = 3.0")
+        .replace("_mm = 12.0", "_mm = 3.0")
+        .replace("_mm = 8.0", "_mm = 3.0")
+}
+
 /// The elbow of the drawing, a little off, and a log of it.
 fn log(seed: u64, poses: usize, count: usize, most_deg: f64) -> (Elbow, String) {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -84,7 +92,10 @@ fn fewer_cables_want_a_drawing_and_say_so() {
     for count in [2, 3] {
         let desk = Desk::new(&format!("hinge_{count}_cables"));
         let (elbow, csv) = log(2, 20, count, 110.0);
-        desk.put("log.csv", csv).put("bare.toml", fewer(RIG, count)).put("drawn.toml", fewer(&with_prior(), count));
+        desk.put("log.csv", csv)
+            .put("bare.toml", fewer(RIG, count))
+            .put("drawn.toml", fewer(&good_drawing(), count))
+            .put("vague.toml", fewer(&with_prior(), count));
         let ran = desk.identify("log.csv --rig bare.toml --json");
         assert_eq!(ran.code, Some(2), "{ran:?}");
         let refusal = &ran.json()["refusal"];
@@ -98,6 +109,8 @@ fn fewer_cables_want_a_drawing_and_say_so() {
         let axis = nalgebra::Vector3::from_vec(numbers(&ran.json(), "axis"));
         let off_deg = axis.cross(elbow.hinge().axis()).norm().asin().to_degrees();
         assert!(off_deg < 4.0 * ran.json()["axis_sigma_deg"].as_f64().unwrap(), "{off_deg}");
+        let ran = desk.identify("log.csv --rig vague.toml --json");
+        assert_eq!((ran.code, ran.json()["refusal"]["kind"].as_str()), (Some(2), Some("weak")), "{ran:?}");
     }
 }
 
