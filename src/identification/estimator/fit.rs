@@ -352,8 +352,9 @@ impl<T: Real> Fit<T> {
     pub fn put_centre_covariance_column(&self, covariance: &mut Matrix6<T>, column: usize) {
         let first = self.equations.unknowns() - CENTRE_UNKNOWNS;
         let of_all = self.equations.covariance_column(first + column, first);
-        for (i, entry) in of_all.iter().skip(first).take(CENTRE_UNKNOWNS).enumerate() {
-            covariance[(i, column)] = *entry;
+        let entries = of_all.iter().skip(first).copied();
+        if column < CENTRE_UNKNOWNS {
+            covariance.column_mut(column).iter_mut().zip(entries).for_each(|(entry, of_all)| *entry = of_all);
         }
     }
 }
