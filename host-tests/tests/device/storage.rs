@@ -50,8 +50,8 @@ fn a_step_starts_one_operation_and_returns() {
         steps += 1;
     }
     assert_eq!(outcomes, [Stored::Journal(Ok(())), Stored::Record(Ok(())), Stored::Parameters(Ok(()))]);
-    // 2 words of the journal; 40 words, a commit word and 2 pages; 190 words, a commit word and 2 pages
-    assert_eq!(storage.flash().operations(), 2 + 43 + 193);
+    // 2 words of the journal; 80 words, a commit word and 2 pages; 190 words, a commit word and 2 pages
+    assert_eq!(storage.flash().operations(), 2 + 83 + 193);
     assert!(steps > storage.flash().operations(), "{steps} steps");
     assert_eq!(found(&storage), (Some(1), Some(1), Some(7)));
 }
@@ -66,7 +66,7 @@ fn the_journal_never_runs_ahead_of_the_record() {
         before.store(&record(1)).unwrap();
         before.finish().unwrap();
         let operations = before.flash().operations();
-        for cut in 0..45 {
+        for cut in 0..85 {
             let mut flash = before.flash().fork(cut.into());
             flash.cut_after(cut);
             let mut storage = Storage::new(flash, 0);

@@ -27,6 +27,9 @@ const FLOOR: f64 = 0.5;
 /// anatomies above; without, 87 to 98.7 %.
 const VARIANCE_FACTOR: f64 = 1.5;
 
+/// Of the scatter's variance, what is taken for motion that φ does not explain.
+const LACK_OF_FIT: f64 = 0.64;
+
 /// How the joint centre moves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MovingCentre<T> {
@@ -88,9 +91,9 @@ impl<T: Real> MovingCentre<T> {
         equations.add_squares(weight * residual * residual);
     }
 
-    /// Variance that φ does not explain, along each axis, mm²: (half of the scatter)².
+    /// Variance that φ does not explain, along each axis, mm²: [`LACK_OF_FIT`] of the scatter's.
     pub fn lack_of_fit_mm2(&self) -> T {
-        self.scatter.variance_mm2() * T::of(0.25)
+        self.scatter.variance_mm2() * T::of(LACK_OF_FIT)
     }
 
     /// By how much the covariance of the fit is widened for what φ does not explain.
