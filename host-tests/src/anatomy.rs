@@ -179,7 +179,9 @@ mod tests {
         for person in 0..8 {
             let rms = |follow: f64| {
                 let shoulder = Shoulder::new(person, follow);
-                let squares = (0..12).map(|k| shoulder.displacement_mm(&tilted(f64::from(k) * 0.5236)).norm_squared());
+                let squares = (0..12).map(|k| {
+                    shoulder.displacement_mm(&tilted(f64::from(k) * std::f64::consts::FRAC_PI_6)).norm_squared()
+                });
                 libm::sqrt(squares.sum::<f64>() / 12.0)
             };
             let (thorax, half, blade) = (rms(0.0), rms(0.5), rms(1.0));

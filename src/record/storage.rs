@@ -41,6 +41,7 @@ pub struct Storage<F> {
 
 /// What may happen to the record's pages.
 #[derive(Debug)]
+#[allow(clippy::large_enum_variant, reason = "there is no heap to put the image on, and there is one of it")]
 enum RecordWork {
     Replace(Replacement<Image, IMAGE_LEN>),
     Erase(Erasure<IMAGE_LEN>),

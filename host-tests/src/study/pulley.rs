@@ -139,7 +139,7 @@ impl Case {
             let to_end = home.ends_mm()[k] + home.centre_mm() - base[k];
             let along_base = tangent(&base[k], &to_end);
             // {P} has its z axis away from the base as {B} has: what is left in the one is left in the other.
-            let turn = if k % 2 == 0 { -1.0 } else { 1.0 };
+            let turn = if k.is_multiple_of(2) { -1.0 } else { 1.0 };
             let along_platform = Vector3::z().cross(&(end - middle)).normalize() * turn;
             CableEnds {
                 base_mm: base[k] + along_base * half,

@@ -9,13 +9,19 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+/// Puts the number of one key into a tolerance.
+type SetTolerance = fn(&mut Tolerance<f64>, f64);
+
 /// The keys of `[tolerance]`.
-const TOLERANCES: [(&str, fn(&mut Tolerance<f64>, f64)); 4] = [
+const TOLERANCES: [(&str, SetTolerance); 4] = [
     ("base", |tolerance, value| tolerance.base_mm = value),
     ("edges", |tolerance, value| tolerance.edges_mm = value),
     ("zero", |tolerance, value| tolerance.offset_mm = value),
     ("drum", |tolerance, value| tolerance.drum = value),
 ];
+
+/// The section `[tolerance]` and what it says.
+type ToleranceSection<'t, 'a> = (&'t Spanned<DeValue<'a>>, Tolerance<f64>);
 
 /// A key of `[tolerance]`, its number, its place, and the tolerance with all keys so far.
 type ToleranceKey = (&'static str, f64, Range<usize>, Tolerance<f64>);
@@ -54,10 +60,7 @@ impl<'a> Source<'a> {
     }
 
     /// The section `[tolerance]`, and what it says; what it leaves out is exact.
-    pub(super) fn tolerance<'t>(
-        &self,
-        table: &'t DeTable<'a>,
-    ) -> Result<Option<(&'t Spanned<DeValue<'a>>, Tolerance<f64>)>, InputError> {
+    pub(super) fn tolerance<'t>(&self, table: &'t DeTable<'a>) -> Result<Option<ToleranceSection<'t, 'a>>, InputError> {
         let Some(section) = table.get("tolerance") else { return Ok(None) };
         let tolerance = self.tolerances(table)?.pop().map_or(Tolerance::exact(), |(_, _, _, tolerance)| tolerance);
         Ok(Some((section, tolerance)))
