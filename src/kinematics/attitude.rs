@@ -68,7 +68,7 @@ impl<T: Real> AttitudeSearch<T> {
         Self { next_mode: 0, under_way: None, best: None }
     }
 
-    /// Goes on with the next mode, [`STEPS_A_CALL`] Gauss-Newton steps at most; true when the last mode is through. The
+    /// Goes on with the next mode, `STEPS_A_CALL` Gauss-Newton steps at most; true when the last mode is through. The
     /// lengths are those of the first call.
     pub fn advance(&mut self, solver: &AttitudeSolver<'_, T>, lengths: &CableLengths<T>, cables: CableSet) -> bool {
         let (mut attitude, left) =

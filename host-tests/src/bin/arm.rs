@@ -12,7 +12,7 @@ use std::process::ExitCode;
 #[derive(Parser)]
 #[command(name = "cargo arm", bin_name = "cargo arm --")]
 struct Arguments {
-    /// The arm: [shoulder], [elbow], [wrist] with log, rig and posture; [upper_arm], [forearm]; hand
+    /// The arm: the tables `shoulder`, `elbow` and `wrist` with log, rig and posture; `upper_arm`, `forearm`; `hand`
     #[arg(value_name = "ARM.toml")]
     arm: PathBuf,
     /// Print one JSON object instead of a table

@@ -182,7 +182,7 @@ impl<T: Real> Estimator<T> {
         &self.fit.centre
     }
 
-    /// What the held phase has found, once this estimator (set to [`JointChoice::Held`](super::JointChoice::Held)) has
+    /// What the held phase has found, once this estimator (set to [`JointChoice::Held`]) has
     /// come to a result: the joint centre in the platform for the free phase.
     pub fn held_centre(&self) -> Option<HeldCentre<T>> {
         match (&self.stage, &self.fit.joint) {

@@ -3,7 +3,7 @@
 //! Four cables determine it without a start; two or three do with a drawing. Each pose has one unknown of its own, its
 //! angle, which is eliminated, so that k cables give k − 1 equations a pose.
 //!
-//! 1. **Start**: hinges that cross the limb beyond the base's ring, spread evenly ([`STARTS`](starts)), the poses' angles
+//! 1. **Start**: hinges that cross the limb beyond the base's ring, spread evenly (`starts`), the poses' angles
 //!    searched over the circle; or the drawing.
 //! 2. **Fit**: Levenberg-Marquardt from the cheapest of them, then with the machine's constants and their priors.
 //! 3. **Judge**: χ²; poses that contradict the others are weighted down (graduated non-convexity) and left out; a second

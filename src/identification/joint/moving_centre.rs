@@ -91,7 +91,7 @@ impl<T: Real> MovingCentre<T> {
         equations.add_squares(weight * residual * residual);
     }
 
-    /// Variance that φ does not explain, along each axis, mm²: [`LACK_OF_FIT`] of the scatter's.
+    /// Variance that φ does not explain, along each axis, mm²: 0.64 of the scatter's.
     pub fn lack_of_fit_mm2(&self) -> T {
         self.scatter.variance_mm2() * T::of(LACK_OF_FIT)
     }
