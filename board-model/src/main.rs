@@ -9,7 +9,7 @@ use clap::Parser;
 use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, Rig};
 use host_tests::firmware;
 use host_tests::packages::Consent;
-use host_tests::rehearse::{self, Display, Options, Status};
+use host_tests::rehearse::{self, Display, KnownMachine, Options, Status};
 use host_tests::wearer::{Wearer, WearerSettings};
 use std::process::ExitCode;
 use std::rc::Rc;
@@ -19,12 +19,12 @@ use std::{error, io};
 fn main() -> Result<ExitCode, Box<dyn error::Error>> {
     let path = firmware::build(firmware::Image::NUCLEO_G474RE, Consent::Given)?;
     let image = Rc::new(Image::read(&path)?);
-    let rig = Rig::shoulder(ASSUMED_BASE_RADIUS_MM).map_err(|error| io::Error::other(error.text()))?;
+    let known = KnownMachine::compiled_in()?;
     let options = Options::parse();
-    let mut wearer = Wearer::new(rig, options.wearer());
+    let mut wearer = Wearer::new(known.double, options.wearer());
     let mut board = Board::new(image, 1);
     let began = Instant::now();
-    let report = rehearse::rehearse(&mut board, &mut wearer, &rig, &options, &Display::Lines, None);
+    let report = rehearse::rehearse(&mut board, &mut wearer, &known, &options, &Display::Lines, None);
     println!("{report}");
     let by_button = press_through(&mut board, &options);
     match &by_button {

@@ -86,7 +86,7 @@ fn attitude(machine: &Machine, counts: &[i32; CABLES], before: Known) -> Option<
     if !matches!(set.standing, Standing::Confirmed | Standing::Unconfirmed) {
         return None;
     }
-    let lengths = CableLengths::from_counts(machine.rig.drum(), counts).ok()?.less(&set.offsets_mm).ok()?;
+    let lengths = CableLengths::from_counts(&machine.rig, counts).ok()?.less(&set.offsets_mm).ok()?;
     let centre = JointCentre::from_parameters(&set.parameters, &machine.geometry);
     let solver = AttitudeSolver { geometry: &machine.geometry, centre: &centre };
     match before {
