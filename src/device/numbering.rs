@@ -39,7 +39,11 @@ impl Numbering {
     /// Takes in a sample of the encoders.
     pub fn sample(&mut self, counts: &[i32; CABLES], mm_per_count: f32) {
         if let Some(asked) = self.asked.as_mut().filter(|asked| asked.moved.is_none()) {
-            asked.moved = alone(&asked.from, counts, mm_per_count);
+            match alone(&asked.from, counts, mm_per_count) {
+                // a cable that was pulled before is let go
+                Some(moved) if self.found & bit(moved) != 0 => asked.from = *counts,
+                moved => asked.moved = moved,
+            }
             if asked.moved == Some(asked.cable) {
                 self.found |= bit(asked.cable);
             }
@@ -133,7 +137,11 @@ mod tests {
         assert_eq!(numbering.ask(3, [7; CABLES]), (Reason::CableNotPulled, 0b10));
         numbering.sample(&[7, 7, 7, 7, 307, 7], 0.02);
         assert_eq!(numbering.ask(3, [7; CABLES]), (Reason::WrongCable, 5));
-        // it is asked for anew
-        assert_eq!(numbering.ask(3, [7; CABLES]), (Reason::CableNotPulled, 0b10));
+        // it is asked for anew, and the cable pulled before is let go meanwhile
+        assert_eq!(numbering.ask(3, [7, 607, 7, 7, 7, 7]), (Reason::CableNotPulled, 0b10));
+        numbering.sample(&[7, 307, 7, 7, 7, 7], 0.02);
+        numbering.sample(&[7, 7, 7, 7, 7, 7], 0.02);
+        numbering.sample(&[7, 7, 607, 7, 7, 7], 0.02);
+        assert_eq!(numbering.ask(3, [7; CABLES]), (Reason::Fine, 0b110));
     }
 }
