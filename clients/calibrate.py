@@ -54,7 +54,7 @@ def calibrate(client):
             centre[name, str(m["axis"])] = f"{m['value']:9.3f} +- {m['sigma']:.3f} mm"
         elif name == "Verification":
             verification = m
-        elif name == "Versions" or (name == "Heartbeat" and m["state"] == "Idle"):  # at power-up, and after it
+        elif name == "Versions" or (name == "Heartbeat" and m["state"] == "Idle" and not verification):
             sys.exit(f"the device was restarted; run {run} is lost, the old centre stays in use")
         elif name == "Outcome" and m["run_id"] == run and m["reason"] == "Fine":  # complete, and not decided yet
             for axis in "xyz":
