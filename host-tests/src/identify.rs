@@ -87,9 +87,7 @@ pub fn run(request: &Request) -> Result<Finding, InputError> {
     let machine = machine(request.rig.as_deref())?;
     let noise_mm = request.noise_mm.unwrap_or(machine.rig.length_noise_mm());
     let log = log(&request.lengths, &machine.rig)?;
-    // a board that nobody told otherwise takes the shoulder as it is drawn
-    let board_rig = if request.rig.is_some() { machine.rig } else { rig_file::drawn_rig()? };
-    let of_board = board_calculation::note(&log, &board_rig).map(|note| format!("{}: {note}", log.file()));
+    let of_board = board_calculation::note(&log, &machine.rig).map(|note| format!("{}: {note}", log.file()));
     let log = log.with_repeated_rows_merged(noise_mm);
     let second = match request.verify.as_deref() {
         Some(path) => Some(self::log(path, &machine.rig)?),

@@ -42,14 +42,6 @@ pub fn default_rig() -> Result<Rig<f64>, InputError> {
         .map_err(|error| InputError::Request(error.text().to_owned()))
 }
 
-/// The shoulder, taken as it is drawn: what a board goes by until its parameters are set.
-///
-/// # Errors
-/// As [`default_rig`].
-pub fn drawn_rig() -> Result<Rig<f64>, InputError> {
-    Rig::shoulder(ASSUMED_BASE_RADIUS_MM).map_err(|error| InputError::Request(error.text().to_owned()))
-}
-
 /// A rig in another precision.
 ///
 /// # Errors

@@ -24,10 +24,13 @@ pub const ERROR_LIMIT_WITH_MACHINE_NM: u64 = 500_000;
 /// Most instructions of a slice of the estimator, however hard the set: a control loop that shares the main loop waits so
 /// long.
 pub const SLICE_LIMIT: u64 = 10_000;
+/// The same with the machine's own parameters: one row of their normal equations is not divided further yet.
+pub const SLICE_LIMIT_WITH_MACHINE: u64 = 12_500;
 
 /// The limit of the longest piece of a path, if it has one beside the growth.
 fn piece_limit(path: &str) -> Option<u64> {
-    path.ends_with("-slice").then_some(SLICE_LIMIT)
+    let limit = if path.contains("machine") { SLICE_LIMIT_WITH_MACHINE } else { SLICE_LIMIT };
+    path.ends_with("-slice").then_some(limit)
 }
 
 /// The limit for a path by its name in the speed image.
