@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import struct
 import subprocess
 from pathlib import Path
 
@@ -124,7 +125,9 @@ def test_a_recorded_run_identifies_the_centre_that_the_board_found(
     ran = subprocess.run([identify, path, "--json"], capture_output=True, text=True)
     note = next(line for line in ran.stderr.splitlines() if "the board found" in line)
     assert "in run 1; its calculation gives the same here, to the last digit" in note, ran
-    assert [float(word) for word in note.split("the board found ")[1].split()[:3]] == pytest.approx(centre, abs=1e-6)
+    # printed with as many digits as a single-precision number needs
+    shown = [struct.pack("<f", float(word)) for word in note.split("the board found ")[1].split()[:3]]
+    assert shown == [struct.pack("<f", value) for value in centre]
     # the table of its poses, on the machine that is compiled in
     csv = tmp_path / "poses.csv"
     assert main(["poses", str(path), "-o", str(csv)]) == 0
