@@ -41,7 +41,7 @@ pub enum Standing {
     Confirmed = 1,
     /// It came from the record at power-up, and neither motion nor a person has confirmed it yet.
     Unconfirmed = 2,
-    /// Something has slipped or is in doubt: it must not be used until somebody decides.
+    /// Something has slipped or may have: it must not be used until somebody decides.
     NotToBeUsed = 3,
 }
 

@@ -25,6 +25,7 @@ mod live;
 mod live_joint;
 mod lock;
 mod numbering;
+mod outgoing;
 mod parameters;
 mod persistence;
 mod report;
@@ -44,10 +45,9 @@ pub use status_led::BlinkPattern;
 
 use crate::can::command::Request;
 use crate::can::health::BusHealth;
-use crate::can::identity::Identity;
 use crate::can::status::{Answer, Counters, Versions};
 use crate::can::watch::WatchReport;
-use crate::can::{BaseId, Frame, Message, ParameterAnswer, ParameterRequest};
+use crate::can::{BaseId, Frame, ParameterAnswer, ParameterRequest};
 use crate::kinematics::PlatformSolver;
 use crate::parameters::ParameterSet;
 use crate::procedure::{Limits, PoseNotice, Procedure, Reason, StateName};
@@ -381,27 +381,5 @@ impl Device {
     #[inline(never)]
     fn renew_monitor(&mut self) {
         self.slip_monitor = SlipMonitor::over(self.procedure.machine(), self.procedure.live());
-    }
-
-    /// Sends a message; a value that does not fit becomes a fault instead of a number.
-    fn send(&mut self, message: &Message, out: &mut impl FnMut(Action)) {
-        match message.pack(self.base) {
-            Ok(frame) => out(Action::Send(frame)),
-            Err(_) => {
-                self.reporter.spoil();
-                self.note_unsendable();
-            }
-        }
-    }
-
-    fn note_unsendable(&mut self) {
-        self.counters.unsendable = self.counters.unsendable.saturating_add(1);
-        self.unsendable.happened(1);
-    }
-
-    /// Which board, which boot, whose arm.
-    fn identity(&self) -> Identity {
-        // modulo 2^16
-        Identity { serial: self.serial, boot: self.boot as u16, wearer: self.procedure.wearer() }
     }
 }

@@ -3,7 +3,7 @@
 use super::clock::{CORE_HZ, SAMPLES_HZ};
 use crate::rig::Drum;
 
-/// Most counts that may pass between two samples of a 16-bit timer, so that it is told forwards from backwards.
+/// Most counts that may pass between two samples of a 16-bit timer, so that forwards is distinguished from backwards.
 pub const MAX_COUNTS_A_SAMPLE: u32 = 1 << 15;
 
 /// Clock periods for which an input of a timer must keep its level to be believed: eight samples at a thirty-second of

@@ -32,6 +32,7 @@
 //! Every state's time is watched here and nowhere else.
 
 pub mod arm;
+mod between_runs;
 pub mod captured;
 mod commands;
 pub mod encoders;
@@ -171,7 +172,7 @@ impl Procedure {
     #[inline(always)]
     pub fn new(rig: Rig<f32>, limits: Limits) -> Self {
         let zero_prior_mm = limits.settings().zero_prior_mm;
-        let machine = Machine::with_offset_prior(&rig, offset_prior_mm(&rig, zero_prior_mm));
+        let machine = Machine::with_offset_prior(&rig, rig.offset_prior_mm(zero_prior_mm));
         Self {
             arm: Arm::new(&limits),
             work: Work::new(&machine, &rig),
@@ -194,76 +195,15 @@ impl Procedure {
         }
     }
 
-    /// Goes on after a power-down: in which boot, and from which run id on. Nothing has happened yet since power-up.
-    pub fn resume_at(&mut self, boot: u16, last_run_id: u16) {
-        if matches!(self.state, State::Idle) && self.run.id == 0 {
-            self.boot = boot;
-            self.run.id = last_run_id;
-        }
-    }
-
-    /// Takes over the centre of an earlier run, of before the power was switched off.
-    ///
-    /// # Errors
-    /// What about it cannot be; there is no centre in use then.
-    pub fn resume(&mut self, live: Candidate) -> Result<(), Reason> {
-        self.check_plausible(&live.identified).map_err(|detail| detail.reason)?;
-        if matches!(self.state, State::Idle) {
-            self.live = Some(live);
-        }
-        Ok(())
-    }
-
-    /// Sets whose arm the runs to come are made for; 0 = not said. Not while a run is under way.
-    pub fn set_wearer(&mut self, wearer: u16) -> Reason {
-        if !matches!(self.state, State::Idle | State::Failed) {
-            return Reason::AlreadyRunning;
-        }
-        self.wearer = wearer;
-        Reason::Fine
-    }
-
-    /// Whose arm the runs to come, or the one under way, are made for.
-    pub const fn wearer(&self) -> u16 {
-        self.wearer
-    }
-
-    /// The boot that is under way.
-    pub const fn boot(&self) -> u16 {
-        self.boot
-    }
-
     /// The limits of a run.
     pub const fn limits(&self) -> &Limits {
         &self.limits
-    }
-
-    /// How well the encoder zeros are known in the runs to come, 1σ, mm; 0 = as the rig's tolerance says.
-    pub const fn zero_prior_mm(&self) -> f32 {
-        self.zero_prior_mm
     }
 
     /// Looks whether a centre can be one on this rig.
     fn check_plausible(&self, identified: &Identified<f32>) -> Result<(), Detail> {
         let limits = &self.limits.settings().plausibility;
         limits.check(self.rig.nominal(), &identified.parameters, &identified.sigma_mm(), &identified.offsets_mm)
-    }
-
-    /// Sets how well the encoder zeros are known in the runs to come, 1σ, mm, until power-down; 0 = as the
-    /// rig's tolerance says. Not while a run is under way: its poses were collected for another question.
-    ///
-    /// Every run begins from the raw lengths, never from lengths corrected by the zeros in use: an error in these cannot
-    /// get into the next centre, and the standard deviation of a run depends on its own poses and the stated prior alone.
-    pub fn set_zero_prior(&mut self, prior_mm: f32) -> Reason {
-        if !matches!(self.state, State::Idle | State::Failed) {
-            return Reason::AlreadyRunning;
-        }
-        if !(prior_mm >= 0.0 && prior_mm.is_finite()) {
-            return Reason::BadArgument;
-        }
-        self.zero_prior_mm = prior_mm;
-        self.machine.set_offset_prior(offset_prior_mm(&self.rig, prior_mm));
-        Reason::Fine
     }
 
     /// Poses in the first set before it can be good enough: more when the zeros must be found from them as well.
@@ -419,9 +359,4 @@ impl Procedure {
             self.ending = Some(Ending { run_id: self.run.id, detail });
         }
     }
-}
-
-/// How well the encoder offsets are known, 1σ, mm: homing is never better than the rig's tolerance.
-fn offset_prior_mm(rig: &Rig<f32>, zero_prior_mm: f32) -> f32 {
-    zero_prior_mm.max(rig.tolerance().offset_mm)
 }

@@ -135,7 +135,7 @@ reasons! {
     OneAxis = 49, "all poses turn about one axis", "move the arm in another plane as well";
     Weak = 50, "the poses leave the centre too uncertain in one direction", "follow the guidance: spread the poses wider";
     TooManyOutliers = 51, "too many readings contradict the others", "look for a slack cable, then start again";
-    NotABall = 52, "the centre wanders more than the encoders' noise explains", "capture at least 18 poses, so that a moving centre can be told from a loose strap; tighten the strap";
+    NotABall = 52, "the centre migrates more than the encoders' noise explains", "capture at least 18 poses, so that a moving centre is distinguished from a loose strap; tighten the strap";
     PoseDoesNotClose = 53, "the lengths of the named pose do not fit the platform", "look for a slack cable, then start again";
     NotConverged = 54, "the iteration did not settle", "capture more and wider poses";
     Singular = 55, "the equations have no single solution", "move the arm in another plane as well";

@@ -200,6 +200,12 @@ impl<T: Real> Rig<T> {
         self.cables.as_ref()
     }
 
+    /// How well the encoder offsets are known in a run that states them to `stated_mm`, 1σ, mm: homing is never better than the
+    /// rig's tolerance.
+    pub fn offset_prior_mm(&self, stated_mm: T) -> T {
+        stated_mm.max(self.tolerance.offset_mm)
+    }
+
     /// How well the machine is known, 1σ.
     pub fn tolerance(&self) -> &Tolerance<T> {
         &self.tolerance

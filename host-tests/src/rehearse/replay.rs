@@ -18,11 +18,7 @@ pub fn identify<T: Real>(
     lengths_mm: &[[f32; CABLES]],
     zero_prior_mm: f64,
 ) -> Result<Identified<T>, Refusal> {
-    // 0 leaves the rig's own tolerance, as on the board.
-    let machine = match zero_prior_mm {
-        0.0 => Machine::new(rig),
-        _ => Machine::with_offset_prior(rig, T::of(zero_prior_mm)),
-    };
+    let machine = Machine::with_offset_prior(rig, rig.offset_prior_mm(T::of(zero_prior_mm)));
     estimate(&machine, rig, EstimatorSettings::for_rig(rig), &lengths(lengths_mm)?).outcome
 }
 

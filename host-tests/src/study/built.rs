@@ -133,10 +133,14 @@ fn drawn_end_points_mm(rig: &Rig<f64>) -> [Vector3<f64>; POINTS] {
     *arm.end_points_mm()
 }
 
-/// The rigid motion that brings `from` nearest to `to` (Kabsch 1976).
+/// The rigid motion that brings `from` nearest to `to` (Kabsch 1976). Of two points, the smallest rotation.
 pub fn best_fit(from: &[Vector3<f64>], to: &[Vector3<f64>]) -> (Matrix3<f64>, Vector3<f64>) {
     let middle = |points: &[Vector3<f64>]| points.iter().sum::<Vector3<f64>>() / points.len() as f64;
     let (a, b) = (middle(from), middle(to));
+    if let ([p, q], [r, s]) = (from, to) {
+        let turn = Rotation3::rotation_between(&(q - p), &(s - r)).unwrap_or_else(Rotation3::identity).into_inner();
+        return (turn, b - turn * a);
+    }
     let covariance: Matrix3<f64> = from.iter().zip(to).map(|(p, q)| (p - a) * (q - b).transpose()).sum();
     let svd = covariance.svd(true, true);
     let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else { return (Matrix3::identity(), b - a) };

@@ -1,6 +1,6 @@
 //! The record's flash: a file of the host, by semihosting, with the words and pages of the drive board's.
 //!
-//! The emulator is told the file's path on its command line (`-semihosting-config arg=record=PATH`). It has no flash that
+//! The emulator gets the file's path on its command line (`-semihosting-config arg=record=PATH`). It has no flash that
 //! keeps what is written to it, and no power to cut; what a power cut does is tested on the host.
 
 use cortex_m_semihosting::{nr, syscall};
@@ -27,7 +27,7 @@ const ERASED: u8 = 0xFF;
 /// Why the file did not serve as flash.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FileError {
-    /// The emulator was not told a path.
+    /// The emulator's command line has no path.
     NoPath,
     /// The host refused.
     Host,

@@ -69,7 +69,7 @@ fn inlier_limit<T: Real>(cables: usize) -> T {
 pub(super) fn leave_out<T: Real>(
     fit: &mut Fit<T>,
     poses: &mut [HingePose<T>],
-    fewest: usize,
+    min_poses: usize,
 ) -> Result<(), HingeRefusal> {
     let mut scale = poses.iter().fold(T::of(FINAL_SCALE), |worst, pose| worst.max(pose.chi_square));
     for _ in 0..MAX_PASSES {
@@ -90,7 +90,7 @@ pub(super) fn leave_out<T: Real>(
             pose.weight = if pose.chi_square <= limit { T::one() } else { T::zero() };
         }
         let rejected = poses.iter().filter(|pose| !pose.is_used()).count();
-        if 5 * rejected > poses.len() || poses.len() - rejected < fewest {
+        if 5 * rejected > poses.len() || poses.len() - rejected < min_poses {
             return Err(HingeRefusal::TooManyOutliers { rejected: rejected as u32, poses: poses.len() as u32 });
         }
         fit.minimise(poses, LAST_TRIALS, false);

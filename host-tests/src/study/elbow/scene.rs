@@ -1,5 +1,6 @@
 //! A virtual elbow: a built machine, the hinge of the arm in it, and what the encoders read.
 
+use crate::study::built::best_fit;
 use crate::study::scene::{normal, symmetric};
 use glenoid::identification::hinge::{Hinge, HingeRig, MAX_CABLES};
 use glenoid::rig::{CableEnds, Pulley, RigError, Tolerance};
@@ -206,20 +207,4 @@ pub fn across(axis: &Vector3<f64>) -> [Vector3<f64>; 2] {
 /// Flexions, uniform from 0 to `most_deg`; an elbow bends to one side.
 pub fn flexions_rad(random: &mut impl Rng, poses: usize, most_deg: f64) -> Vec<f64> {
     (0..poses).map(|_| -random.random_range(0.0..=most_deg).to_radians()).collect()
-}
-
-/// The rigid motion that brings `from` nearest to `to` (Kabsch 1976). Of two points, the smallest rotation.
-pub fn best_fit(from: &[Vector3<f64>], to: &[Vector3<f64>]) -> (Matrix3<f64>, Vector3<f64>) {
-    let middle = |points: &[Vector3<f64>]| points.iter().sum::<Vector3<f64>>() / points.len() as f64;
-    let (a, b) = (middle(from), middle(to));
-    if let ([p, q], [r, s]) = (from, to) {
-        let turn = Rotation3::rotation_between(&(q - p), &(s - r)).unwrap_or_else(Rotation3::identity).into_inner();
-        return (turn, b - turn * a);
-    }
-    let covariance: Matrix3<f64> = from.iter().zip(to).map(|(p, q)| (p - a) * (q - b).transpose()).sum();
-    let svd = covariance.svd(true, true);
-    let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else { return (Matrix3::identity(), b - a) };
-    let sign = (v_t.transpose() * u.transpose()).determinant().signum();
-    let turn = v_t.transpose() * Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, sign)) * u.transpose();
-    (turn, b - turn * a)
 }
