@@ -30,6 +30,7 @@ mod parameters;
 mod persistence;
 mod report;
 mod requests;
+mod seal;
 mod sets;
 mod shown;
 mod slip_monitor;
@@ -347,7 +348,7 @@ impl Device {
 
     /// There is computing to do: tick again as soon as there is time.
     pub fn is_busy(&self) -> bool {
-        self.procedure.is_busy()
+        self.procedure.is_busy() || self.slip_monitor.is_busy()
     }
 
     /// The calibration procedure, to look at.
@@ -363,6 +364,7 @@ impl Device {
         if core::mem::take(&mut self.monitor_is_due) {
             self.renew_monitor();
         }
+        self.monitor_tick(out);
         if let Some(notice) = self.procedure.tick(now_ms) {
             self.note_pose(now_ms, &notice, out);
         }

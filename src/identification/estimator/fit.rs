@@ -6,10 +6,9 @@ use crate::identification::machine::{Machine, MachineEstimate};
 use crate::identification::marginal_information::{MarginalInformation, own_centre};
 use crate::identification::noise::Residuals;
 use crate::identification::outcome::{Identified, rms_residual};
-use crate::identification::parameters::{
-    CENTRE_UNKNOWNS, CentreSums, Equations, ParameterBlock, PoseAt, Rows, add_pose_of_pass, sensitivity,
-};
+use crate::identification::parameters::{CENTRE_UNKNOWNS, CentreSums, Equations, MAX_UNKNOWNS, ParameterBlock, PoseAt};
 use crate::identification::pose::{Pose, PoseState};
+use crate::identification::pose_in_work::PoseInWork;
 use crate::identification::refusal::Refusal;
 use crate::identification::settings::{EstimatorSettings, Noise};
 use crate::identification::weights::Weights;
@@ -24,10 +23,8 @@ use nalgebra::{Matrix3, Matrix6, Vector3};
 /// does not determine.
 const OWN_CENTRE_RIDGE: f64 = 0.02;
 
-/// Rows of the Cholesky factor a slice: the last two of 60 unknowns take 10 000 cycles of a Cortex-M4F.
-const ROWS_A_SLICE: usize = 2;
-/// Unknowns up to which the whole factor is one slice.
-const FEW_UNKNOWNS: usize = 12;
+/// Multiplications of a slice of the Cholesky factor.
+const PRODUCTS_A_SLICE: usize = 900;
 
 /// Everything that the stages work on.
 #[derive(Clone, Debug)]
@@ -38,6 +35,10 @@ pub(super) struct Fit<T: Real> {
     pub joint: Joint<T>,
     /// Of the pass under way; factored at its end.
     pub equations: Equations<T>,
+    /// The pose that is being added, when there are parameters beside the centre.
+    pub in_work: Option<PoseInWork<T>>,
+    /// Linear functions of the unknowns whose covariance is wanted, whitened one after the other.
+    pub rows: [[T; MAX_UNKNOWNS]; 6],
     /// Information on O and C of the last pass with all other unknowns taken as known, for a noise of 1 mm.
     pub centre_information: Matrix6<T>,
     /// Why the ball was refused, once it was.
@@ -57,12 +58,11 @@ pub(super) struct Fit<T: Real> {
 pub(super) struct SeenPose<T> {
     /// Rotation from {P} to {B}.
     pub rotation: Matrix3<T>,
-    /// Its information, rotation and scatter eliminated.
-    pub scattered: MarginalInformation<T>,
+    /// S and S δ̂, rotation and scatter eliminated.
+    pub information: Matrix3<T>,
+    pub gradient_mm: Vector3<T>,
     /// S before the scatter was eliminated.
     pub unscattered: Matrix3<T>,
-    /// Derivative of S δ̂ with the unknowns.
-    pub sensitivity: Rows<T>,
     /// δ̂: its own centre less the model's, mm.
     pub own_centre_mm: Vector3<T>,
     /// Sum of its squared length residuals, mm².
@@ -78,6 +78,8 @@ pub(super) struct Pass<T> {
     pub used: usize,
     /// The search for the rotation of the next pose, or that it is over.
     search: Search<T>,
+    /// The columns of the pose in work are known.
+    has_columns: bool,
     /// Of O and C alone.
     centre: CentreSums<T>,
     /// Σ |S' δ̂|², mm²: the rate at which the squares fall with the scatter's variance.
@@ -111,6 +113,8 @@ impl<T: Real> Fit<T> {
             estimate: MachineEstimate::new(machine),
             joint: Joint::Ball,
             equations: Equations::new(0),
+            in_work: None,
+            rows: [[T::zero(); MAX_UNKNOWNS]; 6],
             centre_information: Matrix6::zeros(),
             ball_refusal: None,
             held: None,
@@ -146,6 +150,7 @@ impl<T: Real> Fit<T> {
 
     /// Begins a pass: the equations hold the priors only.
     pub fn begin_pass(&mut self, machine: &Machine<T>) -> Pass<T> {
+        self.in_work = None;
         self.equations.clear(self.parameters(machine) + CENTRE_UNKNOWNS);
         let model = Model { machine, estimate: &self.estimate, joint: &self.joint, features: None };
         model.add_prior(&mut self.equations, 0, self.residuals.noise_mm * self.residuals.noise_mm);
@@ -155,12 +160,19 @@ impl<T: Real> Fit<T> {
             let variance = self.residuals.noise_mm * self.residuals.noise_mm;
             held.add_prior(&mut self.equations, first, &self.centre.in_platform_mm, variance);
         }
-        Pass { next: 0, used: 0, search: Search::No, centre: CentreSums::default(), squared_gradients: T::zero() }
+        Pass {
+            next: 0,
+            used: 0,
+            search: Search::No,
+            has_columns: false,
+            centre: CentreSums::default(),
+            squared_gradients: T::zero(),
+        }
     }
 
     /// Adds the next pose of the pass with its weight and refines its rotation; false after the last. Poses whose χ² is
     /// above `reinitialise_above` are re-initialised from the known centre first, in the assembly mode that fits best: that
-    /// takes a call for each mode.
+    /// takes a call for each mode. With parameters beside the centre a pose takes some calls more.
     pub fn add_next_pose(
         &mut self,
         pass: &mut Pass<T>,
@@ -169,6 +181,15 @@ impl<T: Real> Fit<T> {
         weights: &Weights<T>,
         reinitialise_above: T,
     ) -> bool {
+        if let Some(in_work) = &mut self.in_work {
+            let model = Model { machine, estimate: &self.estimate, joint: &self.joint, features: in_work.features() };
+            if !pass.has_columns {
+                pass.has_columns = in_work.add_columns(&model);
+            } else if in_work.add_rows(&mut self.equations) {
+                self.in_work = None;
+            }
+            return true;
+        }
         let index = pass.next;
         let Some(pose) = poses.get_mut(index) else {
             pass.centre.move_to(&mut self.equations);
@@ -243,10 +264,13 @@ impl<T: Real> Fit<T> {
             }
             pass.used += 1;
             pass.squared_gradients += information.gradient_mm().norm_squared() * weight;
-            let at = PoseAt { rotation: &rotation, lengths: &lengths, jacobian: &jacobian };
-            let features = self.joint.features(&at);
-            let model = Model { machine, estimate: &self.estimate, joint: &self.joint, features };
-            add_pose_of_pass(&mut self.equations, &mut pass.centre, &model, &at, information, weight);
+            pass.centre.add(&rotation, information, weight);
+            self.equations.add_squares(information.squares_mm2() * weight);
+            if self.parameters(machine) > 0 {
+                let at = PoseAt { rotation: &rotation, lengths: &lengths, jacobian: &jacobian };
+                self.in_work = Some(PoseInWork::new(&at, information, self.joint.features(&at), weight));
+                pass.has_columns = false;
+            }
         }
     }
 
@@ -255,8 +279,9 @@ impl<T: Real> Fit<T> {
         self.joint.jacobian(self.estimate.geometry(), &self.centre, rotation, lengths)
     }
 
-    /// A pose at the present estimate, rotation and scatter eliminated; `None` without a rotation.
-    pub fn seen(&self, machine: &Machine<T>, pose: &Pose<T>) -> Option<SeenPose<T>> {
+    /// A pose at the present estimate, rotation and scatter eliminated, and the same to go to work: its columns follow.
+    /// `None` without a rotation.
+    pub fn seen(&self, machine: &Machine<T>, pose: &Pose<T>) -> Option<(SeenPose<T>, PoseInWork<T>)> {
         let lengths = self.estimate.corrected(machine, pose.lengths());
         let rotation = pose.rotation();
         let jacobian = self.jacobian(&rotation, &lengths);
@@ -265,16 +290,22 @@ impl<T: Real> Fit<T> {
         let mut scattered = information;
         scattered.add_scatter(self.joint.scatter_mm2() / variance);
         let at = PoseAt { rotation: &rotation, lengths: &lengths, jacobian: &jacobian };
-        let features = self.joint.features(&at);
-        let model = Model { machine, estimate: &self.estimate, joint: &self.joint, features };
-        Some(SeenPose {
+        let in_work = PoseInWork::new(&at, &scattered, self.joint.features(&at), T::one());
+        let seen = SeenPose {
             rotation,
-            sensitivity: sensitivity(&model, &at, &scattered),
+            information: scattered.information(),
+            gradient_mm: scattered.gradient_mm(),
             own_centre_mm: own_centre(&information.information(), &information.gradient_mm()),
             unscattered: information.information(),
             squares_mm2: information.squares_mm2(),
-            scattered,
-        })
+        };
+        Some((seen, in_work))
+    }
+
+    /// The columns of a pose in work, some a call; true when all are known.
+    pub fn add_columns(&self, machine: &Machine<T>, in_work: &mut PoseInWork<T>) -> bool {
+        let features = in_work.features();
+        in_work.add_columns(&Model { machine, estimate: &self.estimate, joint: &self.joint, features })
     }
 
     /// A copy of a pose with the rotation that fits best about the present centre; `None` when no rotation fits.
@@ -299,17 +330,24 @@ impl<T: Real> Fit<T> {
     /// # Errors
     /// [`Singular`] when the poses leave some combination of the unknowns undetermined.
     pub fn factor(&mut self) -> Result<bool, Singular> {
-        let unknowns = self.equations.unknowns();
         if self.equations.is_unfactored() {
             self.centre_information = self.equations.trailing_matrix();
         }
-        self.equations.factor_rows(if unknowns <= FEW_UNKNOWNS { unknowns } else { ROWS_A_SLICE })?;
+        self.equations.factor_some(PRODUCTS_A_SLICE)?;
         Ok(self.equations.is_factored())
     }
 
-    /// Takes the step of a pass and keeps its residuals. Returns the largest change of any unknown, mm.
+    /// The first half of the step of a pass, once factored.
+    pub fn begin_step(&mut self) {
+        let [row, ..] = &mut self.rows;
+        *row = *self.equations.gradient();
+        self.equations.solve_forwards(row, 0);
+    }
+
+    /// The second half, and its residuals. Returns the largest change of any unknown, mm.
     pub fn take_step(&mut self, machine: &Machine<T>, pass: &Pass<T>) -> T {
-        let step = self.equations.step();
+        let [mut step, ..] = self.rows;
+        self.equations.solve_backwards(&mut step, 0);
         let squares_mm2 = self.equations.squares_after(&step);
         let parameters = self.parameters(machine);
         let in_machine = self.estimate.count(machine);

@@ -10,7 +10,7 @@ use super::fit::{Fit, SeenPose};
 use super::result::Accepted;
 use crate::identification::joint::Joint;
 use crate::identification::machine::Machine;
-use crate::identification::parameters::MAX_UNKNOWNS;
+use crate::identification::parameters::{MAX_UNKNOWNS, Rows};
 use crate::identification::pose::Pose;
 use crate::identification::refusal::Refusal;
 use crate::linear_algebra::{NormalEquations, column, largest_eigenpair, non_negative_root};
@@ -59,6 +59,22 @@ pub(super) struct Inspect<T: Real> {
     /// Σ of the variance of the predicted centre across the arm and in all, mm².
     across_mm2: T,
     all_mm2: T,
+    step: Step<T>,
+}
+
+/// Where a pose stands.
+#[derive(Clone, Copy, Debug)]
+enum Step<T> {
+    /// The next one is to be looked at.
+    See,
+    /// The columns of its equations.
+    Columns(SeenPose<T>),
+    /// It is added.
+    Add(SeenPose<T>),
+    /// The covariance of the centre that is predicted in it, a row a slice.
+    Path(Matrix3<T>, usize),
+    /// The split before it, a row a slice.
+    Split(usize),
 }
 
 impl<T: Real> Inspect<T> {
@@ -73,31 +89,67 @@ impl<T: Real> Inspect<T> {
             residual: Matrix3::zeros(),
             across_mm2: T::zero(),
             all_mm2: T::zero(),
+            step: Step::See,
         }
     }
 
-    /// The next pose towards the first.
+    /// The next pose towards the first, a slice of it.
     pub fn advance(&mut self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &mut [Pose<T>]) -> Option<Stage<T>> {
-        let Some(index) = self.next.checked_sub(1) else { return Some(self.judge(fit)) };
-        self.next = index;
-        let pose = poses.get(index).filter(|pose| pose.is_used())?;
-        let seen = fit.seen(machine, pose)?;
-        self.seen += 1;
-        self.add(fit, machine, &seen);
-        let side = MIN_SIDE.max(fit.residuals.used / SIDE_SHARE);
-        if self.seen >= side && fit.residuals.used >= side + self.seen {
-            self.try_split(fit, index);
-        }
+        self.step = match self.step {
+            Step::See => {
+                let Some(index) = self.next.checked_sub(1) else { return Some(self.judge(fit)) };
+                self.next = index;
+                let pose = poses.get(index).filter(|pose| pose.is_used())?;
+                let (seen, in_work) = fit.seen(machine, pose)?;
+                self.seen += 1;
+                fit.in_work = Some(in_work);
+                Step::Columns(seen)
+            }
+            Step::Columns(seen) => {
+                let mut in_work = fit.in_work.take();
+                let are_known = in_work.as_mut().is_none_or(|in_work| fit.add_columns(machine, in_work));
+                fit.in_work = in_work;
+                if are_known { Step::Add(seen) } else { Step::Columns(seen) }
+            }
+            Step::Add(seen) => {
+                let in_work = fit.in_work.take();
+                if let Some(in_work) = &in_work {
+                    self.add(fit, &seen, &in_work.sensitivity());
+                }
+                fit.put_rows(&fit.path_rows(machine, &seen.rotation));
+                Step::Path(seen.rotation, 0)
+            }
+            Step::Path(rotation, row) if row < 3 => {
+                fit.whiten_row(row);
+                Step::Path(rotation, row + 1)
+            }
+            Step::Path(rotation, _) => {
+                self.add_path(fit, &rotation);
+                let side = MIN_SIDE.max(fit.residuals.used / SIDE_SHARE);
+                if self.seen >= side && fit.residuals.used >= side + self.seen {
+                    fit.rows = self.shared;
+                    Step::Split(0)
+                } else {
+                    Step::See
+                }
+            }
+            Step::Split(row) if row < self.shared.len() => {
+                fit.whiten_row(row);
+                Step::Split(row + 1)
+            }
+            Step::Split(_) => {
+                self.try_split(fit);
+                Step::See
+            }
+        };
         None
     }
 
-    fn add(&mut self, fit: &Fit<T>, machine: &Machine<T>, seen: &SeenPose<T>) {
-        let rotation = &seen.rotation;
-        let information = seen.scattered.information();
-        let gradient = seen.scattered.gradient_mm();
+    fn add(&mut self, fit: &Fit<T>, seen: &SeenPose<T>, sensitivity: &Rows<T>) {
+        let SeenPose { rotation, information, gradient_mm: gradient, .. } = seen;
         let turned = information * rotation;
         let in_platform = rotation.tr_mul(&turned);
-        let gradient_in_platform = rotation.tr_mul(&gradient);
+        let gradient_in_platform = rotation.tr_mul(gradient);
         for i in 0..3 {
             for j in 0..3 {
                 self.split.add_to_entry(3 + i, j, -turned[(j, i)]);
@@ -110,7 +162,7 @@ impl<T: Real> Inspect<T> {
             self.split.add_to_gradient(3 + i, -gradient_in_platform[i]);
         }
         // Of unknown u: Kᵤᵀ and -(Rᵀ Kᵤ)ᵀ.
-        let [x, y, z] = &seen.sensitivity;
+        let [x, y, z] = sensitivity;
         let [a, b, c, d, e, f] = &mut self.shared;
         let columns = x.iter().zip(y).zip(z).take(fit.equations.unknowns());
         let shared = a.iter_mut().zip(b).zip(c).zip(d).zip(e).zip(f);
@@ -126,22 +178,23 @@ impl<T: Real> Inspect<T> {
         }
         let own = seen.own_centre_mm;
         self.residual += own * own.transpose();
-        let covariance = fit.covariance_of(&fit.path_rows(machine, rotation));
+    }
+
+    /// Adds how well the centre is predicted in a pose: its rows are whitened.
+    fn add_path(&mut self, fit: &Fit<T>, rotation: &Matrix3<T>) {
+        let covariance = fit.covariance_of_whitened();
         let along = column(rotation, 2);
         self.all_mm2 += covariance.trace();
         self.across_mm2 += covariance.trace() - along.dot(&(covariance * along));
     }
 
-    /// By how much χ² would fall with another centre from pose `index` on: the Schur complement of the split.
-    fn try_split(&mut self, fit: &Fit<T>, index: usize) {
-        let mut whitened = self.shared;
-        whitened.iter_mut().for_each(|column| fit.equations.whiten(column));
+    /// By how much χ² would fall with another centre from the present pose on: the Schur complement of the split, whose
+    /// rows are whitened.
+    fn try_split(&mut self, fit: &Fit<T>) {
         let mut split = self.split;
-        let unknowns = fit.equations.unknowns();
         for i in 0..6 {
             for j in 0..=i {
-                let product = whitened[i].iter().zip(&whitened[j]).take(unknowns);
-                split.add_to_entry(i, j, -product.fold(T::zero(), |sum, (a, b)| sum + *a * *b));
+                split.add_to_entry(i, j, -fit.product_of_rows(&fit.rows, i, j));
             }
         }
         if split.factor().is_err() {
@@ -152,7 +205,7 @@ impl<T: Real> Inspect<T> {
         if self.best.is_none_or(|best| gain > best.gain) {
             let [x, y, z, u, v, w] = step;
             let (of_base, of_cuff) = (Vector3::new(x, y, z), Vector3::new(u, v, w));
-            self.best = Some(Split { pose: index, gain, of_base, of_cuff });
+            self.best = Some(Split { pose: self.next, gain, of_base, of_cuff });
         }
     }
 
