@@ -4,7 +4,10 @@ use super::command::{Desk, Ran};
 use super::recorded::{Log, shoulder};
 use crate::procedure::bench::Bench;
 use glenoid::can::{BaseId, Message, Opcode};
+use glenoid::parameters::ParameterSet;
 use glenoid::procedure::StateName;
+use glenoid::restart::Restart;
+use host_tests::wearer::WearerSettings;
 use std::fmt::Write;
 
 /// The lengths as the board sends them: singles.
@@ -146,9 +149,10 @@ fn a_recording_without_poses_or_with_something_else_in_it_says_so() {
     }
 }
 
-/// A whole run of a device in this process, as candump would record it.
+/// A whole run of a device in this process, with the parameters it was built with, as candump would record it.
 fn recorded_run() -> (String, Vec<Message>) {
-    let mut bench = Bench::new(8);
+    let config = ParameterSet::new().config(Restart::default(), 0).unwrap();
+    let mut bench = Bench::of(config, WearerSettings { seed: 8, noise_mm: 0.1, ..WearerSettings::default() });
     bench.command(Opcode::Start);
     let mut messages = bench.take_messages();
     while bench.state() != StateName::Review {
