@@ -42,6 +42,9 @@ struct Arguments {
     /// How long that person holds a pose, ms
     #[arg(long, value_name = "MS", default_value_t = 700)]
     hold: u32,
+    /// How long that person's movement from pose to pose takes, ms
+    #[arg(long = "move", value_name = "MS", default_value_t = 500)]
+    travel: u32,
     /// Install what is missing without asking
     #[arg(long)]
     yes: bool,
@@ -77,7 +80,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode, Box<dyn Error>> {
 
 impl Arguments {
     fn person(&self) -> Person {
-        Person { kind: self.person, seed: self.seed, noise_mm: 0.1, hold_ms: self.hold, move_ms: 500 }
+        Person { kind: self.person, seed: self.seed, noise_mm: 0.1, hold_ms: self.hold, move_ms: self.travel }
     }
 }
 
