@@ -57,6 +57,7 @@ def _parser() -> argparse.ArgumentParser:
 
     sub = command("calibrate", _calibrate, "Run a calibration, or join the one under way, and decide on its result.")
     sub.add_argument("--yes", action="store_true", help="accept a verified centre without asking")
+    sub.add_argument("--two-phases", action="store_true", help="hold the shoulder blade in the first poses")
     sub.add_argument("--new", action="store_true", help="abort a run under way and start another")
 
     command("numbering", _numbering, "Check that the cables are numbered as the rig says: pull one after the other.")
@@ -105,7 +106,7 @@ def _calibrate(options: argparse.Namespace) -> int:
         )
         joined = under_way and not options.new
         try:
-            result = calibrate(device, asker.decide, say=_say, anew=options.new)
+            result = calibrate(device, asker.decide, say=_say, anew=options.new, two_phases=options.two_phases)
         except KeyboardInterrupt:
             _say(after_interrupt(device, joined))
             return INTERRUPTED

@@ -40,7 +40,10 @@ def record(bus: can.BusABC, path: str | Path, seconds: float | None = None) -> i
     frames, end = 0, None if seconds is None else time.monotonic() + seconds
     try:
         while end is None or time.monotonic() < end:
-            frame = bus.recv(0.2)
+            try:
+                frame = bus.recv(0.2)
+            except Exception as error:  # each interface of python-can has errors of its own
+                raise DeviceError(f"the bus is gone ({error}); {frames} frames are in {path}") from error
             if frame is not None:
                 logger(frame)
                 frames += 1

@@ -19,7 +19,9 @@ import { words } from "./words.ts";
 const SILENCE_MS = 2000;
 /** A pose's lengths come by themselves; a board that does not send them is asked after so long. */
 const ASK_FOR_POSE_MS = 300;
-const BUTTONS = ["Start", "Accept", "Reject", "Abort", "Acknowledge", "Confirm"] as const;
+const BUTTONS = ["Start", "StartTwoPhases", "Accept", "Reject", "Abort", "Acknowledge", "Confirm"] as const;
+/** Argument of `Start`: the shoulder blade is held first. */
+const TWO_PHASES = 2;
 type Button = (typeof BUTTONS)[number];
 
 class Page {
@@ -235,6 +237,7 @@ class Page {
     element<HTMLButtonElement>("parameters-open").disabled = !commanded;
     const can: Record<Button, boolean> = {
       Start: state === "Idle" || state === "Failed",
+      StartTwoPhases: state === "Idle" || state === "Failed",
       Accept: state === "Review",
       Reject: state === "Review",
       Abort: inSet,
@@ -261,11 +264,14 @@ class Page {
   private async command(name: Button): Promise<void> {
     const run = name === "Confirm" ? this.model.liveRun : this.model.run;
     if ((name === "Accept" || name === "Confirm") && !(await this.confirmed(name))) return;
-    if (name === "Start" && this.model.heartbeat !== null && Number(this.model.heartbeat["unacknowledged"]) === 1) {
+    const starts = name === "Start" || name === "StartTwoPhases";
+    if (starts && this.model.heartbeat !== null && Number(this.model.heartbeat["unacknowledged"]) === 1) {
       await this.device?.ask("Acknowledge", Number(this.model.heartbeat["run_id"]));
     }
     const device = this.device;
-    const answer = await device?.ask(name, name === "Start" ? 0 : run);
+    const answer = await (starts
+      ? device?.ask("Start", 0, name === "Start" ? 0 : TWO_PHASES)
+      : device?.ask(name, run));
     if (device === null || answer === null || answer === undefined) this.notice = words.actions.noAnswer;
     else {
       const reason = this.library.reason(Number(answer["code"]));

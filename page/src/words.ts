@@ -48,6 +48,7 @@ export const words = {
   },
   actions: {
     Start: "Start",
+    StartTwoPhases: "Start, blade held first",
     Accept: "Accept",
     Reject: "Reject",
     Abort: "Abort",
