@@ -9,6 +9,7 @@ import can
 
 from .calibration import Say
 from .device import SILENCE_S, Device, DeviceError
+from .moved_bus import MovedBus
 
 
 def watch(device: Device, say: Say, *, every: bool = False, seconds: float | None = None) -> None:
@@ -29,7 +30,7 @@ def watch(device: Device, say: Say, *, every: bool = False, seconds: float | Non
             say("the board is silent" if silent else "the board is heard again")
 
 
-def record(bus: can.BusABC, path: str | Path, seconds: float | None = None) -> int:
+def record(bus: can.BusABC | MovedBus, path: str | Path, seconds: float | None = None) -> int:
     """Writes every frame of the bus into a file until Ctrl-C or for so long. Returns how many."""
     if Path(path).exists():
         raise DeviceError(f"{path} is there already; it is not overwritten")
