@@ -1,7 +1,7 @@
 // A whole calibration of a moving shoulder driven from the page in headless Chromium, with pictures, and what people and
 // machines do wrong besides. Nothing is asked of a terminal.
 //
-//     node test/browser.mjs [FOLDER]        pictures go there (default: target/page)
+//     node test/browser.mjs [FOLDER]        the pictures of docs/page.md go there; without it, all of them into target/page
 
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
@@ -14,6 +14,8 @@ import { chromium } from "playwright-core";
 
 const root = join(dirname(fileURLToPath(import.meta.url)), "..", "..");
 const pictures = process.argv[2] ?? join(root, "target", "page");
+/** What docs/page.md shows. */
+const documented = ["collecting", "review", "refusal", "numbering", "parameters", "recording"];
 const browser = ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"].find(existsSync);
 
 /** Starts `cargo view` and waits for its address. */
@@ -64,7 +66,10 @@ async function seconds(promise) {
 const live = (page) => page.evaluate(() => window.glenoid.model.live);
 const says = (page, text, timeout = 90_000) => page.getByText(text).first().waitFor({ timeout });
 const press = (page, name) => page.getByRole("button", { name, exact: true }).click();
-const snap = (page, name) => page.screenshot({ path: join(pictures, `${name}.png`) });
+const snap = async (page, name) => {
+  const wanted = process.argv[2] === undefined || documented.includes(name);
+  if (wanted) await page.screenshot({ path: join(pictures, `${name}.png`) });
+};
 /** Is this machine quick enough now to judge times by? */
 const judges = () => loadavg()[0] <= cpus().length;
 
