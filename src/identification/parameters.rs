@@ -6,7 +6,6 @@
 //! the factor.
 
 use super::marginal_information::MarginalInformation;
-use super::pose_in_work::PoseInWork;
 use crate::kinematics::{CableLengths, LengthJacobian};
 use crate::linear_algebra::{NormalEquations, column};
 use crate::rig::CABLES;
@@ -139,34 +138,4 @@ impl<T: Real> CentreSums<T> {
             equations.add_to_gradient(first + 3 + i, -platform_gradient[i]);
         }
     }
-}
-
-/// Adds a pose's information on O, C and the block's parameters, `weight` times.
-pub fn add_pose<T: Real>(
-    equations: &mut Equations<T>,
-    block: &impl ParameterBlock<T>,
-    at: &PoseAt<'_, T>,
-    pose: &MarginalInformation<T>,
-    weight: T,
-) {
-    let mut sums = CentreSums::default();
-    sums.add(at.rotation, pose, weight);
-    equations.add_squares(pose.squares_mm2() * weight);
-    if block.count() > 0 {
-        let mut in_work = PoseInWork::new(at, pose, None, weight);
-        while !in_work.add_columns(block) {}
-        while !in_work.add_rows(equations) {}
-    }
-    sums.move_to(equations);
-}
-
-/// Derivative of S δ̂ of a pose with the unknowns: three rows, one column for each unknown.
-pub fn sensitivity<T: Real>(
-    block: &impl ParameterBlock<T>,
-    at: &PoseAt<'_, T>,
-    pose: &MarginalInformation<T>,
-) -> [[T; MAX_UNKNOWNS]; 3] {
-    let mut in_work = PoseInWork::new(at, pose, None, T::one());
-    while !in_work.add_columns(block) {}
-    in_work.sensitivity()
 }

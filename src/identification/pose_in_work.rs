@@ -4,7 +4,7 @@
 use super::joint::Features;
 use super::marginal_information::MarginalInformation;
 use super::parameters::{
-    CENTRE_UNKNOWNS, Columns, Equations, MAX_UNKNOWNS, ParameterBlock, PoseAt, Rows, change_of_equations,
+    CENTRE_UNKNOWNS, CentreSums, Columns, Equations, MAX_UNKNOWNS, ParameterBlock, PoseAt, Rows, change_of_equations,
     columns_of_centre,
 };
 use crate::kinematics::{CableLengths, LengthJacobian};
@@ -100,4 +100,34 @@ impl<T: Real> PoseInWork<T> {
         }
         rows
     }
+}
+
+/// Adds a pose's information on O, C and the block's parameters, `weight` times.
+pub fn add_pose<T: Real>(
+    equations: &mut Equations<T>,
+    block: &impl ParameterBlock<T>,
+    at: &PoseAt<'_, T>,
+    pose: &MarginalInformation<T>,
+    weight: T,
+) {
+    let mut sums = CentreSums::default();
+    sums.add(at.rotation, pose, weight);
+    equations.add_squares(pose.squares_mm2() * weight);
+    if block.count() > 0 {
+        let mut in_work = PoseInWork::new(at, pose, None, weight);
+        while !in_work.add_columns(block) {}
+        while !in_work.add_rows(equations) {}
+    }
+    sums.move_to(equations);
+}
+
+/// Derivative of S δ̂ of a pose with the unknowns: three rows, one column for each unknown.
+pub fn sensitivity<T: Real>(
+    block: &impl ParameterBlock<T>,
+    at: &PoseAt<'_, T>,
+    pose: &MarginalInformation<T>,
+) -> Rows<T> {
+    let mut in_work = PoseInWork::new(at, pose, None, T::one());
+    while !in_work.add_columns(block) {}
+    in_work.sensitivity()
 }
