@@ -94,14 +94,15 @@ impl Arm {
     }
 
     /// The lengths of the pose in which the arm is held, from the mean of the counts while it was still, corrected by what
-    /// commissioning found.
+    /// commissioning found; and how many samples they are the mean of.
     ///
     /// # Errors
     /// As for [`ready`](Self::ready), and [`Reason::LengthImpossible`].
-    pub fn pose(&self, now_ms: u32, rig: &Rig<f32>) -> Result<CableLengths<f32>, NotReady> {
+    pub fn pose(&self, now_ms: u32, rig: &Rig<f32>) -> Result<(CableLengths<f32>, u16), NotReady> {
         self.ready(now_ms)?;
-        let (first, mean) = self.stillness.pose().ok_or(NotReady { reason: Reason::ArmMoving, cable: 0 })?;
+        let held = self.stillness.pose().ok_or(NotReady { reason: Reason::ArmMoving, cable: 0 })?;
         let impossible = |cable| NotReady { reason: Reason::LengthImpossible, cable };
-        CableLengths::from_mean_counts(rig, &first, &mean).map_err(|error| impossible(error.cable))
+        let lengths = CableLengths::from_mean_counts(rig, &held.first, &held.above);
+        lengths.map(|lengths| (lengths, held.samples)).map_err(|error| impossible(error.cable))
     }
 }

@@ -219,12 +219,13 @@ impl Procedure {
     }
 
     fn try_pose(&mut self, now_ms: u32, set: PoseSet, distance_rad: &mut Option<f32>) -> Result<(), NotReady> {
-        let lengths = self.arm.pose(now_ms, &self.rig)?;
+        let (lengths, samples) = self.arm.pose(now_ms, &self.rig)?;
         let refused = |reason| NotReady { reason, cable: 0 };
         let pose = Pose::placed(self.machine.platform(), lengths).map_err(|error| match error {
             PlatformError::Length(error) => NotReady { reason: Reason::LengthImpossible, cable: error.cable },
             PlatformError::DoesNotClose => refused(Reason::PlatformDoesNotClose),
         })?;
+        let pose = pose.averaged_over(&self.machine, samples);
         // A pose of the second set that repeats one of the first would verify nothing.
         let distances = [self.poses.nearest_rad(&pose), self.held_out.nearest_rad(&pose)];
         *distance_rad = distances.into_iter().flatten().reduce(f32::min);

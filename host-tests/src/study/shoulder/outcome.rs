@@ -1,7 +1,7 @@
 //! What is found of a shoulder, by which method, and how far off it is in poses that identified nothing.
 
 use super::set::{Person, Posed, lengths};
-use crate::estimation::estimate;
+use crate::estimation::{estimate, estimate_poses};
 use crate::identify::held_phase;
 use glenoid::identification::joint::Joint;
 use glenoid::identification::pivot_calibration::PivotCalibration;
@@ -41,11 +41,15 @@ pub fn estimated(person: &Person, held: &[Posed], free: &[Posed], second: &[Pose
     let settings = EstimatorSettings::for_rig(&person.rig);
     let held = match held {
         [] => None,
-        poses => Some(held_phase::identify(&machine, &person.rig, settings, &lengths(poses))?),
+        poses => Some(held_phase::identify(&machine, &person.rig, settings, as_poses(poses))?),
     };
-    let estimation = held_phase::estimate(&machine, &person.rig, settings, held, &lengths(free));
+    let estimation = estimate_poses(&machine, &person.rig, settings, held, as_poses(free));
     estimation.outcome?;
     path(person, &machine, &estimation.estimator, second).ok_or(Refusal::Singular)
+}
+
+fn as_poses(posed: &[Posed]) -> Vec<Pose<f64>> {
+    lengths(posed).into_iter().map(Pose::new).collect()
 }
 
 fn path(person: &Person, machine: &Machine<f64>, estimator: &Estimator<f64>, second: &[Posed]) -> Option<Path> {
