@@ -6,14 +6,13 @@ mod request;
 pub use report::{ArmReport, Point, Segment};
 pub use request::ArmFile;
 
-use crate::estimation::{Estimation, estimate};
+use crate::estimation::{Estimation, estimate_poses};
 use crate::identify::hinge::{self, Solved};
 use crate::identify::input_error::InputError;
 use crate::identify::lengths_file::LengthsFile;
 use crate::identify::report::Status;
 use glenoid::identification::arm::{Arm, ArmPose, Ball, Module};
 use glenoid::identification::{EstimatorSettings, Machine, Noise, Pose};
-use glenoid::kinematics::CableLengths;
 use std::path::Path;
 
 use self::request::BallFile;
@@ -58,17 +57,15 @@ pub fn run(path: &Path) -> Result<ArmReport, InputError> {
 
 fn ball(file: &BallFile) -> Result<Identified, InputError> {
     let rig = &file.rig.rig;
-    let log = LengthsFile::read(&file.log)?.with_repeated_rows_merged(rig.length_noise_mm());
-    let corrected = |lengths: CableLengths<f64>| {
-        lengths.corrected(rig).map_err(|error| InputError::Request(error.fault.text().to_owned()))
-    };
-    let lengths =
-        log.rows().iter().map(|row| corrected(log.cables::<f64>(row)?)).collect::<Result<Vec<_>, InputError>>()?;
+    let log = LengthsFile::read(&file.log)?.with_repeated_rows_merged(file.rig.row_noise_mm());
     let machine = file.rig.machine(rig);
+    let poses = log.poses(log.rows().iter(), rig, &machine, file.rig.samples_a_row)?;
+    let posture = file.posture.corrected(rig).map_err(|error| InputError::Request(error.fault.text().to_owned()))?;
     let noise = Noise::Known(rig.length_noise_mm());
     let settings = EstimatorSettings { noise, ..EstimatorSettings::for_rig(rig) };
-    let estimation = estimate(&machine, rig, settings, &lengths);
-    Ok(Identified { machine, estimation, posture: Pose::new(corrected(file.posture)?) })
+    let estimation = estimate_poses(&machine, rig, settings, None, poses);
+    let posture = Pose::new(posture).averaged_over(&machine, file.rig.samples_a_row.unwrap_or(1));
+    Ok(Identified { machine, estimation, posture })
 }
 
 fn elbow(arm: &ArmFile) -> Result<Solved<f64>, InputError> {

@@ -54,7 +54,7 @@ pub fn run(request: &Request) -> Result<Finding, InputError> {
     let mut wearings = Vec::with_capacity(request.logs.len());
     let mut notes = Vec::new();
     for log in &request.logs {
-        match Wearing::read(log, &machine, rig) {
+        match Wearing::read(log, &machine, &request.rig, request.samples_a_row()) {
             Ok(wearing) => {
                 if wearing.poses.len() >= LONG_LOG {
                     eprintln!("{}: {} poses read and placed", wearing.file, wearing.poses.len());
@@ -114,7 +114,7 @@ impl Finding {
 }
 
 fn commission(request: &Request, machine: &Machine<f64>, wearings: Vec<Wearing>) -> Result<(Report, String), Refused> {
-    let mut fit = Fit::new(machine, wearings, request.noise_mm);
+    let mut fit = Fit::new(machine, wearings, request.known_noise_mm());
     let mut solution = fit.run().map_err(|found| judgement::undetermined(&fit, found))?;
     judgement::require_sound_logs(&fit)?;
     if fit.wearings.iter().any(|wearing| wearing.known.is_some()) {
@@ -136,10 +136,11 @@ fn commission(request: &Request, machine: &Machine<f64>, wearings: Vec<Wearing>)
         |error: glenoid::rig::RigError| Refused::everywhere(format!("the machine found: {}", error.text()));
     let rig = correction::corrected(&request.rig.rig, machine, &fit.estimate).map_err(impossible)?;
     let corrected = Machine::new(&rig);
+    let found = RigFile { samples_a_row: request.rig.samples_a_row, ..RigFile::of(rig) };
     let left = correction::covariance(machine, &fit.estimate, &corrected, &after, request.homing_mm);
     let determined = Determined::of(&fit, &named, &before, &left);
     let report = Report::commissioned(&fit, &solution, named, determined);
-    let text = rig_text::text(&heading(request, &report), &rig, &corrected, &left);
+    let text = rig_text::text(&heading(request, &report), &found, &corrected, &left);
     // What cannot be read back is not written.
     RigFile::parse("the rig found", text.as_bytes()).map_err(|error| Refused::everywhere(error.to_string()))?;
     Ok((report, text))

@@ -23,18 +23,17 @@ pub fn estimate<T: Real>(
     settings: EstimatorSettings<T>,
     lengths: &[CableLengths<T>],
 ) -> Estimation<T> {
-    estimate_with_held(machine, rig, settings, None, lengths)
+    estimate_poses(machine, rig, settings, None, lengths.iter().copied().map(Pose::new).collect())
 }
 
-/// The same after a held phase.
-pub fn estimate_with_held<T: Real>(
+/// The same of poses, each with the noise of its own; after a held phase, if there was one.
+pub fn estimate_poses<T: Real>(
     machine: &Machine<T>,
     rig: &Rig<T>,
     settings: EstimatorSettings<T>,
     held: Option<HeldCentre<T>>,
-    lengths: &[CableLengths<T>],
+    mut poses: Vec<Pose<T>>,
 ) -> Estimation<T> {
-    let mut poses: Vec<Pose<T>> = lengths.iter().copied().map(Pose::new).collect();
     let mut estimator = Estimator::new(machine, rig.nominal(), settings);
     if let Some(held) = held {
         estimator.set_held(held);

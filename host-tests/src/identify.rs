@@ -85,7 +85,9 @@ pub struct Finding {
 /// [`InputError`] names the place that cannot be read. A refusal is not an error: it is a [`Finding`].
 pub fn run(request: &Request) -> Result<Finding, InputError> {
     let machine = machine(request.rig.as_deref())?;
-    let noise_mm = request.noise_mm.unwrap_or(machine.rig.length_noise_mm());
+    let noise_mm = request.noise_mm.unwrap_or(machine.row_noise_mm());
+    // What is said on the command line is the noise of every row.
+    let samples_a_row = machine.samples_a_row.filter(|_| request.noise_mm.is_none());
     let log = log(&request.lengths, &machine.rig)?;
     let of_board = board_calculation::note(&log, &machine.rig).map(|note| format!("{}: {note}", log.file()));
     let log = log.with_repeated_rows_merged(noise_mm);
@@ -98,10 +100,12 @@ pub fn run(request: &Request) -> Result<Finding, InputError> {
     let mut notes: Vec<_> =
         logs.flat_map(|log| log.notes().iter().map(|note| format!("{}: {note}", log.file()))).collect();
     notes.extend(of_board);
+    notes.extend(log.note_of_correction(&machine.rig).map(|note| format!("{}: {note}", log.file())));
     let setting = setting(request, &machine, log.rows().len());
     let still = request.still.as_deref().map(|path| self::log(path, &machine.rig)).transpose()?;
     let still = still.map(|log| log.with_repeated_rows_merged(noise_mm));
-    let problem = Problem { rig_file: &machine, log: &log, setting, still: still.as_ref(), second: second.as_ref() };
+    let (still, second_log) = (still.as_ref(), second.as_ref());
+    let problem = Problem { rig_file: &machine, log: &log, setting, still, second: second_log, samples_a_row };
     let report = problem.solve()?;
     let summary = summary::of(&report, &log, second.as_ref());
     Ok(Finding { report, summary, warnings: unused(request), notes })
@@ -122,7 +126,7 @@ pub fn start_complaint(start_mm: &[f64; 6]) -> Option<String> {
 fn machine(path: Option<&Path>) -> Result<RigFile, InputError> {
     match path {
         Some(path) => RigFile::read(path),
-        None => Ok(RigFile { rig: rig_file::default_rig()?, covariance: None, start_mm: None }),
+        None => Ok(RigFile::of(rig_file::default_rig()?)),
     }
 }
 
@@ -138,6 +142,8 @@ fn log(path: &Path, rig: &Rig<f64>) -> Result<LengthsFile, InputError> {
 /// How to compute, for a log of so many rows.
 fn setting(request: &Request, machine: &RigFile, rows: usize) -> Setting {
     let expected_noise_mm = machine.rig.length_noise_mm();
+    // What the rig's file states is known.
+    let stated_noise_mm = machine.samples_a_row.map(|_| expected_noise_mm);
     let full = request.method == Method::Full;
     Setting {
         rows_used: RowsUsed::of(rows, if request.all_poses { usize::MAX } else { DEFAULT_CAPACITY }),
@@ -146,7 +152,7 @@ fn setting(request: &Request, machine: &RigFile, rows: usize) -> Setting {
         zero_prior_mm: request.zero_prior_mm.filter(|_| full),
         joint: request.joint,
         start: (!full).then(|| start(request, machine)),
-        given_noise_mm: request.noise_mm.filter(|_| full),
+        given_noise_mm: request.noise_mm.or(stated_noise_mm).filter(|_| full),
         expected_noise_mm,
         noise_limit_mm: expected_noise_mm * MAX_TIMES_EXPECTED_NOISE,
     }

@@ -5,7 +5,7 @@ use super::health::{BusHealth, LastStop, StopText};
 use super::identity::{Identity, Naming};
 use super::parameter::ParameterAnswer;
 use super::payload::{PackError, Payload};
-use super::report::{LeftOut, OutcomeReport, PoseReport, RawLength};
+use super::report::{LeftOut, OutcomeReport, PoseReport, PoseSamples, RawLength};
 use super::result::{Axis, MotionPart, Parameter, Quality, VerificationReport, WeakDirection, ZeroError};
 use super::set::Piece;
 use super::status::{Answer, Counters, Fault, Heartbeat, Versions};
@@ -124,6 +124,7 @@ pub enum Message {
     LiveNaming(Naming),
     CandidateMotion(MotionPart),
     LiveMotion(MotionPart),
+    PoseSamples(PoseSamples),
 }
 
 impl Message {
@@ -161,6 +162,7 @@ impl Message {
             Self::LiveNaming(_) => 30,
             Self::CandidateMotion(_) => 31,
             Self::LiveMotion(_) => 32,
+            Self::PoseSamples(_) => 33,
         }
     }
 
@@ -196,6 +198,7 @@ impl Message {
             Self::Identity(m) => m.pack(),
             Self::CandidateNaming(m) | Self::LiveNaming(m) => m.pack(),
             Self::CandidateMotion(m) | Self::LiveMotion(m) => m.pack(),
+            Self::PoseSamples(m) => m.pack(),
         };
         Ok(Frame::of_eight(base.at(self.offset()), payload.to_bytes()))
     }
@@ -242,6 +245,7 @@ impl Message {
             30 => Some(Self::LiveNaming(Naming::unpack(payload))),
             31 => Some(Self::CandidateMotion(MotionPart::unpack(payload))),
             32 => Some(Self::LiveMotion(MotionPart::unpack(payload))),
+            33 => Some(Self::PoseSamples(PoseSamples::unpack(payload))),
             _ => return Err(UnpackError::Foreign),
         };
         message.ok_or(UnpackError::UnknownCode)

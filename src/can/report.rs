@@ -214,3 +214,44 @@ impl RawLength {
         }
     }
 }
+
+/// How many samples of the encoders a captured pose is the mean of: sent behind its lengths by a rig that knows the noise of a
+/// sample apart from that of a length.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct PoseSamples {
+    /// The run.
+    pub run_id: u16,
+    /// Index of the pose in its set, from 0.
+    pub index: u8,
+    /// The set.
+    pub set: PoseSet,
+    /// Samples, 1 or more.
+    pub samples: u16,
+}
+
+mod pose_samples {
+    use super::Field;
+    pub(super) const INDEX: Field = Field::integer(16, 8);
+    pub(super) const HELD_OUT: Field = Field::integer(24, 1);
+    pub(super) const SAMPLES: Field = Field::integer(32, 16);
+}
+
+impl PoseSamples {
+    pub(super) fn pack(&self) -> Payload {
+        Payload::new()
+            .with(RUN, self.run_id)
+            .with(pose_samples::INDEX, self.index)
+            .with(pose_samples::HELD_OUT, self.set == PoseSet::HeldOut)
+            .with(pose_samples::SAMPLES, self.samples)
+    }
+
+    pub(super) fn unpack(payload: Payload) -> Self {
+        Self {
+            run_id: payload.get_u16(RUN),
+            index: payload.get_u8(pose_samples::INDEX),
+            set: PoseSet::held_out_if(payload.get_flag(pose_samples::HELD_OUT)),
+            samples: payload.get_u16(pose_samples::SAMPLES),
+        }
+    }
+}

@@ -31,7 +31,7 @@ impl LiveJoint {
             covariance_mm2: inverse * of_radii * inverse.transpose(),
             in_platform_mm,
             geometry,
-            noise_variance_mm2: noise * noise,
+            noise_variance_mm2: machine.sample_variance_mm2(noise),
         })
     }
 

@@ -3,7 +3,7 @@
 use super::shown::{self, Kind, Value};
 use crate::can::Message;
 use crate::can::health::{BusHealth, LastStop, StopText};
-use crate::can::report::{LeftOut, OutcomeReport, RawLength};
+use crate::can::report::{LeftOut, OutcomeReport, PoseSamples, RawLength};
 use crate::can::result::{Axis, Quality, VerificationReport, WeakDirection};
 use crate::can::status::{Counters, Versions};
 use crate::procedure::{Candidate, PoseSet, Procedure, Reason, StateName};
@@ -155,19 +155,23 @@ impl Reporter {
                 return message;
             }
         }
-        let of_captured = next_length(&mut self.captured, procedure);
-        of_captured.or_else(|| next_length(&mut self.pose, procedure))
+        let of_captured = next_of_pose(&mut self.captured, procedure);
+        of_captured.or_else(|| next_of_pose(&mut self.pose, procedure))
     }
 }
 
-/// The next length of a pose that is being sent.
-fn next_length(sending: &mut Option<(PoseSet, u8, u8)>, procedure: &Procedure) -> Option<Message> {
-    let (set, index, cable) = (*sending)?;
-    *sending = (usize::from(cable) + 1 < CABLES).then_some((set, index, cable + 1));
+/// The next message of a pose that is being sent: its six lengths, and behind them how many samples they are the mean of,
+/// where the rig makes a difference of that.
+fn next_of_pose(sending: &mut Option<(PoseSet, u8, u8)>, procedure: &Procedure) -> Option<Message> {
+    let (set, index, part) = sending.take()?;
     let pose = procedure.poses(set).get(usize::from(index))?;
-    let length_mm = *pose.lengths().as_mm().get(usize::from(cable))?;
+    let parts = CABLES + usize::from(procedure.rig().sample_noise_mm() > 0.0);
+    *sending = (usize::from(part) + 1 < parts).then_some((set, index, part + 1));
     let run_id = procedure.run_id();
-    Some(Message::RawLength(RawLength { run_id, index, cable: cable + 1, set, length_mm }))
+    Some(match pose.lengths().as_mm().get(usize::from(part)) {
+        Some(length_mm) => Message::RawLength(RawLength { run_id, index, cable: part + 1, set, length_mm: *length_mm }),
+        None => Message::PoseSamples(PoseSamples { run_id, index, set, samples: pose.samples }),
+    })
 }
 
 /// The message at a position of the report; None when there is nothing to say there.

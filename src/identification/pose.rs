@@ -1,5 +1,6 @@
 //! A captured pose: its lengths, the platform's pose by them, and its χ².
 
+use super::machine::Machine;
 use crate::kinematics::rotation::{nearest_attitude, rotation_of};
 use crate::kinematics::{CableLengths, LengthError, PlatformError, PlatformPose, PlatformSolver};
 use crate::scalar::Real;
@@ -28,6 +29,8 @@ pub struct Pose<T: Real> {
     origin_mm: Vector3<T>,
     /// Variance of its lengths over that of the rig's noise; 1 by default.
     pub relative_variance: T,
+    /// Samples of the encoders that its lengths are the mean of; 1 by default.
+    pub samples: u16,
     /// χ² of its lengths at the present estimate, the pose's rotation at its best: three degrees of freedom when the
     /// pose is sound. Infinite where it has no rotation.
     pub chi_square: T,
@@ -45,6 +48,7 @@ impl<T: Real> Pose<T> {
             attitude: UnitQuaternion::identity(),
             origin_mm: Vector3::zeros(),
             relative_variance: T::one(),
+            samples: 1,
             chi_square: T::of(f64::INFINITY),
             state: PoseState::Unplaced,
             suspect_cables: 0,
@@ -76,9 +80,17 @@ impl<T: Real> Pose<T> {
         }
     }
 
+    /// The same pose, its lengths the mean of so many samples.
+    #[must_use]
+    pub fn averaged_over(mut self, machine: &Machine<T>, samples: u16) -> Self {
+        (self.samples, self.relative_variance) = (samples, machine.relative_variance(samples));
+        self
+    }
+
     /// Back to the state before placing; lengths and variance stay.
     pub fn reset(&mut self) {
-        *self = Self { relative_variance: self.relative_variance, ..Self::new(self.lengths) };
+        let Self { relative_variance, samples, .. } = *self;
+        *self = Self { relative_variance, samples, ..Self::new(self.lengths) };
     }
 
     fn set_platform(&mut self, pose: &PlatformPose<T>) {

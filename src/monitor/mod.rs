@@ -94,7 +94,8 @@ impl<T: Real> SlipDetector<T> {
     /// slip.
     ///
     /// * `offsets_mm`: encoder offsets found, mm; 0 when they are known.
-    /// * `noise_mm`: standard deviation of a length, mm, encoder quantisation included.
+    /// * `noise_mm`: standard deviation of a length, mm, but for what averages over the samples of a held pose: that of a
+    ///   single sample is added here.
     /// * `joint`: a ball, or how the centre moves with the arm; what it predicts is no alarm, and its scatter is none
     ///   either.
     pub fn new(
@@ -112,7 +113,7 @@ impl<T: Real> SlipDetector<T> {
             joint,
             home_mm: *machine.home_mm(),
             found: Correction { offset_mm: *offsets_mm, scale: deviation.scale.map(|scale| T::one() + scale) },
-            variance_mm2: noise_mm * noise_mm,
+            variance_mm2: machine.sample_variance_mm2(noise_mm),
             attitude: None,
             search: None,
             counted: None,
@@ -202,8 +203,6 @@ impl<T: Real> SlipDetector<T> {
 
     /// Tries the next assembly mode of the sample that the search began with. After the last one the best counts, and the next
     /// samples are tracked from it: the arm has moved by a few degrees meanwhile at most.
-    // Not inlined: the fast memory holds what is done with every sample.
-    #[inline(never)]
     fn search(&mut self, lengths: &CableLengths<T>) {
         let (lengths, search) = match &mut self.search {
             Some(search) => search,

@@ -180,7 +180,7 @@ impl ParameterSet {
         } else {
             Rig::with_cables(CABLES.map(|cable| self.cable(cable)), drum, noise_mm, nominal)
         }?;
-        let rig = rig.with_tolerance(Tolerance {
+        let rig = rig.with_noise(noise_mm, self.single(SampleNoise))?.with_tolerance(Tolerance {
             base_mm: self.single(ToleranceBase),
             edges_mm: self.single(ToleranceEdges),
             offset_mm: self.single(ToleranceOffset),
@@ -226,6 +226,7 @@ impl ParameterSet {
         self.put_single(CountsPerTurn, drum.counts_per_turn);
         self.put_single(MaxSpeed, drum.fastest_mm_per_s);
         self.put_single(LengthNoise, rig.length_noise_mm());
+        self.put_single(SampleNoise, rig.sample_noise_mm());
     }
 
     /// The settings of a run. Each integer fits its type by its range.

@@ -200,13 +200,14 @@ parameters! {
     Home4 = 106, single, "mm", HOME_MM, 1.0, 4000.0, guarded, "length of cable 4 at count zero";
     Home5 = 107, single, "mm", HOME_MM, 1.0, 4000.0, guarded, "length of cable 5 at count zero";
     Home6 = 108, single, "mm", HOME_MM, 1.0, 4000.0, guarded, "length of cable 6 at count zero";
-    LengthNoise = 109, single, "mm", 0.057735026, 0.0001, 10.0, guarded, "standard deviation of one cable length";
+    LengthNoise = 109, single, "mm", 0.057735026, 0.0001, 10.0, guarded, "standard deviation of one cable length: of what does not average over the samples of a held pose";
     NominalX = 110, single, "mm", 0.0, -2000.0, 2000.0, guarded, "x of the joint centre as the rig expects it";
     NominalY = 111, single, "mm", 0.0, -2000.0, 2000.0, guarded, "y of the joint centre as the rig expects it";
     NominalZ = 112, single, "mm", 148.0, -2000.0, 2000.0, guarded, "z of the joint centre as the rig expects it";
     NominalRadius1 = 113, single, "mm", 140.8, 1.0, 2000.0, guarded, "distance from the joint centre to end-point P1 as the rig expects it";
     NominalRadius2 = 114, single, "mm", 140.8, 1.0, 2000.0, guarded, "distance from the joint centre to end-point P2 as the rig expects it";
     NominalRadius3 = 115, single, "mm", 140.8, 1.0, 2000.0, guarded, "distance from the joint centre to end-point P3 as the rig expects it";
+    SampleNoise = 116, single, "mm", 0.0, 0.0, 10.0, guarded, "standard deviation of what each sample of a cable length has beyond that, and what averages over the samples of a held pose; 0 = none";
 
     ToleranceBase = 120, single, "mm", 0.5, 0.0, 100.0, guarded, "one standard deviation of each coordinate of an attachment point; 0 = exact";
     ToleranceEdges = 121, single, "mm", 0.5, 0.0, 100.0, guarded, "one standard deviation of each platform edge, or with geometry 1 of each coordinate of an end; 0 = exact";

@@ -99,22 +99,25 @@ impl Arm {
     }
 
     /// The lengths of the pose in which the arm is held, from the mean of the counts while it was still, corrected by what
-    /// commissioning found.
+    /// commissioning found; and how many samples they are the mean of.
     ///
     /// # Errors
     /// As for [`ready`](Self::ready), and [`Reason::LengthImpossible`].
-    pub fn pose(&self, now_ms: u32, rig: &Rig<f32>) -> Result<CableLengths<f32>, NotReady> {
+    pub fn pose(&self, now_ms: u32, rig: &Rig<f32>) -> Result<(CableLengths<f32>, u16), NotReady> {
         self.ready(now_ms)?;
-        let (first, mean) = self.stillness.pose().ok_or(NotReady { reason: Reason::ArmMoving, cable: 0 })?;
+        let held = self.stillness.pose().ok_or(NotReady { reason: Reason::ArmMoving, cable: 0 })?;
         let impossible = |cable| NotReady { reason: Reason::LengthImpossible, cable };
-        CableLengths::from_mean_counts(rig, &first, &mean).map_err(|error| impossible(error.cable))
+        let lengths = CableLengths::from_mean_counts(rig, &held.first, &held.above);
+        lengths.map(|lengths| (lengths, held.samples)).map_err(|error| impossible(error.cable))
     }
 
-    /// The lengths of the pose through which the arm has just moved slowly, once; `None` when there is none that can be
-    /// believed.
-    pub fn pose_in_motion(&mut self, now_ms: u32, rig: &Rig<f32>) -> Option<CableLengths<f32>> {
-        let (first, mean) = self.slow_motion.take()?;
-        let is_sound = self.fault(now_ms).is_none() && self.loose.cable().is_none();
-        if is_sound { CableLengths::from_mean_counts(rig, &first, &mean).ok() } else { None }
+    /// The same of the pose through which the arm has just moved slowly, once; `None` when there is none that can be believed.
+    pub fn pose_in_motion(&mut self, now_ms: u32, rig: &Rig<f32>) -> Option<(CableLengths<f32>, u16)> {
+        let passed = self.slow_motion.take()?;
+        if self.fault(now_ms).is_some() || self.loose.cable().is_some() {
+            return None;
+        }
+        let lengths = CableLengths::from_mean_counts(rig, &passed.first, &passed.above).ok()?;
+        Some((lengths, passed.samples))
     }
 }

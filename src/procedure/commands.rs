@@ -179,7 +179,7 @@ impl Procedure {
     pub(super) fn take_pose(&mut self, now_ms: u32) -> PoseNotice {
         let mut distance_rad = None;
         let outcome = match self.arm.pose(now_ms, &self.rig) {
-            Ok(lengths) => self.try_pose(lengths, &mut distance_rad),
+            Ok(taken) => self.try_pose(taken, &mut distance_rad),
             Err(not_ready) => Err(not_ready),
         };
         self.note_pose(now_ms, outcome, distance_rad)
@@ -187,10 +187,10 @@ impl Procedure {
 
     /// Captures the pose through which the arm has just moved slowly, if there is one and it is far enough from the others.
     pub(super) fn take_pose_in_motion(&mut self, now_ms: u32) -> Option<PoseNotice> {
-        let lengths = self.arm.pose_in_motion(now_ms, &self.rig)?;
+        let taken = self.arm.pose_in_motion(now_ms, &self.rig)?;
         let mut distance_rad = None;
         // On the way from pose to pose most are too near: nobody is told.
-        self.try_pose(lengths, &mut distance_rad).ok()?;
+        self.try_pose(taken, &mut distance_rad).ok()?;
         Some(self.note_pose(now_ms, Ok(()), distance_rad))
     }
 
@@ -242,12 +242,17 @@ impl Procedure {
         }
     }
 
-    fn try_pose(&mut self, lengths: CableLengths<f32>, distance_rad: &mut Option<f32>) -> Result<(), NotReady> {
+    fn try_pose(
+        &mut self,
+        (lengths, samples): (CableLengths<f32>, u16),
+        distance_rad: &mut Option<f32>,
+    ) -> Result<(), NotReady> {
         let refused = |reason| NotReady { reason, cable: 0 };
         let pose = Pose::placed(self.machine.platform(), lengths).map_err(|error| match error {
             PlatformError::Length(error) => NotReady { reason: Reason::LengthImpossible, cable: error.cable },
             PlatformError::DoesNotClose => refused(Reason::PlatformDoesNotClose),
         })?;
+        let pose = pose.averaged_over(&self.machine, samples);
         // A pose of the second set that repeats one of the first would verify nothing.
         let distances = [self.poses.nearest_rad(&pose), self.held_out.nearest_rad(&pose)];
         *distance_rad = distances.into_iter().flatten().reduce(f32::min);

@@ -7,6 +7,7 @@
 //! that the rig states of one length anyway gives no pose, so the standard deviation of the result covers it: what is
 //! left of noise and acceleration together is smaller than what the estimator reckons with.
 
+use super::stillness::HeldCounts;
 use crate::rig::CABLES;
 
 /// How long a window lasts, ms.
@@ -42,16 +43,13 @@ struct Window {
     thirds: [Third; 3],
 }
 
-/// A pose in motion: the window's first counts, and the mean of the window relative to them.
-pub type CountsInMotion = ([i32; CABLES], [f32; CABLES]);
-
 /// The watch for slow motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SlowMotion {
     limits: SlowMotionLimits,
     window: Option<Window>,
     /// Of the last whole window, until it is taken.
-    pose: Option<CountsInMotion>,
+    pose: Option<HeldCounts>,
 }
 
 impl SlowMotion {
@@ -83,14 +81,14 @@ impl SlowMotion {
     }
 
     /// The pose of the last whole window, once; `None` when there is none, or the arm was too fast.
-    pub fn take(&mut self) -> Option<CountsInMotion> {
+    pub fn take(&mut self) -> Option<HeldCounts> {
         self.pose.take()
     }
 }
 
 impl Window {
     /// The pose of a whole window, if it was slow and steady enough.
-    fn pose(&self, limits: &SlowMotionLimits) -> Option<CountsInMotion> {
+    fn pose(&self, limits: &SlowMotionLimits) -> Option<HeldCounts> {
         let means = self.thirds.each_ref().map(Third::means);
         let [Some(early), Some(middle), Some(late)] = means else { return None };
         let mut mean = [0.0; CABLES];
@@ -104,7 +102,8 @@ impl Window {
             }
             *mean = (a + b + c) / 3.0;
         }
-        Some((self.first, mean))
+        let samples = self.thirds.iter().fold(0, |sum: u16, third| sum.saturating_add(third.samples));
+        Some(HeldCounts { samples, first: self.first, above: mean })
     }
 }
 
@@ -123,7 +122,7 @@ mod tests {
     const LIMITS: SlowMotionLimits = SlowMotionLimits { counts_per_s: 4_000.0, error_counts: 2.5 };
 
     /// Counts of a cable that moves at a speed and an acceleration, counts/s and counts/s², the others at rest.
-    fn poses(period_ms: u32, speed: f64, acceleration: f64) -> std::vec::Vec<(u32, CountsInMotion)> {
+    fn poses(period_ms: u32, speed: f64, acceleration: f64) -> std::vec::Vec<(u32, HeldCounts)> {
         let mut slow = SlowMotion::new(LIMITS);
         let mut found = std::vec::Vec::new();
         for step in 0..200 {
@@ -143,13 +142,13 @@ mod tests {
         for (period_ms, speed) in [(10, 3_000.0), (1, -3_000.0), (5, 0.0)] {
             let found = poses(period_ms, speed, 0.0);
             assert!(found.len() >= 2, "{period_ms}");
-            for (now_ms, (first, mean)) in found {
+                for (now_ms, HeldCounts { samples, first, above: mean }) in found {
                 // The samples of a window lie from 90 ms to one period before the sample that ends it.
                 let middle_s = (f64::from(now_ms) - (90.0 + f64::from(period_ms)) / 2.0) / 1000.0;
                 let expected = 1e6 + speed * middle_s;
                 let pose = f64::from(first[1]) + f64::from(mean[1]);
                 assert!((pose - expected).abs() < 1.0, "{period_ms}: {pose} instead of {expected}");
-                assert_eq!((first[0], mean[0]), (5, 0.0));
+                assert_eq!((first[0], mean[0], u32::from(samples)), (5, 0.0, 90_u32.div_ceil(period_ms)));
             }
         }
     }

@@ -18,6 +18,17 @@ pub struct StillnessLimits {
     pub min_samples: u16,
 }
 
+/// The counts of a held pose: their mean over the window.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HeldCounts {
+    /// How many samples, 1 or more.
+    pub samples: u16,
+    /// The first sample.
+    pub first: [i32; CABLES],
+    /// By how much the mean lies above it, counts.
+    pub above: [f32; CABLES],
+}
+
 /// The window over the latest counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Stillness {
@@ -66,12 +77,11 @@ impl Stillness {
         })
     }
 
-    /// Counts of the pose in which the arm rests: the window's first sample, and the mean of the window relative to
-    /// it. None when no sample has come yet.
-    pub fn pose(&self) -> Option<([i32; CABLES], [f32; CABLES])> {
-        let window = self.window.as_ref()?;
-        let samples = f32::from(window.samples.max(1));
-        Some((window.first, window.sums.map(|sum| sum as f32 / samples)))
+    /// Counts of the pose in which the arm rests. None when no sample has come yet.
+    pub fn pose(&self) -> Option<HeldCounts> {
+        let Window { samples, first, sums, .. } = self.window.as_ref()?;
+        let count = f32::from(*samples);
+        Some(HeldCounts { samples: *samples, first: *first, above: sums.map(|sum| sum as f32 / count) })
     }
 }
 
@@ -143,8 +153,9 @@ mod tests {
         for (step, dither) in [0, 1, 1, 0, 3].into_iter().enumerate() {
             stillness.sample(step as u32 * 10, &[i32::MAX - 3 + dither, -dither, 0, 0, 0, 0]);
         }
-        let (first, mean) = stillness.pose().unwrap();
+        let HeldCounts { samples, first, above } = stillness.pose().unwrap();
+        assert_eq!(samples, 5);
         assert_eq!(first, [i32::MAX - 3, 0, 0, 0, 0, 0]);
-        assert_eq!(mean, [1.0, -1.0, 0.0, 0.0, 0.0, 0.0]);
+        assert_eq!(above, [1.0, -1.0, 0.0, 0.0, 0.0, 0.0]);
     }
 }

@@ -16,7 +16,7 @@ pub enum RigError {
     PlatformCollapsed = 4,
     /// Drum radius, counts per turn, home length or speed is not positive.
     DrumNotPositive = 5,
-    /// The noise of a cable length is not positive.
+    /// The noise of a cable length is not positive, or that of a sample negative.
     NoiseNotPositive = 6,
     /// A nominal radius is not positive.
     RadiusNotPositive = 7,
@@ -40,7 +40,7 @@ impl RigError {
             Self::BaseOnEdge => "the base plane is parallel to the z axis of {B}",
             Self::PlatformCollapsed => "the platform's edges do not make a triangle",
             Self::DrumNotPositive => "a drum constant is not positive",
-            Self::NoiseNotPositive => "the cable noise is not positive",
+            Self::NoiseNotPositive => "the cable noise is not positive, or that of a sample negative",
             Self::RadiusNotPositive => "a nominal radius is not positive",
             Self::ToleranceImpossible => "a tolerance is negative or absurd (beyond 100 mm, or 20 % of a drum)",
             Self::PulleyImpossible => "a pulley's radius is negative or its axis is no direction",

@@ -39,6 +39,7 @@ pub struct Rig<T> {
     cables: Option<[CableEnds<T>; CABLES]>,
     drum: Drum<T>,
     length_noise_mm: T,
+    sample_noise_mm: T,
     nominal: Parameters<T>,
     tolerance: Tolerance<T>,
     correction: Option<Correction<T>>,
@@ -50,7 +51,7 @@ impl<T: Real> Rig<T> {
     /// * `base_mm`: attachment points B1..B3 in {B}, mm. They need not be equilateral nor at z = 0; the platform lies
     ///   on their +z side.
     /// * `edges_mm`: platform edges p12, p23, p31, mm.
-    /// * `length_noise_mm`: standard deviation of one cable length, mm.
+    /// * `length_noise_mm`: standard deviation of one cable length, mm, however many samples it averages.
     /// * `nominal`: where the centre is expected (the paper's skin-based start), mm.
     ///
     /// # Errors
@@ -62,8 +63,17 @@ impl<T: Real> Rig<T> {
         length_noise_mm: T,
         nominal: Parameters<T>,
     ) -> Result<Self, RigError> {
-        let (cables, tolerance, correction) = (None, Tolerance::exact(), None);
-        let rig = Self { base_mm, edges_mm, cables, drum, length_noise_mm, nominal, tolerance, correction };
+        let rig = Self {
+            base_mm,
+            edges_mm,
+            cables: None,
+            drum,
+            length_noise_mm,
+            sample_noise_mm: T::zero(),
+            nominal,
+            tolerance: Tolerance::exact(),
+            correction: None,
+        };
         rig.check()?;
         Ok(rig)
     }
@@ -137,6 +147,22 @@ impl<T: Real> Rig<T> {
             return Err(RigError::CorrectionImpossible);
         }
         self.correction = Some(correction);
+        Ok(self)
+    }
+
+    /// The same rig, the noise of whose lengths has two parts, 1σ, mm.
+    ///
+    /// * `length_noise_mm`: what does not average over the samples of a held pose (friction, hysteresis), positive.
+    /// * `sample_noise_mm`: what each sample has beyond that (white noise, encoder quantisation), which does average; 0 = none.
+    ///
+    /// # Errors
+    /// [`RigError::NoiseNotPositive`].
+    pub fn with_noise(mut self, length_noise_mm: T, sample_noise_mm: T) -> Result<Self, RigError> {
+        let is_possible = |noise: T| noise >= T::zero() && noise.is_a_number();
+        if !(is_possible(sample_noise_mm) && is_possible(length_noise_mm) && length_noise_mm > T::zero()) {
+            return Err(RigError::NoiseNotPositive);
+        }
+        (self.length_noise_mm, self.sample_noise_mm) = (length_noise_mm, sample_noise_mm);
         Ok(self)
     }
 
@@ -221,9 +247,14 @@ impl<T: Real> Rig<T> {
         &self.drum
     }
 
-    /// Standard deviation of one cable length, mm.
+    /// Standard deviation of one cable length, mm: of what does not average over the samples of a held pose.
     pub fn length_noise_mm(&self) -> T {
         self.length_noise_mm
+    }
+
+    /// Standard deviation of what a single sample has beyond that, mm; 0 where it is not known apart.
+    pub fn sample_noise_mm(&self) -> T {
+        self.sample_noise_mm
     }
 
     /// Where the centre is expected before anything is known, mm: the paper's skin-based start.

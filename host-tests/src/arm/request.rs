@@ -137,7 +137,7 @@ impl<'s, 'a> Section<'s, 'a> {
             }
             Some(path) => RigFile::read(&path)?,
             None if self.name == "wrist" => return Err(self.other_joint("missing")),
-            None => RigFile { rig: default_rig()?, covariance: None, start_mm: None },
+            None => RigFile::of(default_rig()?),
         };
         let value = self.source.value_at(self.place.clone(), self.table, "posture", "[six lengths]")?;
         let posture = CableLengths::new(self.source.numbers::<CABLES>(value, "posture")?)

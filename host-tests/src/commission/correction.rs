@@ -35,7 +35,7 @@ pub fn corrected(
             Rig::new([b1, b2, b3], edges_mm, drum, noise_mm, nominal)?
         }
     };
-    let bare = bare.with_tolerance(*rig.tolerance())?;
+    let bare = bare.with_noise(noise_mm, rig.sample_noise_mm())?.with_tolerance(*rig.tolerance())?;
     // What was taken off the readings before stays taken off: reading = home + k0 (x - home) + z0 with
     // x = home + k1 (L - home) + z1.
     let before = rig.correction().copied().unwrap_or(Correction { offset_mm: [0.0; CABLES], scale: [1.0; CABLES] });

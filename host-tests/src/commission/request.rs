@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! rig = "rig.toml"            # as stated, with its tolerances
-//! noise = 0.058               # optional: standard deviation of a length, mm; else it is estimated
+//! noise = 0.058               # optional: standard deviation of a length, mm; else the rig's [noise], else it is estimated
 //! homing = 0.3                # optional: what homing anew leaves of each encoder's offset, mm
 //! [[log]]
 //! file = "a.csv"              # one wearing: one joint centre
@@ -32,7 +32,7 @@ pub struct Request {
     pub rig: RigFile,
     /// Its file; `None` for the shoulder over its assumed base.
     pub rig_path: Option<PathBuf>,
-    /// Standard deviation of a length, mm, where it is known.
+    /// Standard deviation of a length, mm, where the file states it.
     pub noise_mm: Option<f64>,
     /// What homing anew leaves of each encoder's offset, 1σ, mm.
     pub homing_mm: f64,
@@ -63,6 +63,16 @@ pub struct KnownCentre {
 }
 
 impl Request {
+    /// What each row of a log is the mean of, where the rig's own noise is to be used.
+    pub fn samples_a_row(&self) -> Option<u16> {
+        self.rig.samples_a_row.filter(|_| self.noise_mm.is_none())
+    }
+
+    /// Standard deviation of a length where it is known, mm: stated here, or by the rig.
+    pub fn known_noise_mm(&self) -> Option<f64> {
+        self.noise_mm.or(self.rig.samples_a_row.map(|_| self.rig.rig.length_noise_mm()))
+    }
+
     /// Reads COMMISSION.toml and the rig that it names.
     ///
     /// # Errors
@@ -91,7 +101,7 @@ impl Reader<'_> {
         let rig_path = table.get("rig").map(|value| self.path(value, "rig")).transpose()?;
         let rig = match &rig_path {
             Some(path) => RigFile::read(path)?,
-            None => RigFile { rig: default_rig()?, covariance: None, start_mm: None },
+            None => RigFile::of(default_rig()?),
         };
         if Machine::new(&rig.rig).parameters() == 0 {
             let place = table.get("rig").map_or(0..0, Spanned::span);

@@ -1,16 +1,17 @@
 //! A RIG.toml of a commissioned machine, as `cargo identify --rig` reads it.
 
 use super::constants::packed;
+use crate::identify::rig_file::RigFile;
 use glenoid::identification::Machine;
 use glenoid::identification::machine::MachineParameter;
-use glenoid::rig::Rig;
 use nalgebra::{DMatrix, Vector3};
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
 
 /// The file's text. `heading`: what it comes from, a comment a line.
-pub fn text(heading: &[String], rig: &Rig<f64>, machine: &Machine<f64>, covariance: &DMatrix<f64>) -> String {
+pub fn text(heading: &[String], found: &RigFile, machine: &Machine<f64>, covariance: &DMatrix<f64>) -> String {
+    let rig = &found.rig;
     let mut text = String::new();
     for line in heading {
         let _ = writeln!(text, "# {}", line.replace('\n', " "));
@@ -28,6 +29,10 @@ pub fn text(heading: &[String], rig: &Rig<f64>, machine: &Machine<f64>, covarian
             let (radius, axis) = (cable.pulley.radius_mm, point(&cable.pulley.axis));
             let _ = writeln!(text, "pulley_radius = {radius:?}\npulley_axis = {axis}");
         }
+    }
+    if let Some(samples) = found.samples_a_row {
+        let (pose, sample) = (rig.length_noise_mm(), rig.sample_noise_mm());
+        let _ = writeln!(text, "\n[noise]\npose = {pose:?}\nsample = {sample:?}\nsamples = {samples}");
     }
     let tolerance = rig.tolerance();
     let _ = writeln!(text, "\n# As it was before; [covariance] says what is left of it.\n[tolerance]");

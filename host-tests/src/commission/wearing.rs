@@ -4,6 +4,7 @@ use super::refusal::Refused;
 use super::request::{KnownCentre, LogRequest};
 use crate::identify::input_error::{InputError, Place};
 use crate::identify::lengths_file::LengthsFile;
+use crate::identify::rig_file::RigFile;
 use crate::identify::units;
 use glenoid::identification::excitation::Excitation;
 use glenoid::identification::pivot_calibration::PivotCalibration;
@@ -53,25 +54,28 @@ impl From<InputError> for Unusable {
 }
 
 impl Wearing {
-    /// Reads a log and places its poses.
+    /// Reads a log and places its poses. `samples_a_row`: what each row is the mean of, where the rig's noise is to be used.
     ///
     /// # Errors
     /// [`Unusable`].
-    pub fn read(request: &LogRequest, machine: &Machine<f64>, rig: &Rig<f64>) -> Result<Self, Unusable> {
+    pub fn read(
+        request: &LogRequest,
+        machine: &Machine<f64>,
+        rig_file: &RigFile,
+        samples_a_row: Option<u16>,
+    ) -> Result<Self, Unusable> {
+        let rig = &rig_file.rig;
         let log = LengthsFile::read(&request.path)?;
         if let (Some(complaint), Some(row)) =
             (units::complaint_about_lengths(log.rows(), rig.base_mm()), log.rows().first())
         {
             return Err(log.at(row.line, 0, complaint).into());
         }
-        let log = log.with_repeated_rows_merged(rig.length_noise_mm());
-        let mut poses = Vec::with_capacity(log.rows().len());
-        for row in log.rows() {
-            let lengths = log.cables::<f64>(row)?.corrected(rig);
-            poses.push(Pose::new(lengths.map_err(|error| log.at(row.line, 0, error.fault.text().to_owned()))?));
-        }
+        let log = log.with_repeated_rows_merged(rig_file.row_noise_mm());
+        let poses = log.poses(log.rows().iter(), rig, machine, samples_a_row)?;
         let lines = log.rows().iter().map(|row| row.line).collect();
-        let notes = log.notes().to_vec();
+        let mut notes = log.notes().to_vec();
+        notes.extend(log.note_of_correction(rig));
         Self::place(request, log.file(), poses, lines, notes, machine, rig).map_err(Unusable::Refused)
     }
 

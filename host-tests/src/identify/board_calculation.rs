@@ -12,13 +12,14 @@ pub fn note(log: &LengthsFile, rig: &Rig<f64>) -> Option<String> {
     let board = log.board()?.parameters()?;
     let found = format!("the board found {} in run {}", centre(&board), board[0].run_id);
     // the lengths came as single-precision numbers
-    let lengths: Vec<[f32; CABLES]> = log.rows().iter().map(|row| row.lengths_mm.map(|mm| mm as f32)).collect();
+    let taken: Vec<([f32; CABLES], u16)> =
+        log.rows().iter().map(|row| (row.lengths_mm.map(|mm| mm as f32), row.samples)).collect();
     // the compiled-in machine as the board makes it from its parameters, to the last digit
     let rig = match KnownMachine::compiled_in() {
         Ok(known) if known.double == *rig => known.single,
         _ => rig_file::in_precision::<f32>(rig).ok()?,
     };
-    Some(match replay::identify::<f32>(&rig, &lengths, offset_prior_mm) {
+    Some(match replay::identify::<f32>(&rig, &taken, offset_prior_mm) {
         Err(refusal) => {
             format!("{found}; from these poses its calculation is refused here ({}): {WHY}", refusal.text())
         }

@@ -7,8 +7,8 @@ use super::lengths_file::{LengthsFile, Row};
 use super::report::{Precision, Report, Setting, Start};
 use super::rig_file::{self, RigFile};
 use super::verification::Verification;
-use crate::estimation::{Estimation, estimate};
-use glenoid::identification::{EstimatorSettings, Identified, Machine, Noise, Progress, Refusal};
+use crate::estimation::{Estimation, estimate_poses};
+use glenoid::identification::{EstimatorSettings, Identified, Machine, Noise, Pose, Progress, Refusal};
 use glenoid::kinematics::CableLengths;
 use glenoid::paper::{PaperIteration, PaperSettings};
 use glenoid::rig::{Parameters, Rig};
@@ -33,6 +33,8 @@ pub struct Problem<'a> {
     pub still: Option<&'a LengthsFile>,
     /// The poses to verify on.
     pub second: Option<&'a LengthsFile>,
+    /// What each row of a table is the mean of, where the rig's noise is to be used.
+    pub samples_a_row: Option<u16>,
 }
 
 impl Problem<'_> {
@@ -51,10 +53,11 @@ impl Problem<'_> {
         let rig: Rig<T> = rig_file::in_precision(&self.rig_file.rig)
             .map_err(|error| InputError::Request(format!("the rig in this precision: {}", error.text())))?;
         let rows = self.log.rows();
-        let poses = self.lengths(&rig, self.log, self.setting.rows_used.iter().map(|row| &rows[row]))?;
+        let used = self.setting.rows_used.iter().map(|row| &rows[row]);
         match self.setting.start {
-            None => self.solve_full(&rig, &poses),
+            None => self.solve_full(&rig, used),
             Some(start) => {
+                let poses = used.map(|row| self.log.true_lengths(row, &rig)).collect::<Result<Vec<_>, _>>()?;
                 let (outcome, iterations) = run_paper(&rig, &start, &poses);
                 let mut report = match &outcome {
                     Ok(identified) => Report::accepted(identified, self.setting),
@@ -68,61 +71,52 @@ impl Problem<'_> {
         }
     }
 
-    /// Rows of a log as true lengths: what commissioning has found is taken off.
-    fn lengths<'r, T: Real>(
-        &self,
-        rig: &Rig<T>,
-        log: &LengthsFile,
-        rows: impl Iterator<Item = &'r Row>,
-    ) -> Result<Vec<CableLengths<T>>, InputError> {
-        rows.map(|row| {
-            let readings = log.cables::<T>(row)?;
-            readings.corrected(rig).map_err(|error| log.at(row.line, 0, error.fault.text().to_owned()))
-        })
-        .collect()
-    }
-
-    fn solve_full<T: Real>(&self, rig: &Rig<T>, poses: &[CableLengths<T>]) -> Result<Report, InputError> {
+    fn solve_full<'r, T: Real>(&self, rig: &Rig<T>, rows: impl Iterator<Item = &'r Row>) -> Result<Report, InputError> {
         let machine = self.machine(rig);
+        let poses = self.log.poses(rows, rig, &machine, self.samples_a_row)?;
         let settings = self.settings(rig);
         let held = match self.still {
             None => None,
             Some(still) => {
-                let held = self.lengths(rig, still, still.rows().iter())?;
-                match held_phase::identify(&machine, rig, settings, &held) {
+                let held = still.poses(still.rows().iter(), rig, &machine, self.samples_a_row)?;
+                match held_phase::identify(&machine, rig, settings, held) {
                     Ok(held) => Some(held),
                     Err(refusal) => return Ok(Report::refused(&refusal, 0, self.setting)),
                 }
             }
         };
-        let estimation = held_phase::estimate(&machine, rig, settings, held, poses);
+        let estimation = estimate_poses(&machine, rig, settings, held, poses);
         let mut report = match &estimation.outcome {
             Ok(_) => Report::of_estimation(&estimation, &machine, self.setting),
             Err(refusal) => Report::refused(refusal, estimation.estimator.iterations(), self.setting),
         };
-        self.look_for_causes(&mut report, &estimation, poses);
+        self.look_for_causes(&mut report, &estimation);
         if let (Ok(identified), Some(_)) = (&estimation.outcome, self.setting.zero_prior_mm) {
-            report.worst_sigma_if_homed_mm = self.worst_sigma_if_homed_mm(rig, poses, identified);
+            report.worst_sigma_if_homed_mm = self.worst_sigma_if_homed_mm(rig, &estimation.poses, identified);
         }
         if let (Ok(identified), Some(second)) = (&estimation.outcome, self.second) {
-            let lengths = self.lengths(rig, second, second.rows().iter())?;
-            report.verification = Some(Verification::of(&machine, &estimation.estimator, identified, &lengths));
+            let second = second.poses(second.rows().iter(), rig, &machine, self.samples_a_row)?;
+            report.verification = Some(Verification::of(&machine, &estimation.estimator, identified, &second));
         }
         Ok(report)
     }
 
     /// What explains the poses better, where they are refused for what a machine or a joint may have, or are accepted
     /// with residuals or constants that make one look twice. In double precision whatever was asked for.
-    fn look_for_causes<T: Real>(&self, report: &mut Report, estimation: &Estimation<T>, poses: &[CableLengths<T>]) {
+    fn look_for_causes<T: Real>(&self, report: &mut Report, estimation: &Estimation<T>) {
+        let poses = &estimation.poses;
         if !POSES_TO_TELL_CAUSES.contains(&poses.len()) {
             return;
         }
         let expected_mm = self.setting.expected_noise_mm;
-        let noise_mm = self.setting.given_noise_mm.unwrap_or(expected_mm);
+        let noise_mm = match self.samples_a_row {
+            Some(_) => self.rig_file.row_noise_mm(),
+            None => self.setting.given_noise_mm.unwrap_or(expected_mm),
+        };
         let rig = &self.rig_file.rig;
         let machine = self.machine(rig);
         let lengths: Result<Vec<_>, _> =
-            poses.iter().map(|lengths| CableLengths::new(lengths.as_mm().map(Real::to_f64))).collect();
+            poses.iter().map(|pose| CableLengths::new(pose.lengths().as_mm().map(Real::to_f64))).collect();
         let Ok(lengths) = lengths else { return };
         let row =
             |cause: Cause| Cause { pose: cause.pose.and_then(|pose| self.setting.rows_used.iter().nth(pose)), ..cause };
@@ -143,15 +137,15 @@ impl Problem<'_> {
     }
 
     /// The standard deviation of the centre from the same poses less the offsets that were found, as if these were known.
-    fn worst_sigma_if_homed_mm<T: Real>(
-        &self,
-        rig: &Rig<T>,
-        poses: &[CableLengths<T>],
-        found: &Identified<T>,
-    ) -> Option<f64> {
-        let homed: Vec<_> = poses.iter().map(|pose| pose.less(&found.offsets_mm)).collect::<Result<_, _>>().ok()?;
+    fn worst_sigma_if_homed_mm<T: Real>(&self, rig: &Rig<T>, poses: &[Pose<T>], found: &Identified<T>) -> Option<f64> {
+        let homed = |pose: &Pose<T>| {
+            let mut homed = Pose::new(pose.lengths().less(&found.offsets_mm).ok()?);
+            homed.relative_variance = pose.relative_variance;
+            Some(homed)
+        };
+        let homed = poses.iter().map(homed).collect::<Option<Vec<_>>>()?;
         let machine = Machine::with_offset_prior(rig, T::zero());
-        let identified = estimate(&machine, rig, self.settings(rig), &homed).outcome.ok()?;
+        let identified = estimate_poses(&machine, rig, self.settings(rig), None, homed).outcome.ok()?;
         Some(identified.worst_centre_sigma_mm().0.to_f64())
     }
 

@@ -151,7 +151,7 @@ pub fn find(rig: &Rig<f64>, machine: &Machine<f64>, lengths: &[CableLengths<f64>
         // Nothing that a fit can show: what leaves none.
         let other = wiring::exchanged(machine, lengths, noise_mm)
             .filter(|cause| cause.explains)
-            .or_else(|| wiring::count_begun_anew(rig, machine, lengths));
+            .or_else(|| wiring::count_begun_anew(rig, machine, lengths, noise_mm));
         if let Some(best) = other {
             return Some(Causes { best, or: None });
         }

@@ -10,6 +10,7 @@ const VALUES: &[&str] = &["base", "edges", "home", "joint"];
 /// The sections, and the keys that each may hold. [`ANYTHING`] is for people and other programs, and is not read.
 const SECTIONS: &[(&str, &[&str])] = &[
     ("cable", &["base", "end", "pulley_radius", "pulley_axis"]),
+    ("noise", &["pose", "sample", "samples"]),
     ("tolerance", &["base", "edges", "zero", "drum"]),
     ("zeros", &["mm"]),
     ("drum", &["scale"]),

@@ -19,8 +19,9 @@ mod text;
 pub use board_result::BoardResult;
 
 use super::input_error::{self, InputError};
+use glenoid::identification::{Machine, Pose};
 use glenoid::kinematics::CableLengths;
-use glenoid::rig::CABLES;
+use glenoid::rig::{CABLES, Rig};
 use glenoid::scalar::Real;
 use std::path::Path;
 
@@ -34,6 +35,8 @@ pub struct Row {
     pub line: usize,
     /// L1..L6, mm, each finite and positive.
     pub lengths_mm: [f64; CABLES],
+    /// How many samples they are known to be the mean of: by a bus log, or as rows that repeat one pose.
+    pub samples: u16,
 }
 
 /// Where the cables stand in the lines of a file.
@@ -133,6 +136,50 @@ impl LengthsFile {
             let length = row.lengths_mm[cable];
             self.at(row.line, cable, format!("{length} mm: {}", error.fault.text()))
         })
+    }
+
+    /// A row as true lengths: what commissioning has found for `rig` is taken off, unless the board that was recorded did so.
+    ///
+    /// # Errors
+    /// [`InputError`] for a length that precision `T` cannot hold, or that is none once corrected.
+    pub fn true_lengths<T: Real>(&self, row: &Row, rig: &Rig<T>) -> Result<CableLengths<T>, InputError> {
+        let read = self.cables::<T>(row)?;
+        if self.board.is_some() {
+            return Ok(read);
+        }
+        read.corrected(rig)
+            .map_err(|error| self.at(row.line, usize::from(error.cable) - 1, error.fault.text().to_owned()))
+    }
+
+    /// What to say of a recording of a machine with offsets or scales of its own.
+    pub fn note_of_correction(&self, rig: &Rig<f64>) -> Option<String> {
+        let is_corrected = self.board.is_some() && rig.correction().is_some();
+        is_corrected.then(|| {
+            "the lengths are as the board corrected them, by offsets and scales of its own: [zeros] and [drum] are not taken \
+             off again, and must be the board's"
+                .to_owned()
+        })
+    }
+
+    /// The rows as poses of a machine. `samples_a_row`: what each row of a table is the mean of, where the rig states the noise
+    /// of a length; `None` gives all poses the same noise.
+    ///
+    /// # Errors
+    /// As for [`true_lengths`](Self::true_lengths).
+    pub fn poses<'r, T: Real>(
+        &self,
+        rows: impl Iterator<Item = &'r Row>,
+        rig: &Rig<T>,
+        machine: &Machine<T>,
+        samples_a_row: Option<u16>,
+    ) -> Result<Vec<Pose<T>>, InputError> {
+        rows.map(|row| {
+            let pose = Pose::new(self.true_lengths(row, rig)?);
+            let Some(samples_a_row) = samples_a_row else { return Ok(pose) };
+            let times = if self.board.is_some() { 1 } else { samples_a_row };
+            Ok(pose.averaged_over(machine, row.samples.saturating_mul(times)))
+        })
+        .collect()
     }
 
     /// An error at a cable (from 0) of a line.

@@ -1,9 +1,10 @@
 //! A rig from a file in TOML, mm: `base = [[x, y, z], ..]` and `edges = [p12, p23, p31]`, or six `[[cable]]` tables; with
-//! `home`, `[tolerance]`, `[zeros]`, `[drum]` and `[covariance]` where they are known.
+//! `home`, `[noise]`, `[tolerance]`, `[zeros]`, `[drum]` and `[covariance]` where they are known.
 
 mod cables;
 mod hinge;
 mod machine;
+mod noise;
 pub mod source;
 
 pub use self::hinge::read_hinge;
@@ -30,6 +31,8 @@ pub struct RigFile {
     pub covariance: Option<Vec<f64>>,
     /// `values` of the section `[start]`: x, y, z, p1, p2, p3, mm.
     pub start_mm: Option<[f64; 6]>,
+    /// How many samples each row of a log is the mean of, where the section `[noise]` states how noisy lengths are.
+    pub samples_a_row: Option<u16>,
 }
 
 /// The rig that is meant when none is given: the shoulder over its assumed base, as well known as a hand-built one.
@@ -69,7 +72,7 @@ pub fn in_precision<T: Real>(rig: &Rig<f64>) -> Result<Rig<T>, RigError> {
         None => Rig::new(rig.base_mm().each_ref().map(point), rig.edges_mm().map(T::of), drum, noise_mm, nominal)?,
     };
     let tolerance = rig.tolerance();
-    let cast = cast.with_tolerance(Tolerance {
+    let cast = cast.with_noise(noise_mm, T::of(rig.sample_noise_mm()))?.with_tolerance(Tolerance {
         base_mm: T::of(tolerance.base_mm),
         edges_mm: T::of(tolerance.edges_mm),
         offset_mm: T::of(tolerance.offset_mm),
@@ -91,6 +94,17 @@ impl RigFile {
     pub fn read(path: &Path) -> Result<Self, InputError> {
         let (file, bytes) = input_error::read(path)?;
         Self::parse(&file, &bytes)
+    }
+
+    /// A rig that is in no file.
+    pub fn of(rig: Rig<f64>) -> Self {
+        Self { rig, covariance: None, start_mm: None, samples_a_row: None }
+    }
+
+    /// Standard deviation of a length in a row of a log, mm.
+    pub fn row_noise_mm(&self) -> f64 {
+        let (length, sample) = (self.rig.length_noise_mm(), self.rig.sample_noise_mm());
+        (length * length + sample * sample / f64::from(self.samples_a_row.unwrap_or(1))).sqrt()
     }
 
     /// The machine in a precision: its tolerances, or what commissioning has left of them.
@@ -149,7 +163,8 @@ impl<'a> Source<'a> {
         };
         let rig = self.known_machine(table, rig)?;
         let covariance = self.covariance(table, &Machine::new(&rig))?;
-        Ok(RigFile { rig, covariance, start_mm: self.start(table)? })
+        let samples_a_row = self.noise(table)?.map(|noise| noise.samples_a_row);
+        Ok(RigFile { rig, covariance, start_mm: self.start(table)?, samples_a_row })
     }
 
     /// The 3-3 machine.

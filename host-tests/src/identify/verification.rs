@@ -4,7 +4,6 @@ use super::input_error::InputError;
 use super::lengths_file::LengthsFile;
 use glenoid::identification::verification::{CentrePrediction, rms_limit_mm};
 use glenoid::identification::{Estimator, Identified, Machine, Pose};
-use glenoid::kinematics::CableLengths;
 use glenoid::paper::verify;
 use glenoid::rig::Rig;
 use glenoid::scalar::Real;
@@ -65,12 +64,12 @@ impl Verification {
         machine: &Machine<T>,
         estimator: &Estimator<T>,
         identified: &Identified<T>,
-        lengths: &[CableLengths<T>],
+        poses: &[Pose<T>],
     ) -> Self {
-        let mut found = Self::none(lengths.len());
+        let mut found = Self::none(poses.len());
         let (mut squares_mm2, mut chi_square, mut checked) = (0.0, T::zero(), 0_usize);
-        for (index, lengths) in lengths.iter().enumerate() {
-            let mut pose = Pose::new(*lengths);
+        for (index, pose) in poses.iter().enumerate() {
+            let mut pose = *pose;
             pose.place(machine.platform());
             let verified = estimator.verify(machine, &pose);
             let predicted = estimator.predict(machine, &pose);
@@ -102,7 +101,7 @@ impl Verification {
         let mut found = Self::none(log.rows().len());
         let (mut squares_mm2, mut checked) = (0.0, 0);
         for (index, row) in log.rows().iter().enumerate() {
-            let measured = log.cables::<T>(row)?;
+            let measured = log.true_lengths(row, rig)?;
             // Pose by pose: one bad reading must not hide what the others say.
             match verify(rig, &identified.parameters, &[measured]).ok().map(T::to_f64) {
                 None => found.contradicting.push(index),

@@ -53,6 +53,8 @@ pub struct Inbox {
     pub watch: Option<WatchReport>,
     /// Lengths that were read out, mm, by set (second set: true), pose and cable (from 0).
     pub lengths_mm: BTreeMap<(bool, u8, u8), f32>,
+    /// How many samples each pose is the mean of, by set and pose.
+    samples: BTreeMap<(bool, u8), u16>,
     /// The latest answer about a parameter.
     pub parameter: Option<ParameterAnswer>,
     /// Faults, in order.
@@ -116,6 +118,9 @@ impl Inbox {
                 let key = (raw.set == PoseSet::HeldOut, raw.index, raw.cable.wrapping_sub(1));
                 self.lengths_mm.insert(key, raw.length_mm);
             }
+            Message::PoseSamples(of) => {
+                self.samples.insert((of.set == PoseSet::HeldOut, of.index), of.samples);
+            }
             // Said of a set of poses that is refused, or of no interest here.
             _ => {}
         }
@@ -128,6 +133,11 @@ impl Inbox {
             *length = *self.lengths_mm.get(&(set == PoseSet::HeldOut, index, cable as u8))?;
         }
         Some(lengths)
+    }
+
+    /// How many samples a pose is the mean of; 1 when that was not said.
+    pub fn samples(&self, set: PoseSet, index: u8) -> u16 {
+        self.samples.get(&(set == PoseSet::HeldOut, index)).copied().unwrap_or(1)
     }
 
     /// The new centre and radii of the run `run_id`, when all six have come, in the order x, y, z, p1, p2, p3.

@@ -45,9 +45,11 @@ pub fn judge(
     let verdict = Verdict::new(&transcript.parameters, &truth, expected.parameters);
 
     let lengths_mm: Vec<_> = transcript.identification.iter().map(|captured| captured.lengths_mm).collect();
+    let taken: Vec<_> =
+        transcript.identification.iter().map(|captured| (captured.lengths_mm, captured.samples)).collect();
     let refuses = |refusal: Refusal| format!("the host refuses the poses that the board accepted: {}", refusal.text());
-    let single = replay::identify(&known.single, &lengths_mm, zero_prior_mm).map_err(refuses)?;
-    let double = replay::identify(rig, &lengths_mm, zero_prior_mm).map_err(refuses)?;
+    let single = replay::identify(&known.single, &taken, zero_prior_mm).map_err(refuses)?;
+    let double = replay::identify(rig, &taken, zero_prior_mm).map_err(refuses)?;
     let host_difference_mm = replay::difference_mm(&transcript.parameters, &single.parameters);
     let length_difference_counts = length_difference_counts(transcript, rig);
 

@@ -146,6 +146,7 @@ fn over_pulleys(rig: &Rig<f64>, radius_mm: f64) -> Result<Rig<f64>, String> {
     let pulley = Pulley { radius_mm, axis: Vector3::z() };
     let with = |drum: Drum<f64>| {
         Rig::with_cables(cables.map(|cable| CableEnds { pulley, ..cable }), drum, rig.length_noise_mm(), *rig.nominal())
+            .and_then(|guided| guided.with_noise(rig.length_noise_mm(), rig.sample_noise_mm()))
             .and_then(|guided| guided.with_tolerance(*rig.tolerance()))
             .map_err(|error| error.text().to_string())
     };

@@ -1,25 +1,27 @@
 //! The board's calculation again on the host, from the very lengths that the board used.
 
-use crate::estimation::estimate;
+use crate::estimation::estimate_poses;
 use glenoid::can::result::Parameter;
 use glenoid::can::{BaseId, Message};
-use glenoid::identification::{EstimatorSettings, Identified, Machine, Refusal};
+use glenoid::identification::{EstimatorSettings, Identified, Machine, Pose, Refusal};
 use glenoid::kinematics::CableLengths;
 use glenoid::paper::{PaperIteration, PaperSettings, verify};
 use glenoid::rig::{CABLES, Parameters, Rig};
 use glenoid::scalar::Real;
 
+/// A pose as the board took it: its lengths, mm, and how many samples they are the mean of.
+pub type TakenPose = ([f32; CABLES], u16);
+
 /// Identifies the centre the way that the firmware does, in single or double precision.
 ///
 /// # Errors
 /// The library's [`Refusal`].
-pub fn identify<T: Real>(
-    rig: &Rig<T>,
-    lengths_mm: &[[f32; CABLES]],
-    zero_prior_mm: f64,
-) -> Result<Identified<T>, Refusal> {
+pub fn identify<T: Real>(rig: &Rig<T>, taken: &[TakenPose], zero_prior_mm: f64) -> Result<Identified<T>, Refusal> {
     let machine = Machine::with_offset_prior(rig, rig.offset_prior_mm(T::of(zero_prior_mm)));
-    estimate(&machine, rig, EstimatorSettings::for_rig(rig), &lengths(lengths_mm)?).outcome
+    let lengths_mm: Vec<_> = taken.iter().map(|(lengths_mm, _)| *lengths_mm).collect();
+    let poses = lengths(&lengths_mm)?.into_iter().zip(taken);
+    let poses = poses.map(|(lengths, (_, samples))| Pose::new(lengths).averaged_over(&machine, *samples)).collect();
+    estimate_poses(&machine, rig, EstimatorSettings::for_rig(rig), None, poses).outcome
 }
 
 /// The paper's iteration (Fig. 4), and where it began.

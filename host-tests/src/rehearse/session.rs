@@ -120,7 +120,8 @@ impl<'a> Session<'a> {
             let report = self
                 .client
                 .wait_for("pose report", ANSWER_LIMIT_MS, |inbox| inbox.poses.last().filter(taken_now).copied())?;
-            taken.push(Captured { pose, lengths_mm: [0.0; CABLES], predicted_sigma_mm: report.sigma_mm });
+            let predicted_sigma_mm = report.sigma_mm;
+            taken.push(Captured { pose, lengths_mm: [0.0; CABLES], samples: 1, predicted_sigma_mm });
             stage.reached(taken.len() as u64, &advice(&report));
         }
         stage.done(&match refused {
@@ -153,6 +154,7 @@ impl<'a> Session<'a> {
             self.client.command_when_sent(Opcode::ReadPose, run_id, held_out | u16::from(index))?;
             captured.lengths_mm =
                 self.client.wait_for("raw pose", ANSWER_LIMIT_MS, |inbox| inbox.pose_mm(set, index))?;
+            captured.samples = self.client.inbox.samples(set, index);
             stage.reached(done, "");
         }
         stage.done("the lengths that the board used");

@@ -11,6 +11,7 @@ use super::report::{Report, Status};
 use super::session::{SOLVER_LIMIT_MS, Session};
 use super::shoulder_report::ShoulderReport;
 use super::transcript::{Captured, SessionError};
+use crate::estimation::estimate_poses;
 use crate::identify::held_phase;
 use crate::wearer::Wearer;
 use glenoid::can::Opcode;
@@ -136,9 +137,9 @@ fn judge(transcript: &Transcript, rig: &Rig<f32>, options: &Options) -> Result<(
     let refused = |refusal: Refusal| format!("the host refuses what the board accepted: {}", refusal.text());
     let held = match &transcript.held[..] {
         [] => None,
-        poses => Some(held_phase::identify(&machine, rig, settings, &lengths(poses)?).map_err(refused)?),
+        poses => Some(held_phase::identify(&machine, rig, settings, as_taken(&machine, poses)?).map_err(refused)?),
     };
-    let estimation = held_phase::estimate(&machine, rig, settings, held, &lengths(&transcript.free)?);
+    let estimation = estimate_poses(&machine, rig, settings, held, as_taken(&machine, &transcript.free)?);
     let identified = estimation.outcome.map_err(refused)?;
     let estimator = &estimation.estimator;
     let host = match estimator.joint() {
@@ -163,11 +164,14 @@ fn judge(transcript: &Transcript, rig: &Rig<f32>, options: &Options) -> Result<(
         reasons.push("the centre in use after a restart is not the one that was accepted".to_string());
     }
 
-    let second = lengths(&transcript.second)?;
+    let second = as_taken(&machine, &transcript.second)?;
     let model = transcript.motion.map(|motion| motion.model());
     let mut sums = Sums::default();
-    for (captured, lengths) in transcript.second.iter().zip(second) {
-        let pose = Pose::placed(machine.platform(), lengths).map_err(|_| "a pose does not close".to_string())?;
+    for (captured, mut pose) in transcript.second.iter().zip(second) {
+        pose.place(machine.platform());
+        if !pose.is_placed() {
+            return Err("a pose does not close".to_string());
+        }
         let prediction = estimator.predict(&machine, &pose).ok_or("a pose has no prediction")?;
         let found_mm = shown_mm(&transcript.parameters, model.as_ref(), &pose.rotation());
         let arm = pose.rotation().map(f64::from).column(2).into_owned();
@@ -263,10 +267,11 @@ impl Sums {
     }
 }
 
-/// The lengths that the board took.
-fn lengths(captured: &[Captured]) -> Result<Vec<CableLengths<f32>>, String> {
-    captured
-        .iter()
-        .map(|captured| CableLengths::new(captured.lengths_mm).map_err(|error| error.fault.text().to_string()))
-        .collect()
+/// The poses as the board took them.
+fn as_taken(machine: &Machine<f32>, captured: &[Captured]) -> Result<Vec<Pose<f32>>, String> {
+    let pose = |captured: &Captured| {
+        let lengths = CableLengths::new(captured.lengths_mm).map_err(|error| error.fault.text().to_string())?;
+        Ok(Pose::new(lengths).averaged_over(machine, captured.samples))
+    };
+    captured.iter().map(pose).collect()
 }

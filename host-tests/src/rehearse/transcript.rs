@@ -97,6 +97,8 @@ pub struct Captured {
     pub pose: Pose,
     /// The lengths that the board took for it, as read out over CAN, mm.
     pub lengths_mm: [f32; CABLES],
+    /// How many samples they are the mean of.
+    pub samples: u16,
     /// The centre's σ that the board predicted from the poses so far, mm.
     pub predicted_sigma_mm: Option<f32>,
 }

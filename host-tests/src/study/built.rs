@@ -2,10 +2,10 @@
 
 use super::scene::{Reach, normal, symmetric, symmetric_vector};
 use super::statistics::root_mean_square;
-use crate::estimation::estimate;
+use crate::estimation::estimate_poses;
 use crate::identify::rig_file::RigFile;
-use glenoid::identification::{EstimatorSettings, Noise};
-use glenoid::kinematics::CableLengths;
+use glenoid::identification::{EstimatorSettings, Noise, Pose};
+use glenoid::kinematics::{CableLengths, LengthError};
 use glenoid::rig::{ATTACHMENTS, CABLES, POINTS, Rig, RigError, Tolerance};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use rand::Rng;
@@ -132,8 +132,28 @@ impl BuiltMachine {
 
     /// The six readings at a rotation from home, mm.
     pub fn reading(&self, random: &mut impl Rng, worn: &Worn, rotation: &Rotation3<f64>) -> [f64; CABLES] {
-        let ends_mm = worn.end_points_mm(&worn.centre_mm, rotation);
-        self.without_noise(&ends_mm).map(|length| length + symmetric(random, NOISE_MM))
+        self.exact_reading(worn, rotation).map(|length| length + symmetric(random, NOISE_MM))
+    }
+
+    /// The six readings of a pose that is held for so many samples, each with noise of its own beside `friction_mm`, 1σ, that is
+    /// the same in all of them: their mean, mm.
+    pub fn held_reading(
+        &self,
+        random: &mut impl Rng,
+        worn: &Worn,
+        rotation: &Rotation3<f64>,
+        samples: u16,
+        friction_mm: f64,
+    ) -> [f64; CABLES] {
+        self.exact_reading(worn, rotation).map(|length| {
+            let mean = (0..samples).map(|_| symmetric(random, NOISE_MM)).sum::<f64>() / f64::from(samples);
+            length + friction_mm * normal(random) + mean
+        })
+    }
+
+    /// The six readings without noise, mm.
+    fn exact_reading(&self, worn: &Worn, rotation: &Rotation3<f64>) -> [f64; CABLES] {
+        self.without_noise(&worn.end_points_mm(&worn.centre_mm, rotation))
     }
 
     /// The six readings of these end-points, mm.
@@ -180,14 +200,15 @@ pub struct Accepted {
 
 /// Identifies the centre from readings with a rig as it is known.
 pub fn identify(rig: &RigFile, readings: &[[f64; CABLES]], truth_mm: &Vector3<f64>) -> Option<Accepted> {
-    let lengths: Vec<_> = readings
-        .iter()
-        .map(|reading| CableLengths::new(*reading)?.corrected(&rig.rig))
-        .collect::<Result<_, _>>()
-        .ok()?;
-    let noise = Noise::Known(NOISE_SIGMA_MM);
-    let settings = EstimatorSettings { noise, ..EstimatorSettings::for_rig(&rig.rig) };
-    let found = estimate(&rig.machine(&rig.rig), &rig.rig, settings, &lengths).outcome.ok()?;
+    let machine = rig.machine(&rig.rig);
+    let pose = |reading: &[f64; CABLES]| {
+        let pose = Pose::new(CableLengths::new(*reading)?.corrected(&rig.rig)?);
+        Ok(pose.averaged_over(&machine, rig.samples_a_row.unwrap_or(1)))
+    };
+    let poses = readings.iter().map(pose).collect::<Result<Vec<_>, LengthError>>().ok()?;
+    let noise_mm = rig.samples_a_row.map_or(NOISE_SIGMA_MM, |_| rig.rig.length_noise_mm());
+    let settings = EstimatorSettings { noise: Noise::Known(noise_mm), ..EstimatorSettings::for_rig(&rig.rig) };
+    let found = estimate_poses(&machine, &rig.rig, settings, None, poses).outcome.ok()?;
     let [x, y, z, ..] = found.sigma_mm();
     Some(Accepted { error_mm: (found.parameters.centre_mm - truth_mm).into(), sigma_mm: [x, y, z] })
 }

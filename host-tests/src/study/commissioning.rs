@@ -95,7 +95,7 @@ fn trial(random: &mut ChaCha8Rng, case: &Case) -> Option<Accepted> {
             }
         })
         .collect();
-    let stated = RigFile { rig: machine.stated, covariance: None, start_mm: None };
+    let stated = RigFile::of(machine.stated);
     debug_assert!((stated.rig.length_noise_mm() - NOISE_SIGMA_MM).abs() < 1e-12);
     let found = of_readings(&stated, &logs).ok()?;
     let worn = machine.worn(random, 20.0);

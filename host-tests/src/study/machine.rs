@@ -1,6 +1,6 @@
 //! A machine that is not as drawn, with stated tolerances: is the centre as good as they allow, and its bar true?
 
-use super::built::{BuiltMachine, Figures, identify};
+use super::built::{BuiltMachine, Figures, NOISE_SIGMA_MM, identify};
 use super::findings::{Findings, Plan, Problem, Table, Target, percent, short};
 use super::scene::Reach;
 use super::{Study, trials};
@@ -86,6 +86,19 @@ fn run(plan: &Plan) -> Result<Findings, Problem> {
     targets.push(Target::at_most("twice the stated errors: wrong", 0.0, figures.wrong as f64));
     table.push(row("twice what is stated (.5 .5 .3 .1 %)", 30, plan.trials, &figures));
 
+    // Poses held for forty samples: what averages and what does not are known apart.
+    for (name, tolerance) in [("exact", Tolerance::exact()), ("points .5, edges .5", tolerance(0.5, 0.5, 0.0, 0.0))] {
+        for poses in POSES {
+            let figures = held_figures(plan, &tolerance, poses);
+            let name = format!("{name}, held for {HELD_SAMPLES} samples, friction {FRICTION_MM} mm");
+            targets.push(Target::at_least(format!("{name}, {poses} poses: share accepted"), 0.99, figures.accepted));
+            let ratio = figures.ratio;
+            targets.push(Target::between(format!("{name}, {poses} poses: real / reported"), (0.95, 1.05), ratio));
+            targets.push(Target::at_most(format!("{name}, {poses} poses: wrong"), 0.0, figures.wrong as f64));
+            table.push(row(&name, poses, plan.trials, &figures));
+        }
+    }
+
     let mut chart = Chart::new(
         "Centre of a machine that is not as drawn",
         Axis::linear("case of the table"),
@@ -120,6 +133,28 @@ fn row(name: &str, poses: usize, trials: u64, figures: &Figures) -> [String; 6] 
     ]
 }
 
+/// Samples of a held pose, and what is the same in all of them, 1σ, mm.
+const HELD_SAMPLES: u16 = 40;
+const FRICTION_MM: f64 = 0.02;
+
+/// Poses held for [`HELD_SAMPLES`], by a rig that states both parts of the noise.
+fn held_figures(plan: &Plan, tolerance: &Tolerance<f64>, poses: usize) -> Figures {
+    let name = format!("machine held {} {poses}", tolerance.base_mm);
+    let outcomes = trials::run(plan.seed, &name, plan.trials, |_, mut random| {
+        let machine = BuiltMachine::random(&mut random, tolerance, *tolerance).ok()?;
+        let worn = machine.worn(&mut random, 20.0);
+        let mut reading = || {
+            let rotation = Reach::USUAL.rotation(&mut random);
+            machine.held_reading(&mut random, &worn, &rotation, HELD_SAMPLES, FRICTION_MM)
+        };
+        let readings: Vec<_> = (0..poses).map(|_| reading()).collect();
+        let stated = machine.stated.with_noise(FRICTION_MM, NOISE_SIGMA_MM).ok()?;
+        let rig = RigFile { samples_a_row: Some(HELD_SAMPLES), ..RigFile::of(stated) };
+        identify(&rig, &readings, &machine.centre_in_base_mm(&worn))
+    });
+    Figures::of(&outcomes)
+}
+
 /// Errors of the machine `times` as large as stated.
 fn figures(plan: &Plan, case: &Case, poses: usize, times: f64) -> Figures {
     let stated = case.tolerance;
@@ -130,7 +165,7 @@ fn figures(plan: &Plan, case: &Case, poses: usize, times: f64) -> Figures {
         let machine = BuiltMachine::random(&mut random, &truth, stated).ok()?;
         let worn = machine.worn(&mut random, 20.0);
         let readings = machine.readings(&mut random, &worn, poses, Reach::USUAL);
-        let rig = RigFile { rig: machine.stated, covariance: None, start_mm: None };
+        let rig = RigFile::of(machine.stated);
         identify(&rig, &readings, &machine.centre_in_base_mm(&worn))
     });
     Figures::of(&outcomes)

@@ -120,7 +120,7 @@ fn trial(random: &mut ChaCha8Rng, case: &Case, known: &KnownMachine, poses: usiz
         .collect();
     let expected = Expected::new(stated, &arm, &rotations, NOISE_SIGMA_MM, stated.tolerance())?;
     let [x, y, z, ..] = expected.parameters;
-    let rig = RigFile { rig: *stated, covariance: None, start_mm: None };
+    let rig = RigFile::of(*stated);
     Some((identify(&rig, &readings, arm.centre_mm()), Vector3::new(x, y, z).norm()))
 }
 

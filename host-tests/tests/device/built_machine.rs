@@ -100,6 +100,20 @@ fn a_rig_file_makes_another_machine_of_the_board() {
     }
 }
 
+/// A board that is told of both parts of the noise, and says of how many samples each pose is the mean: the host's
+/// calculation is the board's to the bit, which it is not when all poses count alike.
+#[test]
+fn a_board_is_told_of_the_noise_of_its_samples() {
+    let text = "base = [[150.0, 0.0, 0.0], [-75.0, 129.9038105676658, 0.0], [-75.0, -129.9038105676658, 0.0]]\n\
+                edges = [178.3982062, 178.3982062, 178.3982062]\n[noise]\npose = 0.0577\nsample = 0.2\n";
+    let path = rig_file("noisy-rig.toml", text);
+    for seed in 0..5 {
+        let report = run(&format!("--rig {} --poses 15 --seed {seed}", path.display()));
+        assert_eq!(report.status, Status::Right, "{seed}: {report}");
+        assert_eq!(report.found.as_ref().unwrap().host.difference_mm, 0.0);
+    }
+}
+
 /// A machine that is off as stated raises no alarm in use; what slips on it is named all the same.
 #[test]
 fn a_machine_that_is_not_as_drawn_is_no_slip() {

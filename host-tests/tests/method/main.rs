@@ -15,6 +15,7 @@ mod estimator_refusals;
 mod estimator_sigma;
 mod excitation;
 mod geometry;
+mod held_noise;
 mod hinge;
 mod joint_models;
 mod length_jacobian;

@@ -5,9 +5,8 @@ use crate::common::sets::{NOISE_MM, add_noise, normal, shoulder, sweep};
 use crate::common::{Worn, library, rng};
 use glenoid::identification::joint::{Joint, MissingMotion};
 use glenoid::identification::{Estimator, EstimatorSettings, Machine, Refusal};
-use glenoid::kinematics::CableLengths;
 use host_tests::anatomy::Shoulder;
-use host_tests::estimation::{Estimation, estimate};
+use host_tests::estimation::{Estimation, estimate, estimate_poses};
 use host_tests::identify::held_phase;
 use host_tests::literal::Lengths;
 use nalgebra::{Rotation3, Vector3};
@@ -182,24 +181,23 @@ fn motion_that_is_missing_is_named() {
 fn a_held_phase_that_was_not_held_or_is_of_another_wearing_is_named() {
     let rig = library::rig::<f64>(&shoulder());
     let (machine, settings) = (Machine::new(&rig), EstimatorSettings::for_rig(&rig));
-    let as_lengths = |poses: &[Lengths<f64>]| -> Vec<CableLengths<f64>> { library::as_lengths(poses) };
     for seed in 0..4 {
         let mut rng = rng(4780 + seed);
         let person = Shoulder::new(seed, 0.0);
         let moved = |share: f64| move |arm: &Rotation3<f64>| Shoulder::new(seed, 0.0).displacement_mm(arm) * share;
         let still = within_reach(&person, sweep(&mut rng, 24, 30.0, 30.0));
         let loose = readings(&mut rng, &shoulder(), &still, moved(0.6), SLIDE_MM);
-        let found = held_phase::identify(&machine, &rig, settings, &as_lengths(&loose));
+        let found = held_phase::identify(&machine, &rig, settings, library::as_poses(&loose));
         assert!(matches!(found, Err(Refusal::NotHeld { .. })), "{seed}: {found:?}");
 
         // The same person with the cuff 20 mm elsewhere.
         let mut other = shoulder();
         other.home_mm.iter_mut().for_each(|point| *point += Vector3::new(12.0, -14.0, 8.0));
         let held = readings(&mut rng, &other, &still, moved(0.1), SLIDE_MM);
-        let held = held_phase::identify(&machine, &rig, settings, &as_lengths(&held)).expect("a held phase");
+        let held = held_phase::identify(&machine, &rig, settings, library::as_poses(&held)).expect("a held phase");
         let free = within_reach(&person, sweep(&mut rng, 80, 45.0, 30.0));
         let free = readings(&mut rng, &shoulder(), &free, moved(1.0), SLIDE_MM);
-        let found = held_phase::estimate(&machine, &rig, settings, Some(held), &as_lengths(&free)).outcome;
+        let found = estimate_poses(&machine, &rig, settings, Some(held), library::as_poses(&free)).outcome;
         assert!(matches!(found, Err(Refusal::HeldOfAnotherWearing { .. })), "{seed}: {found:?}");
     }
 }

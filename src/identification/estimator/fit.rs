@@ -99,8 +99,6 @@ enum Search<T> {
 
 impl<T: Real> Fit<T> {
     /// The fit before its first pass: the nominal centre, the machine as stated.
-    // Inlined so that it is built where it stays (`cargo stack --ways`).
-    #[inline(always)]
     pub fn new(machine: &Machine<T>, nominal: &Parameters<T>, settings: EstimatorSettings<T>) -> Self {
         let noise_mm = match settings.noise {
             Noise::Known(noise) => noise,
@@ -200,7 +198,6 @@ impl<T: Real> Fit<T> {
 
     /// Goes on searching for a pose's rotation; true when that is over.
     // Rare, and not inlined: its frame would be made for every pose of every pass.
-    #[inline(never)]
     fn search(&self, search: &mut AttitudeSearch<T>, machine: &Machine<T>, pose: &mut Pose<T>) -> bool {
         let lengths = self.estimate.corrected(machine, pose.lengths());
         let centre = self.joint.centre_at(&self.centre, &pose.rotation());

@@ -55,15 +55,12 @@ impl<T: Real> MovingCentre<T> {
     }
 
     /// A φ(R): displacement of the centre from O0 at a rotation ({P} to {B}), mm.
-    // Not inlined: copies in all that ask for a centre.
-    #[inline(never)]
     pub fn displacement_mm(&self, rotation: &Matrix3<T>) -> Vector3<T> {
         let features = self.frame.features(rotation);
         self.gains.iter().zip(features).fold(Vector3::zeros(), |sum, (gain, feature)| sum + gain * feature)
     }
 
     /// A ∂φ/∂ω, mm/rad.
-    #[inline(never)]
     pub fn turning(&self, rotation: &Matrix3<T>) -> Matrix3<T> {
         let gradients = self.frame.gradients(rotation);
         self.gains.iter().zip(gradients).fold(Matrix3::zeros(), |sum, (gain, row)| sum + gain * row.transpose())

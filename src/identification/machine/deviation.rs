@@ -20,7 +20,6 @@ pub struct MachineDeviation<T> {
 
 impl<T: Real> MachineDeviation<T> {
     /// As stated.
-    #[inline(always)]
     pub fn none() -> Self {
         Self { base_mm: [T::zero(); MAX_MODES], ends_mm: [T::zero(); MAX_MODES], scale: [T::zero(); CABLES] }
     }

@@ -15,6 +15,7 @@ pub use shape::MAX_MODES;
 pub(super) use shape::for_each_mode;
 
 use self::shape::ShapeModes;
+use crate::identification::settings::MIN_NOISE_MM;
 use crate::kinematics::{Geometry, PlatformSolver};
 use crate::linear_algebra::packed_index;
 use crate::rig::{CABLES, Rig, Tolerance};
@@ -35,6 +36,7 @@ pub const SCALE_UNIT: f64 = 0.01;
 pub struct Machine<T> {
     platform: PlatformSolver<T>,
     noise_mm: T,
+    sample_noise_mm: T,
     home_mm: [T; CABLES],
     base: ShapeModes<T>,
     ends: ShapeModes<T>,
@@ -70,6 +72,7 @@ impl<T: Real> Machine<T> {
         let mut machine = Self {
             platform,
             noise_mm: rig.length_noise_mm(),
+            sample_noise_mm: rig.sample_noise_mm(),
             home_mm: rig.drum().home_length_mm,
             base: ShapeModes::none(),
             ends: ShapeModes::none(),
@@ -132,9 +135,21 @@ impl<T: Real> Machine<T> {
         self.platform.geometry()
     }
 
-    /// Standard deviation of one length, mm.
+    /// Standard deviation of one length, mm: of what does not average over the samples of a held pose.
     pub fn noise_mm(&self) -> T {
         self.noise_mm
+    }
+
+    /// Variance of a length that is the mean of so many samples, over that of [`noise_mm`](Self::noise_mm): 1 where the rig
+    /// states no noise that averages.
+    pub fn relative_variance(&self, samples: u16) -> T {
+        let ratio = self.sample_noise_mm / self.noise_mm.max(T::of(MIN_NOISE_MM));
+        T::one() + ratio * ratio / T::of_integer(i32::from(samples.max(1)))
+    }
+
+    /// Variance of one sample of a length, mm², where that of a held pose but for what averages is `noise_mm` squared.
+    pub fn sample_variance_mm2(&self, noise_mm: T) -> T {
+        noise_mm * noise_mm + self.sample_noise_mm * self.sample_noise_mm
     }
 
     /// Length of each cable at count zero, mm.

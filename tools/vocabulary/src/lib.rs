@@ -10,7 +10,7 @@ pub use random::{KINDS, random_message};
 use glenoid::can::health::{BusHealth, LastStop, StopText};
 use glenoid::can::identity::{Identity, Naming};
 use glenoid::can::message::Message;
-use glenoid::can::report::{LeftOut, OutcomeReport, PoseReport, RawLength};
+use glenoid::can::report::{LeftOut, OutcomeReport, PoseReport, PoseSamples, RawLength};
 use glenoid::can::result::{Axis, MotionPart, Parameter, Quality, VerificationReport, WeakDirection, ZeroError};
 use glenoid::can::status::{Answer, Counters, Fault, Heartbeat, Versions};
 use glenoid::can::watch::WatchReport;
@@ -47,6 +47,7 @@ pub fn fields(message: &Message) -> (&'static str, Vec<Field>) {
         Message::LiveZero(m) => ("LiveZero", zero(m)),
         Message::CandidateMotion(m) => ("CandidateMotion", motion(m)),
         Message::LiveMotion(m) => ("LiveMotion", motion(m)),
+        Message::PoseSamples(m) => ("PoseSamples", pose_samples(m)),
         Message::Watch(m) => ("Watch", watch(m)),
         Message::Identity(m) => ("Identity", identity(m)),
         Message::CandidateNaming(m) => ("CandidateNaming", naming(m)),
@@ -181,6 +182,15 @@ fn raw_length(m: &RawLength) -> Vec<Field> {
         ("cable", m.cable.into()),
         ("held_out", (m.set == PoseSet::HeldOut).into()),
         ("length", m.length_mm.into()),
+    ]
+}
+
+fn pose_samples(m: &PoseSamples) -> Vec<Field> {
+    vec![
+        run_id(m.run_id),
+        ("index", m.index.into()),
+        ("held_out", (m.set == PoseSet::HeldOut).into()),
+        ("samples", m.samples.into()),
     ]
 }
 

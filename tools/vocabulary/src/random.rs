@@ -4,7 +4,7 @@ use glenoid::can::Standing;
 use glenoid::can::health::{BusHealth, LastStop, StopText};
 use glenoid::can::identity::{Identity, Naming};
 use glenoid::can::message::Message;
-use glenoid::can::report::{LeftOut, OutcomeReport, PoseReport, RawLength};
+use glenoid::can::report::{LeftOut, OutcomeReport, PoseReport, PoseSamples, RawLength};
 use glenoid::can::result::{Axis, MotionPart, Parameter, Quality, VerificationReport, WeakDirection, ZeroError};
 use glenoid::can::status::{Answer, Counters, Fault, Flags, Heartbeat, Versions};
 use glenoid::can::watch::WatchReport;
@@ -13,7 +13,7 @@ use glenoid::restart::ResetCause;
 use rand::Rng;
 
 /// How many kinds of messages the device sends, without the multiplexed ones.
-pub const KINDS: u8 = 28;
+pub const KINDS: u8 = 29;
 
 /// A random message of a kind, 0 to [`KINDS`] - 1 in the order of the identifiers. Values are random within what
 /// their fields can hold, and not rounded to the fields' steps.
@@ -123,6 +123,12 @@ pub fn random_message(kind: u8, random: &mut impl Rng) -> Message {
         25 => Message::LiveNaming(any.naming()),
         26 => Message::CandidateMotion(any.motion()),
         27 => Message::LiveMotion(any.motion()),
+        28 => Message::PoseSamples(PoseSamples {
+            run_id: any.0.random(),
+            index: any.0.random(),
+            set: PoseSet::held_out_if(any.0.random()),
+            samples: any.0.random(),
+        }),
         _ => Message::Watch(WatchReport {
             run_id: any.0.random(),
             cause: any.reason(),

@@ -83,12 +83,17 @@ fn median_distance_mm(machine: &Machine<f64>, lengths: &[CableLengths<f64>]) -> 
 
 /// The cable whose counts jumped by so much that the poses before and after do not fit each other at all: the beginning of
 /// the log has a centre, and about that centre all poses from one on want the same correction of the same cable.
-pub fn count_begun_anew(rig: &Rig<f64>, machine: &Machine<f64>, lengths: &[CableLengths<f64>]) -> Option<Cause> {
+pub fn count_begun_anew(
+    rig: &Rig<f64>,
+    machine: &Machine<f64>,
+    lengths: &[CableLengths<f64>],
+    noise_mm: f64,
+) -> Option<Cause> {
     let beginnings = [2, 3, 4, 6].map(|share| (lengths.len() / share).max(MIN_PART));
     beginnings
         .into_iter()
         .filter_map(|poses| lengths.get(..poses))
-        .find_map(|beginning| loss_after(rig, machine, lengths, beginning))
+        .find_map(|beginning| loss_after(rig, machine, lengths, beginning, noise_mm))
 }
 
 fn loss_after(
@@ -96,13 +101,14 @@ fn loss_after(
     machine: &Machine<f64>,
     lengths: &[CableLengths<f64>],
     beginning: &[CableLengths<f64>],
+    noise_mm: f64,
 ) -> Option<Cause> {
-    let noise = Noise::Known(rig.length_noise_mm());
+    let noise = Noise::Known(noise_mm);
     let settings = EstimatorSettings { noise, joint: JointChoice::Ball, ..EstimatorSettings::for_rig(rig) };
     let fitted = estimate(machine, rig, settings, beginning);
     fitted.outcome.as_ref().ok()?;
     let (estimate, centre) = (fitted.estimator.machine_estimate(), fitted.estimator.centre());
-    let variance = rig.length_noise_mm().powi(2);
+    let variance = noise_mm * noise_mm;
     let solver = AttitudeSolver { geometry: estimate.geometry(), centre };
     // Of each pose: it fits, or which cable reads too much by how much.
     let look = |lengths: &CableLengths<f64>| {

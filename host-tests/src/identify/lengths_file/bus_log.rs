@@ -30,6 +30,7 @@ struct Run {
 struct Pose {
     last_line: usize,
     lengths_mm: [Option<f32>; CABLES],
+    samples: Option<u16>,
 }
 
 /// Reads a recording.
@@ -52,6 +53,9 @@ pub(super) fn parse(file: &str, text: &Text) -> Result<LengthsFile, InputError> 
                 prior_mm = offset_prior_mm(&frame).unwrap_or(prior_mm);
                 match (Message::unpack(&frame, BaseId::DEFAULT), runs.last_mut()) {
                     (Ok(Message::RawLength(length)), _) => take(&mut runs, line, &length, prior_mm),
+                    (Ok(Message::PoseSamples(of)), Some(run)) if run.id == of.run_id => {
+                        run.poses.entry((of.set == PoseSet::HeldOut, of.index)).or_default().samples = Some(of.samples);
+                    }
                     (Ok(message), Some(run)) => run.board.take(run.id, &message),
                     _ => {}
                 }
@@ -107,7 +111,7 @@ impl Pose {
         for (row, length) in lengths_mm.iter_mut().zip(self.lengths_mm) {
             *row = f64::from(length.filter(|mm| *mm > 0.0)?);
         }
-        Some(Row { line: self.last_line, lengths_mm })
+        Some(Row { line: self.last_line, lengths_mm, samples: self.samples.unwrap_or(1) })
     }
 }
 

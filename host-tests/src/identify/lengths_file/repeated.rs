@@ -71,7 +71,12 @@ impl Group {
 
     /// A row that stands alone stays as it is, to the bit.
     fn mean(&self) -> Row {
-        Row { lengths_mm: self.sum_mm.map(|sum| sum / self.rows as f64), ..self.first }
+        let samples = usize::from(self.first.samples).saturating_mul(self.rows);
+        Row {
+            lengths_mm: self.sum_mm.map(|sum| sum / self.rows as f64),
+            samples: u16::try_from(samples).unwrap_or(u16::MAX),
+            ..self.first
+        }
     }
 }
 
@@ -80,7 +85,7 @@ mod tests {
     use super::*;
 
     fn row(line: usize, lengths_mm: [f64; CABLES]) -> Row {
-        Row { line, lengths_mm }
+        Row { line, lengths_mm, samples: 1 }
     }
 
     #[test]
@@ -88,7 +93,7 @@ mod tests {
         let rows = [row(2, [100.0; 6]), row(3, [200.0; 6]), row(4, [100.2; 6]), row(5, [100.0; 6])];
         let merged = merged(&rows, 0.3);
         assert_eq!(merged.len(), 2);
-        assert_eq!(merged[0].line, 2);
+        assert_eq!((merged[0].line, merged[0].samples), (2, 3));
         assert!(merged[0].lengths_mm.iter().all(|length| (length - 300.2 / 3.0).abs() < 1e-12));
         assert_eq!(merged[1], rows[1]);
     }

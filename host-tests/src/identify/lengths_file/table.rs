@@ -145,7 +145,7 @@ impl Reader {
                 Some(cell) => self.numbers.read(cell).map_err(|message| self.log.at(line, cable, message))?,
             };
         }
-        let row = Row { line, lengths_mm };
+        let row = Row { line, lengths_mm, samples: 1 };
         self.log.cables::<f64>(&row)?;
         Ok(row)
     }

@@ -33,7 +33,7 @@ pub fn read_hinge(path: &Path) -> Result<Option<HingeRig<f64>>, InputError> {
 
 impl<'a> Source<'a> {
     fn hinge_rig(&self, table: &DeTable<'a>) -> Result<HingeRig<f64>, InputError> {
-        for other in ["base", "edges", "zeros", "drum", "covariance", "start"] {
+        for other in ["base", "edges", "noise", "zeros", "drum", "covariance", "start"] {
             if let Some(value) = table.get(other) {
                 return Err(self.error(value.span(), format!("{other} is not for a hinge")));
             }

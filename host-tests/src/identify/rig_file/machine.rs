@@ -42,7 +42,7 @@ impl<'a> Source<'a> {
 
     /// The rig with its tolerances and what commissioning has found.
     pub(super) fn known_machine(&self, table: &DeTable<'a>, rig: Rig<f64>) -> Result<Rig<f64>, InputError> {
-        let mut rig = rig;
+        let mut rig = self.with_noise(table, rig)?;
         // One key after the other, so that a complaint is about one of them.
         for (key, number, place, tolerance) in self.tolerances(table)? {
             let complaint = |error: RigError| self.error(place, format!("{key} = {number}: {}", error.text()));

@@ -1,7 +1,7 @@
 //! What is found of a shoulder, by which method, and how far off it is in poses that identified nothing.
 
 use super::set::{Person, Posed, lengths};
-use crate::estimation::estimate;
+use crate::estimation::{estimate, estimate_poses};
 use crate::identify::held_phase;
 use glenoid::identification::joint::Joint;
 use glenoid::identification::pivot_calibration::PivotCalibration;
@@ -45,11 +45,15 @@ pub fn estimated(person: &Person, held: &[Posed], free: &[Posed], second: &[Pose
     let settings = EstimatorSettings::for_rig(rig);
     let held = match held {
         [] => None,
-        poses => Some(held_phase::identify(&machine, rig, settings, &lengths(poses))?),
+        poses => Some(held_phase::identify(&machine, rig, settings, as_poses(poses))?),
     };
-    let estimation = held_phase::estimate(&machine, rig, settings, held, &lengths(free));
+    let estimation = estimate_poses(&machine, rig, settings, held, as_poses(free));
     estimation.outcome?;
     path(&machine, &estimation.estimator, second).ok_or(Refusal::Singular)
+}
+
+fn as_poses(posed: &[Posed]) -> Vec<Pose<f64>> {
+    lengths(posed).into_iter().map(Pose::new).collect()
 }
 
 fn path(machine: &Machine<f64>, estimator: &Estimator<f64>, second: &[Posed]) -> Option<Path> {

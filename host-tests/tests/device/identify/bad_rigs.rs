@@ -71,11 +71,11 @@ fn each_complaint_names_its_place() {
         ),
         (
             format!("{BASE}{EDGES}\nbsae = 3\n[drum2]\nradius = 15\n"),
-            "line 4, column 1: unknown key \"bsae\": the file may hold base, edges, home, joint, cable, tolerance, zeros, drum, covariance, hinge, start, truth",
+            "line 4, column 1: unknown key \"bsae\": the file may hold base, edges, home, joint, cable, noise, tolerance, zeros, drum, covariance, hinge, start, truth",
         ),
         (
             format!("# a misspelt key is refused, not taken for a missing one\nBase = 1\n{EDGES}"),
-            "line 2, column 1: unknown key \"Base\": the file may hold base, edges, home, joint, cable, tolerance, zeros, drum, covariance, hinge, start, truth",
+            "line 2, column 1: unknown key \"Base\": the file may hold base, edges, home, joint, cable, noise, tolerance, zeros, drum, covariance, hinge, start, truth",
         ),
         (
             format!("{BASE}{EDGES}[start]\nvalues = [0, 0, 148, 140, 140, 140]\nvaleus = 1\n"),
@@ -171,6 +171,19 @@ fn what_cannot_be_of_a_built_machine_names_its_place() {
         ),
         (tolerance("drum = 0.5\n"), "line 4, column 8: ", "drum = 0.5: a tolerance is negative or absurd"),
         (tolerance("zero = nan\n"), "line 4, column 8: ", "not a finite number"),
+        (format!("{BASE}{EDGES}[noise]\nsample = 0.1\n"), "line 3, ", "pose = "),
+        (
+            format!("{BASE}{EDGES}[noise]\npose = -0.1\n"),
+            "line 4, column 8: ",
+            "pose: a noise of -0.1 mm is not within",
+        ),
+        (format!("{BASE}{EDGES}[noise]\npose = 0.02\nsample = 11\n"), "line 5, column 10: ", "a noise of 11 mm"),
+        (format!("{BASE}{EDGES}[noise]\npose = 0.02\nsamples = 0\n"), "line 5, column 11: ", "a whole number of 1 to"),
+        (
+            format!("{BASE}{EDGES}[noise]\npose = 0.02\nsamples = 4.5\n"),
+            "line 5, column 11: ",
+            "a whole number of 1 to",
+        ),
         (format!("{BASE}{EDGES}[drum]\nscale = [1, 1, 1, 1, 1, 2]\n"), "line 3, ", "scale is off by more than 20 %"),
         (format!("{BASE}{EDGES}[zeros]\nmm = [1, 1]\n"), "line 4, ", "6 numbers are wanted, there are 2"),
     ] {

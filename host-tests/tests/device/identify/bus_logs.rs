@@ -4,7 +4,10 @@ use super::command::{Desk, Ran};
 use super::recorded::{Log, shoulder};
 use crate::procedure::bench::Bench;
 use glenoid::can::{BaseId, Message, Opcode};
-use glenoid::procedure::StateName;
+use glenoid::parameters::ParameterSet;
+use glenoid::procedure::{PoseSet, StateName};
+use glenoid::restart::Restart;
+use host_tests::wearer::WearerSettings;
 use std::fmt::Write;
 
 /// The lengths as the board sends them: singles.
@@ -147,8 +150,9 @@ fn a_recording_without_poses_or_with_something_else_in_it_says_so() {
 }
 
 /// A whole run of a device in this process, as candump would record it.
-fn recorded_run() -> (String, Vec<Message>) {
-    let mut bench = Bench::new(8);
+fn recorded_run(parameters: &ParameterSet) -> (String, Vec<Message>) {
+    let wearer = WearerSettings { seed: 8, noise_mm: 0.1, ..WearerSettings::default() };
+    let mut bench = Bench::of(parameters.config(Restart::default(), 0).unwrap(), wearer);
     bench.command(Opcode::Start);
     let mut messages = bench.take_messages();
     while bench.state() != StateName::Review {
@@ -163,21 +167,107 @@ fn recorded_run() -> (String, Vec<Message>) {
     (lines.collect(), messages)
 }
 
+/// The centre that the board showed, as it is printed.
+fn centre_of(messages: &[Message]) -> String {
+    let found = |axis| {
+        messages.iter().rev().find_map(|message| match message {
+            Message::CandidateCentre(p) if p.index == axis => Some(p.value_mm.to_string()),
+            _ => None,
+        })
+    };
+    [0, 1, 2].map(|axis| found(axis).unwrap()).join(" ")
+}
+
+/// The compiled-in machine with other values of some parameters.
+fn with_singles(values: &[(u16, f32)]) -> ParameterSet {
+    let mut parameters = ParameterSet::new();
+    values.iter().for_each(|(index, value)| parameters.set_bits(*index, value.to_bits()).unwrap());
+    parameters
+}
+
+/// The rig of those parameters.
+const RIG: &str = "base = [[150, 0, 0], [-75, 129.9038105676658, 0], [-75, -129.9038105676658, 0]]\n\
+                   edges = [178.398206, 178.398206, 178.398206]\n\
+                   [tolerance]\nbase = 0.5\nedges = 0.5\nzero = 0.3\ndrum = 0.001\n";
+
+/// The lengths that a board sends are corrected by what commissioning found of it: they are not corrected once more.
+#[test]
+fn a_commissioned_board_s_recording_is_not_corrected_twice() {
+    let offset = |cable: u16| (123 + cable, 0.7 * f32::from(cable) - 2.0);
+    let scale = |cable: u16| (129 + cable, 1.0 + 0.004 * (f32::from(cable) - 3.0));
+    let values: Vec<_> = (1..=6).map(offset).chain((1..=6).map(scale)).collect();
+    let (recording, messages) = recorded_run(&with_singles(&values));
+    let list = |values: &[(u16, f32)]| format!("{:?}", values.iter().map(|(_, value)| *value).collect::<Vec<_>>());
+    let rig = format!("{RIG}[zeros]\nmm = {}\n[drum]\nscale = {}\n", list(&values[..6]), list(&values[6..]));
+    let desk = Desk::new("bus_log_commissioned");
+    desk.put("rig.toml", rig).put("run.log", &recording);
+    let ran = desk.identify("run.log --rig rig.toml --noise 0.058 --precision f32 --json");
+    assert_eq!(ran.code, Some(0), "{ran:?}");
+    assert!(ran.stderr.contains("as the board corrected them"), "{ran:?}");
+    let found = ran.json()["centre_mm"].clone();
+    let of_board: Vec<f64> = centre_of(&messages).split(' ').map(|mm| mm.parse().unwrap()).collect();
+    for (found, of_board) in found.as_array().unwrap().iter().zip(of_board) {
+        assert!((found.as_f64().unwrap() - of_board).abs() < 2e-3, "{found} or {of_board}: {ran:?}");
+    }
+    // The same lengths in a table are readings: there they are corrected.
+    let ran = desk.put("run.csv", table_of(&messages)).identify("run.csv --rig rig.toml --noise 0.058 --json");
+    let far = ran.json()["centre_mm"][2].as_f64().is_none_or(|z| (z - found[2].as_f64().unwrap()).abs() > 0.1);
+    assert!(ran.code == Some(2) || far, "{ran:?}");
+}
+
+/// A board that knows the noise of a sample apart says of how many samples each pose is the mean, and the host counts by that.
+#[test]
+fn the_number_of_samples_of_each_pose_is_recorded() {
+    let (recording, messages) = recorded_run(&with_singles(&[(109, 0.05), (116, 0.2)]));
+    let samples: Vec<_> = messages
+        .iter()
+        .filter_map(|message| match message {
+            Message::PoseSamples(of) => Some(of.samples),
+            _ => None,
+        })
+        .collect();
+    let lengths = messages.iter().filter(|message| matches!(message, Message::RawLength(_))).count();
+    assert_eq!(samples.len() * 6, lengths);
+    // Four tenths of a second of a hundred samples a second.
+    assert!(samples.iter().all(|samples| (40..=60).contains(samples)), "{samples:?}");
+    let desk = Desk::new("bus_log_samples");
+    desk.put("rig.toml", format!("{RIG}[noise]\npose = 0.05\nsample = 0.2\n")).put("run.log", &recording);
+    let with = desk.identify("run.log --rig rig.toml --precision f32 --json");
+    let of_board: Vec<f64> = centre_of(&messages).split(' ').map(|mm| mm.parse().unwrap()).collect();
+    for (axis, of_board) in of_board.iter().enumerate() {
+        let found = with.json()["centre_mm"][axis].as_f64().unwrap();
+        assert!((found - of_board).abs() < 2e-3, "{found} or {of_board}: {with:?}");
+    }
+    // Without them each pose counts as a single sample: its bar is wider.
+    let without: String =
+        recording.lines().filter(|line| !line.contains("6A1#")).map(|line| line.to_owned() + "\n").collect();
+    let without = desk.put("without.log", without).identify("without.log --rig rig.toml --precision f32 --json");
+    let sigma = |ran: &Ran| ran.json()["sigma_mm"][2].as_f64().unwrap();
+    assert!(sigma(&without) > 1.1 * sigma(&with), "{} {}", sigma(&without), sigma(&with));
+}
+
+/// The lengths of the first set as a table.
+fn table_of(messages: &[Message]) -> String {
+    let mut rows: Vec<[f32; 6]> = Vec::new();
+    for message in messages {
+        if let Message::RawLength(raw) = message
+            && raw.set == PoseSet::Identification
+        {
+            rows.resize(rows.len().max(usize::from(raw.index) + 1), [0.0; 6]);
+            rows[usize::from(raw.index)][usize::from(raw.cable) - 1] = raw.length_mm;
+        }
+    }
+    let lines = rows.iter().map(|row| row.map(|mm| mm.to_string()).join(",") + "\n");
+    "l1,l2,l3,l4,l5,l6\n".to_owned() + &lines.collect::<String>()
+}
+
 #[test]
 fn a_recorded_run_gives_the_boards_own_centre_to_the_last_digit() {
-    let (recording, messages) = recorded_run();
-    let centre: Vec<String> = [0, 1, 2]
-        .map(|axis| {
-            let found = messages.iter().rev().find_map(|message| match message {
-                Message::CandidateCentre(p) if p.index == axis => Some(p.value_mm.to_string()),
-                _ => None,
-            });
-            found.unwrap()
-        })
-        .into();
+    let (recording, messages) = recorded_run(&ParameterSet::new());
+    let centre = centre_of(&messages);
     let desk = Desk::new("bus_log_board");
     let ran = desk.put("run.log", &recording).identify("run.log --json");
-    let expected = format!("the board found {} mm in run 1; its calculation gives the same here", centre.join(" "));
+    let expected = format!("the board found {centre} mm in run 1; its calculation gives the same here");
     assert!(ran.code == Some(0) && ran.stderr.contains(&expected), "{expected}: {ran:?}");
 
     // one length is another by its last bit; a pose is missing; the machine is another one
