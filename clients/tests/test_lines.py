@@ -8,6 +8,7 @@ from __future__ import annotations
 import contextlib
 import os
 import pty
+import select
 import subprocess
 import sys
 import threading
@@ -52,6 +53,8 @@ class Adapter:
     def listen(self) -> None:
         waiting = b""
         while self.plugged:
+            if not select.select([self.ours], [], [], 0.05)[0]:
+                continue
             with contextlib.suppress(OSError):
                 waiting += os.read(self.ours, 1024)
             *lines, waiting = waiting.split(b"\r")
@@ -70,6 +73,9 @@ class Adapter:
     def unplug(self) -> None:
         if self.plugged:
             self.plugged = False
+            # a line that somebody reads from would stay open
+            for thread in self.threads:
+                thread.join()
             os.close(self.theirs)
             os.close(self.ours)
 
@@ -124,6 +130,11 @@ def test_an_adapter_that_is_pulled_out_is_gone(adapters: type[Adapter], command:
 def test_a_recording_whose_adapter_is_pulled_out_keeps_what_was_heard(adapters: type[Adapter], tmp_path: object) -> None:
     adapter, path = adapters(), f"{tmp_path}/run.log"
     process = client(adapter, "record", path)
+    # it asks for the version, and records from then on
+    end = time.monotonic() + 60
+    while not any(line.startswith(b"t6808") for line in adapter.heard):
+        assert time.monotonic() < end, "the client does not ask"
+        time.sleep(0.05)
     time.sleep(2.5)
     adapter.unplug()
     said, _ = process.communicate(timeout=60)

@@ -30,8 +30,9 @@ export class ParameterTable {
     if (!this.dialog.open) this.dialog.showModal();
     this.device = device;
     this.say(words.parameters.reading);
-    await this.read(device);
-    this.say("");
+    const whole = await this.read(device);
+    // something else may have been said meanwhile
+    if (element("parameters-said").textContent === words.parameters.reading) this.say(whole ? "" : words.actions.noAnswer);
   }
 
   close(): void {

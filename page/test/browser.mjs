@@ -95,6 +95,9 @@ async function firstDrawing(page, board) {
 async function parameters(page) {
   await press(page, "Parameters …");
   const dialog = page.locator("#parameters");
+  // all of them have been read
+  await page.waitForFunction(() => document.querySelector("[aria-label='hold_time ms']")?.value === "400"
+    && document.querySelector("#parameters-said").textContent === "");
   await dialog.getByLabel("Find").fill("hold_time");
   const field = dialog.getByLabel("hold_time ms");
   await field.fill("20");

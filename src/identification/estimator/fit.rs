@@ -41,6 +41,8 @@ pub(super) struct Fit<T: Real> {
     pub rows: [[T; MAX_UNKNOWNS]; 6],
     /// Information on O and C of the last pass with all other unknowns taken as known, for a noise of 1 mm.
     pub centre_information: Matrix6<T>,
+    /// It is not the machine that looks like a moving centre.
+    pub is_compared: bool,
     /// Why the ball was refused, once it was.
     pub ball_refusal: Option<Refusal>,
     /// The joint centre in the platform from a held phase: a prior.
@@ -114,6 +116,7 @@ impl<T: Real> Fit<T> {
             in_work: None,
             rows: [[T::zero(); MAX_UNKNOWNS]; 6],
             centre_information: Matrix6::zeros(),
+            is_compared: false,
             ball_refusal: None,
             held: None,
             path_sigmas_mm: [T::zero(); 2],
@@ -126,6 +129,7 @@ impl<T: Real> Fit<T> {
     pub fn restart(&mut self, machine: &Machine<T>) {
         self.estimate = MachineEstimate::new(machine);
         self.joint = Joint::Ball;
+        self.is_compared = false;
         self.ball_refusal = None;
         self.held = None;
         let noise_mm = match self.settings.noise {
@@ -341,10 +345,16 @@ impl<T: Real> Fit<T> {
         self.equations.solve_forwards(row, 0);
     }
 
-    /// The second half, and its residuals. Returns the largest change of any unknown, mm.
-    pub fn take_step(&mut self, machine: &Machine<T>, pass: &Pass<T>) -> T {
+    /// The second half.
+    pub fn step(&self) -> [T; MAX_UNKNOWNS] {
         let [mut step, ..] = self.rows;
         self.equations.solve_backwards(&mut step, 0);
+        step
+    }
+
+    /// Takes the step, and keeps its residuals. Returns the largest change of any unknown, mm.
+    pub fn take_step(&mut self, machine: &Machine<T>, pass: &Pass<T>) -> T {
+        let step = self.step();
         let squares_mm2 = self.equations.squares_after(&step);
         let parameters = self.parameters(machine);
         let in_machine = self.estimate.count(machine);
