@@ -6,8 +6,9 @@
 //! after the split and the factor of the normal equations, without a refit.
 
 use super::Stage;
-use super::fit::{Fit, SeenPose};
+use super::fit::Fit;
 use super::result::Accepted;
+use super::seen::SeenPose;
 use crate::identification::joint::Joint;
 use crate::identification::machine::Machine;
 use crate::identification::parameters::{MAX_UNKNOWNS, Rows};

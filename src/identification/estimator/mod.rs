@@ -53,6 +53,7 @@ mod moving;
 mod place;
 mod refine;
 mod result;
+mod seen;
 mod stage;
 mod verify;
 

@@ -2,7 +2,8 @@
 //! its six lengths give.
 
 use super::Estimator;
-use super::fit::{Fit, SeenPose};
+use super::fit::Fit;
+use super::seen::SeenPose;
 use crate::identification::joint::Joint;
 use crate::identification::machine::Machine;
 use crate::identification::marginal_information::MarginalInformation;
