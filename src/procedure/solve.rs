@@ -122,6 +122,7 @@ impl From<Refusal> for Detail {
             Refusal::HeldOfAnotherWearing { distance_mm } => {
                 Self { size_mm: Some(distance_mm), ..Self::of(Reason::HeldOfAnotherWearing) }
             }
+            Refusal::MachineNotAsStated => Self::of(Reason::MachineNotAsStated),
             Refusal::TooManyOutliers { .. } => Self::of(Reason::TooManyOutliers),
             Refusal::CentreNotFixed { migration_mm } => {
                 Self { size_mm: Some(migration_mm), ..Self::of(Reason::NotABall) }

@@ -40,6 +40,8 @@ pub(super) struct Fit<T: Real> {
     pub equations: Equations<T>,
     /// Information on O and C of the last pass with all other unknowns taken as known, for a noise of 1 mm.
     pub centre_information: Matrix6<T>,
+    /// It is not the machine that looks like a moving centre.
+    pub is_compared: bool,
     /// Why the ball was refused, once it was.
     pub ball_refusal: Option<Refusal>,
     /// The joint centre in the platform from a held phase: a prior.
@@ -110,6 +112,7 @@ impl<T: Real> Fit<T> {
             joint: Joint::Ball,
             equations: Equations::new(0),
             centre_information: Matrix6::zeros(),
+            is_compared: false,
             ball_refusal: None,
             held: None,
             path_sigmas_mm: [T::zero(); 2],
@@ -122,6 +125,7 @@ impl<T: Real> Fit<T> {
     pub fn restart(&mut self, machine: &Machine<T>) {
         self.estimate = MachineEstimate::new(machine);
         self.joint = Joint::Ball;
+        self.is_compared = false;
         self.ball_refusal = None;
         self.held = None;
         let noise_mm = match self.settings.noise {
