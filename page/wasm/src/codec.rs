@@ -158,8 +158,9 @@ pub fn words() -> String {
     let states = StateName::ALL.iter().map(|state| format!("[{},{}]", state.code(), json::text(&format!("{state:?}"))));
     let opcodes =
         Opcode::ALL.iter().map(|opcode| format!("[{},{}]", *opcode as u8, json::text(&format!("{opcode:?}"))));
-    let operations =
-        Operation::ALL.iter().map(|operation| format!("[{},{}]", *operation as u8, json::text(&format!("{operation:?}"))));
+    let operations = Operation::ALL
+        .iter()
+        .map(|operation| format!("[{},{}]", *operation as u8, json::text(&format!("{operation:?}"))));
     let base = BaseId::DEFAULT.command().as_raw();
     format!(
         "{{\"protocol\":{PROTOCOL},\"base\":{base},\"block\":{BLOCK},\"reasons\":{},\"guidance\":{},\"states\":{},\"opcodes\":{},\"operations\":{}}}",

@@ -52,9 +52,7 @@ pub fn rig_of(bytes: &[u8]) -> Result<Rig<f32>, String> {
     }
     match set.config(Restart::default(), 0) {
         Ok(config) => Ok(config.rig),
-        Err(contradiction) => Err(find(contradiction.index).map_or_else(
-            || contradiction.index.to_string(),
-            |(_, entry)| signal_name(entry.description().name),
-        )),
+        Err(contradiction) => Err(find(contradiction.index)
+            .map_or_else(|| contradiction.index.to_string(), |(_, entry)| signal_name(entry.description().name))),
     }
 }
