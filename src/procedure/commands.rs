@@ -194,12 +194,7 @@ impl Procedure {
         Some(self.note_pose(now_ms, Ok(()), distance_rad))
     }
 
-    fn note_pose(
-        &mut self,
-        now_ms: u32,
-        outcome: Result<(), NotReady>,
-        distance_rad: Option<f32>,
-    ) -> PoseNotice {
+    fn note_pose(&mut self, now_ms: u32, outcome: Result<(), NotReady>, distance_rad: Option<f32>) -> PoseNotice {
         let set = self.current_set();
         self.run.refused_pose = outcome.err();
         let NotReady { reason, cable } = outcome.err().unwrap_or(NotReady { reason: Reason::Fine, cable: 0 });

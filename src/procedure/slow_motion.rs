@@ -142,7 +142,7 @@ mod tests {
         for (period_ms, speed) in [(10, 3_000.0), (1, -3_000.0), (5, 0.0)] {
             let found = poses(period_ms, speed, 0.0);
             assert!(found.len() >= 2, "{period_ms}");
-                for (now_ms, HeldCounts { samples, first, above: mean }) in found {
+            for (now_ms, HeldCounts { samples, first, above: mean }) in found {
                 // The samples of a window lie from 90 ms to one period before the sample that ends it.
                 let middle_s = (f64::from(now_ms) - (90.0 + f64::from(period_ms)) / 2.0) / 1000.0;
                 let expected = 1e6 + speed * middle_s;

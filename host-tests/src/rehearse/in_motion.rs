@@ -68,8 +68,11 @@ impl Session<'_> {
         self.client.hold(SETTLE_MS)?;
         let reports = self.client.inbox.poses.iter().filter(is_meant);
         let captured: Vec<_> = reports
-            .map(|report| {
-                Captured { pose: at, lengths_mm: [0.0; CABLES], samples: 1, predicted_sigma_mm: report.sigma_mm }
+            .map(|report| Captured {
+                pose: at,
+                lengths_mm: [0.0; CABLES],
+                samples: 1,
+                predicted_sigma_mm: report.sigma_mm,
             })
             .collect();
         stage.done(&format!("{} captured in {:.0} s", captured.len(), motion.seconds() - began_s));

@@ -99,7 +99,16 @@ impl Session<'_> {
             Some(_) => Some(self.client.wait_for("motion", ANSWER_LIMIT_MS, |inbox| inbox.live_motion(run_id))?),
             None => None,
         };
-        Ok(Transcript { seconds, held, free, second, parameters, motion, motion_after_restart, parameters_after_restart })
+        Ok(Transcript {
+            seconds,
+            held,
+            free,
+            second,
+            parameters,
+            motion,
+            motion_after_restart,
+            parameters_after_restart,
+        })
     }
 
     /// Poses in motion, or each held.
@@ -181,7 +190,8 @@ fn judge(transcript: &Transcript, rig: &Rig<f32>, options: &Options) -> Result<(
     }
     let [scatter_mm, across_sigma_mm, path_sigma_mm] =
         transcript.motion.map_or([0.0; 3], |motion| motion.sigmas_mm().map(f64::from));
-    let report = sums.report(options, transcript, [scatter_mm, across_sigma_mm, path_sigma_mm], difference_mm, survives_restart);
+    let report =
+        sums.report(options, transcript, [scatter_mm, across_sigma_mm, path_sigma_mm], difference_mm, survives_restart);
     if options.free_motion && transcript.seconds > LONGEST_S {
         reasons.push(format!("the wearer has moved for {:.0} s, more than a minute", transcript.seconds));
     }
