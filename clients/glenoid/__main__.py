@@ -15,10 +15,12 @@ from .ask import Asker
 from .calibration import calibrate
 from .device import Device, DeviceError, NoAnswer, open_device
 from .interrupt import after_interrupt
+from .lock import read_key, set_key, unlock
 from .numbering import check_numbering
 from .parameters import Parameters
 from .recording import read_poses, read_runs, write_csv
 from .rig import parameters_of
+from .vocabulary import FIRST_ID
 from .watching import record, watch
 
 ACCEPTED, TROUBLE, NOT_ACCEPTED, INTERRUPTED = 0, 1, 2, 130
@@ -53,10 +55,15 @@ def _parser() -> argparse.ArgumentParser:
                 help="its channel (default: the emulated board, socket://127.0.0.1:5601)",
             )
             sub.add_argument("-b", "--bitrate", type=int, default=500_000, help="bit/s (default: 500000)")
+            sub.add_argument(
+                "--base-id", type=lambda text: int(text, 0), default=FIRST_ID, metavar="ID",
+                help=f"first identifier of the board, where the parameter base_id is not {FIRST_ID:#x}",
+            )
         return sub
 
     sub = command("calibrate", _calibrate, "Run a calibration, or join the one under way, and decide on its result.")
     sub.add_argument("--yes", action="store_true", help="accept a verified centre without asking")
+    sub.add_argument("--two-phases", action="store_true", help="hold the shoulder blade in the first poses")
     sub.add_argument("--new", action="store_true", help="abort a run under way and start another")
 
     command("numbering", _numbering, "Check that the cables are numbered as the rig says: pull one after the other.")
@@ -80,6 +87,11 @@ def _parser() -> argparse.ArgumentParser:
     loading.add_argument("file", help="RIG.toml, as cargo identify reads it")
     actions.add_parser("save", help="check the prepared values together and store them; the board starts anew")
     actions.add_parser("discard", help="forget the prepared values")
+    opening = actions.add_parser("unlock", help="open the lock for ten minutes")
+    opening.add_argument("key", help="file with the key: 32 hexadecimal digits")
+    actions.add_parser("lock", help="close the lock")
+    keying = actions.add_parser("key", help="prepare another key of the lock; it holds after save")
+    keying.add_argument("key", help="file with the key: 32 hexadecimal digits; all 0: no lock")
 
     sub = command("poses", _poses, "The poses of a recorded run as a table for cargo identify.", bus=False)
     sub.add_argument("recording")
@@ -90,7 +102,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _open(options: argparse.Namespace) -> Device:
-    return open_device(options.interface, options.channel, options.bitrate)
+    return open_device(options.interface, options.channel, options.bitrate, base_id=options.base_id)
 
 
 def _say(text: str) -> None:
@@ -105,7 +117,7 @@ def _calibrate(options: argparse.Namespace) -> int:
         )
         joined = under_way and not options.new
         try:
-            result = calibrate(device, asker.decide, say=_say, anew=options.new)
+            result = calibrate(device, asker.decide, say=_say, anew=options.new, two_phases=options.two_phases)
         except KeyboardInterrupt:
             _say(after_interrupt(device, joined))
             return INTERRUPTED
@@ -167,6 +179,15 @@ def _parameters(options: argparse.Namespace) -> int:
             for name, number in values.items():
                 parameters.set(name, number)
             _say(f"{len(values)} parameters are prepared; python -m glenoid parameters save makes it so")
+        elif options.action == "unlock":
+            unlock(parameters, read_key(options.key))
+            _say("the lock is open for ten minutes")
+        elif options.action == "lock":
+            parameters.ask("Lock")
+            _say("the lock is closed")
+        elif options.action == "key":
+            set_key(parameters, read_key(options.key))
+            _say("the key is prepared; python -m glenoid parameters save makes it so")
         elif options.action == "save":
             parameters.save()
             _say("saved; the board starts anew with it")

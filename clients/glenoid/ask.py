@@ -15,18 +15,21 @@ class Asker:
     def __init__(self, always: bool, say: Say) -> None:
         self.always, self.say = always, say
         self.shown: Review | None = None
+        #: A question stands. Once it is answered, to be asked for a verdict again means that the board did not obey.
+        self.asked = False
         self.answers: queue.Queue[str | None] = queue.Queue()
-        self.closed = False
 
     def decide(self, review: Review) -> bool | None:
         """True to accept, False to reject, None as long as nobody has answered."""
         if self.shown is None or self.shown.run != review.run:
-            self.shown = review
+            self.shown, self.asked = review, False
             self.say(table(review))
-            if self.always:
-                return True
+            if not self.always:
+                threading.Thread(target=self.read, daemon=True).start()
+        if self.always:
+            return True
+        if not self.asked:
             self.question()
-            threading.Thread(target=self.read, daemon=True).start()
         try:
             answer = self.answers.get_nowait()
         except queue.Empty:
@@ -34,6 +37,7 @@ class Asker:
         if answer is None:
             self.say("nobody answers here: decide with the button, or start this again (with --yes to accept)")
             return None
+        self.asked = False
         if answer.strip().lower() in ("y", "yes"):
             return True
         if answer.strip().lower() in ("n", "no"):
@@ -42,6 +46,7 @@ class Asker:
         return None
 
     def question(self) -> None:
+        self.asked = True
         self.say("Accept this centre? Type y or n and press Enter.")
 
     def read(self) -> None:

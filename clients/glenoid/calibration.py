@@ -19,6 +19,8 @@ from .vocabulary import GUIDANCE, Message
 UNDER_WAY = ("Collecting", "Identifying", "Verifying", "Review")
 #: Reasons of a refused start that pass when the person holds still or the encoders come.
 WAITING = ("ArmMoving", "EncoderSilent", "EncoderFrozen", "EncoderJumped", "CableLoose", "Busy")
+#: Argument of Start: the shoulder blade is held first.
+TWO_PHASES = 2
 #: A device that is silent for so long is given up, s. Its run may go on.
 GIVE_UP_S = 60.0
 
@@ -66,18 +68,23 @@ class Result:
 Decide = Callable[[Review], "bool | None"]
 
 
-def calibrate(device: Device, decide: Decide, *, say: Say = lambda text: None, anew: bool = False) -> Result:
+def calibrate(
+    device: Device, decide: Decide, *, say: Say = lambda text: None, anew: bool = False, two_phases: bool = False
+) -> Result:
     """Runs one calibration, or joins the one under way (`anew` aborts that and starts another).
+
+    With `two_phases` the shoulder blade is held in the first poses: the centre of a moving joint is then known better.
 
     `say` gets one line of text for everything that a person should know. Raises `DeviceError` when the device is gone;
     the run may then go on, and another call joins it.
     """
-    return _Calibration(device, decide, say).run(anew)
+    return _Calibration(device, decide, say, two_phases).run(anew)
 
 
 class _Calibration:
-    def __init__(self, device: Device, decide: Decide, say: Say) -> None:
+    def __init__(self, device: Device, decide: Decide, say: Say, two_phases: bool) -> None:
         self.device, self.decide, self.say = device, decide, say
+        self.how = TWO_PHASES if two_phases else 0
         self.run_id = 0
         self.candidate: dict[str, Message] = {}
         self.shown = Shown()
@@ -114,7 +121,7 @@ class _Calibration:
             self.say(f"aborting run {heartbeat['run_id']}")
             self.device.ask("Abort", int(heartbeat["run_id"]))
         while True:
-            answer = self.device.ask("Start")
+            answer = self.device.ask("Start", argument=self.how)
             code = answer["code"]
             if code == "Fine":
                 self.say(f"run {answer['run_id']} has begun: move the arm from pose to pose, hold it still in each")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 from collections import deque
 from collections.abc import Iterator
@@ -10,7 +11,8 @@ from typing import Any
 
 import can
 
-from .vocabulary import PROTOCOL, Message, decode, encode_command
+from .moved_bus import MovedBus
+from .vocabulary import FIRST_ID, PROTOCOL, Message, decode, encode_command
 
 #: The heartbeat comes every 100 ms; after so long without one the device is called silent, s.
 SILENCE_S = 2.0
@@ -34,19 +36,24 @@ class OtherProtocol(DeviceError):
     """The device speaks another vocabulary."""
 
 
-def open_device(interface: str, channel: str, bitrate: int = 500_000, **options: Any) -> Device:
-    """Opens a bus and finds the device on it.
+def open_device(
+    interface: str, channel: str, bitrate: int = 500_000, *, base_id: int = FIRST_ID, **options: Any
+) -> Device:
+    """Opens a bus and finds the device on it. `base_id` is the parameter of that name, where it is not the default.
 
     `interface` and `channel` are python-can's: "socketcan" and "can0", "slcan" and "/dev/ttyACM0" or
     "socket://127.0.0.1:5601", "pcan" and "PCAN_USBBUS1".
     """
     if interface == "slcan":
         options.setdefault("sleep_after_open", 0)
+    if base_id % 64 or not 0 <= base_id <= 0x7C0:
+        raise DeviceError(f"{base_id:#x} is no base identifier: a multiple of 64 up to 0x7c0 is")
     try:
         bus = can.Bus(interface=interface, channel=channel, bitrate=bitrate, **options)
     except Exception as error:  # each interface of python-can has errors of its own
         raise DeviceError(f"cannot open {interface} {channel}: {error}. {_hint(interface, channel)}") from error
-    device = Device(bus, owns_bus=True, called=f"{interface} {channel}")
+    moved = bus if base_id == FIRST_ID else MovedBus(bus, base_id)
+    device = Device(moved, owns_bus=True, called=f"{interface} {channel}")
     try:
         device.meet()
     except BaseException:
@@ -66,7 +73,7 @@ def _hint(interface: str, channel: str) -> str:
 class Device:
     """The device on an open bus. Messages that come while an answer is awaited are kept for `listen`."""
 
-    def __init__(self, bus: can.BusABC, *, owns_bus: bool = False, called: str = "this bus") -> None:
+    def __init__(self, bus: can.BusABC | MovedBus, *, owns_bus: bool = False, called: str = "this bus") -> None:
         self.bus = bus
         self.called = called
         self.heartbeat: Message | None = None
@@ -87,7 +94,9 @@ class Device:
     def close(self) -> None:
         """Leaves the bus, if it was opened for this device. A run under way goes on."""
         if self._owns_bus:
-            self.bus.shutdown()
+            # an adapter that was pulled out cannot be told
+            with contextlib.suppress(Exception):
+                self.bus.shutdown()
 
     def meet(self, limit_s: float = 3.0) -> None:
         """Waits for a heartbeat and checks the vocabulary's version."""

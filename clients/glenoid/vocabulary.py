@@ -20,7 +20,7 @@ _LEFT = ("Command", "ParameterRequest", "LiveSet", "Telemetry")
 _SENT = {message.frame_id: message for message in DATABASE.messages if message.name not in _LEFT}
 
 #: The identifiers of the board.
-FIRST_ID, LAST_ID = COMMAND.frame_id, COMMAND.frame_id + 31
+FIRST_ID, LAST_ID = COMMAND.frame_id, COMMAND.frame_id + 63
 
 #: What a person should do, by the heartbeat's guidance.
 GUIDANCE = {
@@ -30,6 +30,8 @@ GUIDANCE = {
     "TiltMore": "tilt the arm more",
     "TurnAboutLength": "turn the arm about its own length",
     "AnotherPlane": "tilt the arm in another plane",
+    "HoldBlade": "hold the shoulder blade still, move the arm to another pose and hold it",
+    "ReleaseBlade": "let the shoulder blade go, move the arm to another pose and hold it",
     "TightenCable": "tighten the named cable",
     "CheckEncoders": "check the encoders",
     "Wait": "wait: the device computes",

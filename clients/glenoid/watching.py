@@ -9,6 +9,7 @@ import can
 
 from .calibration import Say
 from .device import SILENCE_S, Device, DeviceError
+from .moved_bus import MovedBus
 
 
 def watch(device: Device, say: Say, *, every: bool = False, seconds: float | None = None) -> None:
@@ -29,7 +30,7 @@ def watch(device: Device, say: Say, *, every: bool = False, seconds: float | Non
             say("the board is silent" if silent else "the board is heard again")
 
 
-def record(bus: can.BusABC, path: str | Path, seconds: float | None = None) -> int:
+def record(bus: can.BusABC | MovedBus, path: str | Path, seconds: float | None = None) -> int:
     """Writes every frame of the bus into a file until Ctrl-C or for so long. Returns how many."""
     if Path(path).exists():
         raise DeviceError(f"{path} is there already; it is not overwritten")
@@ -40,7 +41,10 @@ def record(bus: can.BusABC, path: str | Path, seconds: float | None = None) -> i
     frames, end = 0, None if seconds is None else time.monotonic() + seconds
     try:
         while end is None or time.monotonic() < end:
-            frame = bus.recv(0.2)
+            try:
+                frame = bus.recv(0.2)
+            except Exception as error:  # each interface of python-can has errors of its own
+                raise DeviceError(f"the bus is gone ({error}); {frames} frames are in {path}") from error
             if frame is not None:
                 logger(frame)
                 frames += 1

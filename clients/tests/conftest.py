@@ -5,8 +5,8 @@ from __future__ import annotations
 import contextlib
 import os
 import re
+import shutil
 import signal
-import socket
 import subprocess
 import sys
 import threading
@@ -14,24 +14,24 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import glenoid
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 EMULATE = ROOT / "target" / "release" / "emulate"
 
 
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
+#: Settings of most tests: a run that says nothing about accuracy need not take the poses that accuracy needs.
+QUICK = {"hold_time": 150, "enough_poses": 8, "target_sigma": 0.5, "verification_poses": 3}
+#: The person of most tests holds a pose just as long, and moves as fast as the drums may turn, ms.
+NIMBLE = ("--hold", "300", "--move", "400")
 
 
 class Board:
     """A running `cargo emulate --wearer`."""
 
     def __init__(self, *arguments: str) -> None:
-        self.can_port = free_port()
-        command = [EMULATE, "--yes", "--wearer", "--can-port", str(self.can_port), "--rig-port", str(free_port())]
+        command = [EMULATE, "--yes", "--wearer", "--can-port", "0", "--rig-port", "0"]
         self.process = subprocess.Popen(
             [*command, *arguments], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
         )
@@ -42,12 +42,10 @@ class Board:
             if "Ctrl-C ends" in line:
                 break
         match = re.search(r"true centre (\S+) (\S+) (\S+) mm", self.said)
-        assert match, self.said
+        channel = re.search(r"-c (socket://\S+)", self.said)
+        assert match and channel, self.said
         self.truth = tuple(float(number) for number in match.groups())
-
-    @property
-    def channel(self) -> str:
-        return f"socket://127.0.0.1:{self.can_port}"
+        self.channel = channel[1]
 
     def order(self, word: str) -> None:
         """press, release, silent, sound, reset."""
@@ -130,14 +128,31 @@ class Client:
             self.said += line
 
 
+@pytest.fixture(scope="session")
+def quick_flash(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The flash of a board that holds the quick settings: saved once over the bus, copied for every board."""
+    flash = tmp_path_factory.mktemp("flash") / "quick"
+    board = Board("--record", str(flash))
+    with glenoid.open_device("slcan", board.channel) as device:
+        parameters = glenoid.Parameters(device)
+        for name, value in QUICK.items():
+            parameters.set(name, value)
+        parameters.save()
+    board.end()
+    return flash
+
+
 @pytest.fixture
-def boards() -> Iterator[Callable[..., Board]]:
-    """Starts boards that end with the test."""
+def boards(quick_flash: Path, tmp_path: Path) -> Iterator[Callable[..., Board]]:
+    """Starts boards that end with the test: with the quick settings and a nimble person, or as they come from the factory."""
     if not EMULATE.exists():
         pytest.fail(f"{EMULATE} is not built: cargo build --release --package host-tests --bin emulate")
     running: list[Board] = []
 
-    def start(*arguments: str) -> Board:
+    def start(*arguments: str, quick: bool = True) -> Board:
+        if quick:
+            flash = shutil.copy(quick_flash, tmp_path / f"flash-{len(running)}")
+            arguments = (*NIMBLE, "--record", str(flash), *arguments)
         running.append(Board(*arguments))
         return running[-1]
 
@@ -148,4 +163,11 @@ def boards() -> Iterator[Callable[..., Board]]:
 
 @pytest.fixture
 def board(boards: Callable[..., Board]) -> Board:
+    """With the quick settings."""
     return boards()
+
+
+@pytest.fixture
+def factory_board(boards: Callable[..., Board]) -> Board:
+    """As it comes from the factory."""
+    return boards(quick=False)

@@ -103,16 +103,16 @@ def run(line: str, board: Board, folder: Path, seconds: float = 0, answer: str =
     )
 
 
-def test_the_package_as_documented(board: Board, tmp_path: Path) -> None:
+def test_the_package_as_documented(factory_board: Board, tmp_path: Path) -> None:
     """README of the package, in its order, as somebody at a terminal would."""
     documented = lines(ROOT / "clients" / "README.md")
     calibrate, watch, record, poses = (
         next(line for line in documented if line.startswith(f"python -m glenoid {command}"))
         for command in ("calibrate", "watch", "record", "poses")
     )
-    recorder, watcher = run(record, board, tmp_path), run(watch, board, tmp_path)
+    recorder, watcher = run(record, factory_board, tmp_path), run(watch, factory_board, tmp_path)
     time.sleep(2)
-    said, _ = run(calibrate, board, tmp_path).communicate("y\n", timeout=120)
+    said, _ = run(calibrate, factory_board, tmp_path).communicate("y\n", timeout=120)
     assert "accepted, in use now" in said, said
     for process in (recorder, watcher):
         process.send_signal(signal.SIGINT)
@@ -120,7 +120,7 @@ def test_the_package_as_documented(board: Board, tmp_path: Path) -> None:
     assert "Heartbeat" in heard and "Outcome" in heard and "Traceback" not in heard, heard
     kept, _ = recorder.communicate(timeout=20)
     assert re.search(r"\d{3,} frames in run\.blf", kept), kept
-    table, _ = run(poses, board, tmp_path).communicate(timeout=20)
+    table, _ = run(poses, factory_board, tmp_path).communicate(timeout=20)
     # Poses are in the recording if the board sends their lengths by itself.
     assert "poses" in table and "Traceback" not in table, table
 
@@ -137,7 +137,7 @@ def test_the_protocol_in_sixty_lines(board: Board, tmp_path: Path) -> None:
 
 def test_the_protocol_in_sixty_lines_ends_when_the_board_is_reset(board: Board, tmp_path: Path) -> None:
     process = run("clients/calibrate.py slcan socket://127.0.0.1:5601", board, tmp_path)
-    time.sleep(6)
+    time.sleep(3)
     board.order("reset")
     said, _ = process.communicate(timeout=60)
     assert process.returncode != 0 and "was restarted" in said, said

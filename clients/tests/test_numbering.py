@@ -18,7 +18,9 @@ def require_the_check(board: Board) -> None:
 
 def test_the_first_accept_waits_for_the_check(board: Board) -> None:
     require_the_check(board)
-    client = Client(board, "--yes")
+    client = Client(board, answers=True)
+    client.wait_for("Accept this centre?")
+    client.answer("y")
     client.wait_for("the board did not obey: NumberingUnchecked (pull the cables first")
     numbering = Client(board, command="numbering")
     for cable in range(1, 7):
@@ -28,7 +30,22 @@ def test_the_first_accept_waits_for_the_check(board: Board) -> None:
         board.order(f"pull {cable}")
         numbering.wait_for(f"cable {cable} is where it belongs")
     assert numbering.end() == 0, numbering.said
+    # what was not obeyed is asked again, not done by itself
+    assert client.said.count("Accept this centre?") == 2 and client.process.poll() is None
+    client.answer("y")
     assert client.end() == 0, client.said
+
+
+def test_a_client_that_needs_no_answer_accepts_once_the_cables_were_pulled(board: Board) -> None:
+    require_the_check(board)
+    client = Client(board, "--yes")
+    client.wait_for("NumberingUnchecked")
+    numbering = Client(board, command="numbering")
+    for cable in range(1, 7):
+        numbering.wait_for(f"pull cable {cable} ")
+        time.sleep(0.5)
+        board.order(f"pull {cable}")
+    assert (numbering.end(), client.end()) == (0, 0), numbering.said + client.said
 
 
 def test_another_cable_than_the_named_one_is_named(board: Board) -> None:

@@ -24,7 +24,7 @@ def parameters(board: Board, *arguments: str) -> int:
 @pytest.mark.parametrize("rig", ["shoulder", "wrist", "pulleys"])
 def test_the_board_becomes_the_machine_of_a_file(boards: Callable[..., Board], rig: str) -> None:
     file = RIGS / f"{rig}.toml"
-    board = boards("--rig", str(file))
+    board = boards("--rig", str(file), quick=False)
     assert parameters(board, "load", str(file)) == 0
     assert parameters(board, "save") == 0
     client = Client(board, "--yes")
@@ -40,8 +40,10 @@ def test_the_board_becomes_the_machine_of_a_file(boards: Callable[..., Board], r
 def test_a_board_that_was_not_told_finds_no_centre_in_another_machine(boards: Callable[..., Board]) -> None:
     board = boards("--rig", str(RIGS / "wrist.toml"))
     client = Client(board, "--yes")
+    # longer than a quick run takes on the machine that was told
     with pytest.raises(AssertionError):
-        client.wait_for("accepted, in use now", 40)
+        client.wait_for("accepted, in use now", 20)
+    assert "has begun" in client.said and "pose 8 taken" in client.said, client.said
     client.process.kill()
 
 

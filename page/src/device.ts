@@ -1,4 +1,4 @@
-// Commands to the device: sent again until they are answered, obeyed once.
+// Requests to the device: sent again until they are answered, obeyed once.
 
 import type { Library, Message } from "./library.ts";
 
@@ -7,7 +7,7 @@ const TRIES = 5;
 
 export class Device {
   private nonce = Math.floor(Math.random() * 0xffff);
-  private readonly waiting = new Map<number, (answer: Message) => void>();
+  private readonly waiting = new Map<string, (answer: Message) => void>();
 
   constructor(
     private readonly library: Library,
@@ -16,25 +16,43 @@ export class Device {
 
   /** Hears answers among the messages. */
   take(message: Message): void {
-    if (message.name === "Answer") this.waiting.get(Number(message["nonce"]))?.(message);
+    if (message.name === "Answer") this.waiting.get(`${message["nonce"]}`)?.(message);
+    if (message.name === "Parameter") this.waiting.get(keyOf(message["parameter"], message["nonce"]))?.(message);
   }
 
-  /** The answer's code, or null when none came. */
-  async ask(opcode: string, run = 0, argument = 0): Promise<number | null> {
+  /** The answer to a command, or null when none came. */
+  async ask(opcode: string, run = 0, argument = 0): Promise<Message | null> {
+    const nonce = this.next();
+    return this.exchange(`${nonce}`, this.library.command(opcode, run, argument, nonce));
+  }
+
+  /** The answer to a request about a parameter, or null when none came. */
+  async parameter(operation: string, index = 0, bits = 0): Promise<Message | null> {
+    const nonce = (this.next() % 0xff) + 1;
+    return this.exchange(keyOf(index, nonce), this.library.parameterRequest(operation, index, nonce, bits));
+  }
+
+  private next(): number {
     this.nonce = (this.nonce % 0xffff) + 1;
-    const nonce = this.nonce;
-    const line = this.library.command(opcode, run, argument, nonce);
+    return this.nonce;
+  }
+
+  private async exchange(key: string, line: Uint8Array): Promise<Message | null> {
     if (line.length === 0) return null;
     for (let attempt = 0; attempt < TRIES; attempt += 1) {
       const answered = new Promise<Message | null>((resolve) => {
-        this.waiting.set(nonce, resolve);
+        this.waiting.set(key, resolve);
         setTimeout(() => resolve(null), ANSWER_MS);
       });
       this.send(line);
       const answer = await answered;
-      this.waiting.delete(nonce);
-      if (answer !== null) return Number(answer["code"]);
+      this.waiting.delete(key);
+      if (answer !== null) return answer;
     }
     return null;
   }
+}
+
+function keyOf(index: unknown, nonce: unknown): string {
+  return `parameter ${index} ${nonce}`;
 }

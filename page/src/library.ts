@@ -33,10 +33,28 @@ export interface Identification {
   next: { axis: number[]; torsion: number; sigma: number } | null;
 }
 
+/** Where each of the six cables leaves the base, in {B}, and ends, in {P}; the three end-points in {P}; mm. */
 export interface Machine {
   base: number[][];
+  ends: number[][];
   platform: number[][];
+  /** Where the centre is expected, mm. */
   nominal: number[];
+  /** The platform with the arm at home. */
+  home: Placed | null;
+}
+
+/** A parameter as the library's table has it. */
+export interface Parameter {
+  index: number;
+  name: string;
+  unit: string;
+  single: boolean;
+  default: number;
+  minimum: number;
+  maximum: number;
+  guarded: boolean;
+  text: string;
 }
 
 export interface Words {
@@ -48,6 +66,7 @@ export interface Words {
   guidance: [number, string][];
   states: [number, string][];
   opcodes: [number, string][];
+  operations: [number, string][];
 }
 
 interface Exports {
@@ -60,6 +79,9 @@ interface Exports {
   command(opcode: number, run: number, argument: number, nonce: number): number;
   forget(): number;
   words(): number;
+  parameters(): number;
+  parameter_request(operation: number, index: number, nonce: number, bits: number): number;
+  configure(len: number): number;
   machine(): number;
   place(len: number): number;
   identify(len: number): number;
@@ -67,12 +89,18 @@ interface Exports {
 
 export class Library {
   readonly words: Words;
-  readonly machine: Machine;
+  readonly parameters: Parameter[];
+  /** The machine that the board is; until it has said so, the one of the defaults. */
+  machine: Machine;
   private readonly text = new TextDecoder();
 
   private constructor(private readonly wasm: Exports) {
     this.words = this.json(wasm.words()) as Words;
     this.machine = this.json(wasm.machine()) as Machine;
+    type Row = [number, string, string, number, number, number, number, number, string];
+    this.parameters = (this.json(wasm.parameters()) as Row[]).map(
+      ([index, name, unit, single, standard, minimum, maximum, guarded, text]) =>
+        ({ index, name, unit, single: single === 1, default: standard, minimum, maximum, guarded: guarded === 1, text }));
   }
 
   static async load(bytes: BufferSource | Promise<Response>): Promise<Library> {
@@ -112,6 +140,20 @@ export class Library {
   command(opcode: string, run: number, argument: number, nonce: number): Uint8Array {
     const code = this.words.opcodes.find(([, name]) => name === opcode)?.[0] ?? 0;
     return this.bytes(this.wasm.command(code, run, argument, nonce)).slice();
+  }
+
+  /** A request about parameters as a line of SLCAN; empty for an operation that is not known. */
+  parameterRequest(operation: string, index: number, nonce: number, bits: number): Uint8Array {
+    const code = this.words.operations.find(([, name]) => name === operation)?.[0] ?? 0;
+    return this.bytes(this.wasm.parameter_request(code, index, nonce, bits)).slice();
+  }
+
+  /** Takes the machine from the board's parameters (index, bits); the answer names one that contradicts the others. */
+  configure(values: Iterable<[number, number]>): string {
+    const words = new Uint32Array([...values].flat());
+    const complaint = this.text.decode(this.bytes(this.wasm.configure(this.put(new Uint8Array(words.buffer)))));
+    this.machine = this.json(this.wasm.machine()) as Machine;
+    return complaint;
   }
 
   place(lengths: number[]): Placed | null {

@@ -2,10 +2,13 @@
 
 import { accuracyChart, residualChart } from "./charts.ts";
 import { Device } from "./device.ts";
-import { Library, type Identification, type Message, type Placed } from "./library.ts";
+import { Library, type Identification, type Message } from "./library.ts";
 import { Model } from "./model.ts";
+import { NumberingCheck } from "./numbering.ts";
 import { boardList, centreTable, element, faultList, guidance, sentence, stateLine, UNCONFIRMED, write, type Situation } from "./panel.ts";
-import { ArmScene, MAGNIFIED } from "./scene.ts";
+import { ParameterTable } from "./parameters.ts";
+import { ArmScene } from "./scene.ts";
+import { MAGNIFIED } from "./shapes.ts";
 import { framesUntil, readRecording, type Recording } from "./source/recording.ts";
 import type { Listener, Source } from "./source/source.ts";
 import { openSerial, type SerialLike } from "./source/webserial.ts";
@@ -16,7 +19,9 @@ import { words } from "./words.ts";
 const SILENCE_MS = 2000;
 /** A pose's lengths come by themselves; a board that does not send them is asked after so long. */
 const ASK_FOR_POSE_MS = 300;
-const BUTTONS = ["Start", "Accept", "Reject", "Abort", "Acknowledge", "Confirm"] as const;
+const BUTTONS = ["Start", "StartTwoPhases", "Accept", "Reject", "Abort", "Acknowledge", "Confirm"] as const;
+/** Argument of `Start`: the shoulder blade is held first. */
+const TWO_PHASES = 2;
 type Button = (typeof BUTTONS)[number];
 
 class Page {
@@ -34,16 +39,21 @@ class Page {
   private notice = "";
   private readonly situation: Situation = { connected: false, silent: false, recording: false, complaint: "" };
   private readonly scene: ArmScene | null;
+  private readonly numbering: NumberingCheck;
+  private readonly parameters: ParameterTable;
+  /** The machine that has been read from the board, as it names it. */
+  private rig: number | null = null;
 
   constructor(private readonly library: Library) {
-    const home = this.home();
     let scene: ArmScene | null = null;
     try {
-      scene = new ArmScene(element("arm"), library.machine, home);
+      scene = new ArmScene(element("arm"), library.machine);
     } catch {
       write("scene-note", words.scene.noWebgl);
     }
     this.scene = scene;
+    this.numbering = new NumberingCheck(library, (cable) => scene?.mark(cable));
+    this.parameters = new ParameterTable(library);
     this.wire();
   }
 
@@ -104,7 +114,9 @@ class Page {
   /** Leaves the source; everything that was known of it is forgotten. */
   private leave(): void {
     this.source?.close();
-    this.source = this.device = this.recording = this.playing = null;
+    this.source = this.device = this.recording = this.playing = this.rig = null;
+    this.numbering.close();
+    this.parameters.close();
     this.model = new Model();
     this.library.forget();
     this.placed = null;
@@ -138,7 +150,19 @@ class Page {
       const complaint = words.sources.protocol(Number(versions["protocol"]), this.library.words.protocol);
       this.leave();
       this.situation.complaint = complaint;
-    }
+    } else if (message.name === "Versions" && versions !== null) void this.readMachine(Number(versions["rig"]));
+  }
+
+  /** One image serves every machine: what the board is, it says by its parameters. */
+  private async readMachine(rig: number): Promise<void> {
+    const device = this.device;
+    if (device === null || rig === this.rig) return;
+    this.rig = rig;
+    // asked again with the next Versions, should answers have been lost
+    if (!(await this.parameters.read(device))) this.rig = null;
+    this.scene?.setMachine(this.library.machine);
+    this.placed = null;
+    this.computed = -1;
   }
 
   /** How things stood at a moment of the recording. */
@@ -182,7 +206,7 @@ class Page {
     const poses = this.model.whole(false).map((pose) => pose.lengths as number[]);
     this.found = poses.length === 0 ? null : this.library.identify(poses);
     const last = [...this.model.whole(false), ...this.model.whole(true)].at(-1);
-    const placed = last === undefined ? this.home() : this.library.place(last.lengths as number[]);
+    const placed = last === undefined ? this.library.machine.home : this.library.place(last.lengths as number[]);
     if (placed !== null && this.model.lengths === null) this.scene?.moveTo(placed);
     const live = this.model.live.every((value) => value !== null) ? this.model.live.map((value) => value!.value) : null;
     this.scene?.show(this.found, live);
@@ -207,11 +231,16 @@ class Page {
     write("residuals", residualChart(this.found));
     this.scene?.setNextVisible(state === "Collecting");
     element("recorded").hidden = !situation.recording;
+    const commanded = this.source !== null && model.heartbeat !== null;
+    const inSet = ["Collecting", "Identifying", "Verifying"].includes(state);
+    element<HTMLButtonElement>("numbering-open").disabled = !commanded || inSet;
+    element<HTMLButtonElement>("parameters-open").disabled = !commanded;
     const can: Record<Button, boolean> = {
       Start: state === "Idle" || state === "Failed",
+      StartTwoPhases: state === "Idle" || state === "Failed",
       Accept: state === "Review",
       Reject: state === "Review",
-      Abort: ["Collecting", "Identifying", "Verifying"].includes(state),
+      Abort: inSet,
       Acknowledge: state === "Failed" || Number(model.heartbeat?.["unacknowledged"] ?? 0) === 1 && state === "Idle",
       Confirm: state === "Idle" && Number(model.heartbeat?.["standing"] ?? 0) === UNCONFIRMED,
     };
@@ -235,13 +264,18 @@ class Page {
   private async command(name: Button): Promise<void> {
     const run = name === "Confirm" ? this.model.liveRun : this.model.run;
     if ((name === "Accept" || name === "Confirm") && !(await this.confirmed(name))) return;
-    if (name === "Start" && this.model.heartbeat !== null && Number(this.model.heartbeat["unacknowledged"]) === 1) {
+    const starts = name === "Start" || name === "StartTwoPhases";
+    if (starts && this.model.heartbeat !== null && Number(this.model.heartbeat["unacknowledged"]) === 1) {
       await this.device?.ask("Acknowledge", Number(this.model.heartbeat["run_id"]));
     }
-    const code = await this.device?.ask(name, name === "Start" ? 0 : run);
-    if (code === null || code === undefined) this.notice = words.actions.noAnswer;
+    const device = this.device;
+    const answer = await (starts
+      ? device?.ask("Start", 0, name === "Start" ? 0 : TWO_PHASES)
+      : device?.ask(name, run));
+    if (device === null || answer === null || answer === undefined) this.notice = words.actions.noAnswer;
     else {
-      const reason = this.library.reason(code);
+      const reason = this.library.reason(Number(answer["code"]));
+      if (reason.name === "NumberingUnchecked") this.numbering.open(device);
       const refused = `${words.actions.refused(words.actions[name])}: ${sentence(reason.text)} ${sentence(reason.remedy)}`;
       this.notice = reason.name === "Fine" ? "" : refused;
     }
@@ -268,17 +302,6 @@ class Page {
     write("play", this.playing === null ? words.time.play : words.time.pause);
   }
 
-  private home(): Placed {
-    const [a, b, c] = this.library.machine.platform as [number[], number[], number[]];
-    const middle = [0, 1, 2].map((k) => (a[k]! + b[k]! + c[k]!) / 3);
-    // P1 at 60 degrees in the base's frame, the cuff 96 mm beyond the nominal centre
-    const [cos, sin] = [Math.cos((5 * Math.PI) / 6 + Math.PI / 3), Math.sin((5 * Math.PI) / 6 + Math.PI / 3)];
-    const rotation = [cos, -sin, 0, sin, cos, 0, 0, 0, 1];
-    const turned = [cos * middle[0]! - sin * middle[1]!, sin * middle[0]! + cos * middle[1]!, middle[2]!];
-    const at = [0, 0, this.library.machine.nominal[2]! + 96];
-    return { rotation, origin: at.map((value, k) => value - turned[k]!) };
-  }
-
   private wire(): void {
     for (const name of BUTTONS) {
       const button = element<HTMLButtonElement>(name);
@@ -302,7 +325,16 @@ class Page {
       this.playing = this.playing === null ? performance.now() : null;
       write("play", this.playing === null ? words.time.play : words.time.pause);
     };
+    element("numbering-open").onclick = () => this.device && this.numbering.open(this.device);
+    element("parameters-open").onclick = () => this.device && void this.parameters.open(this.device);
     const texts: [string, string][] = [
+      ["numbering-open", words.numbering.open], ["numbering-title", words.numbering.title],
+      ["numbering-again", words.numbering.again], ["numbering-close", words.numbering.close],
+      ["parameters-open", words.parameters.open], ["parameters-title", words.parameters.title],
+      ["parameters-find", words.parameters.filter], ["parameters-save", words.parameters.save],
+      ["parameters-discard", words.parameters.discard], ["parameters-close", words.parameters.close],
+      ["parameters-note", words.parameters.note],
+      ["parameters-columns", `<tr>${words.parameters.columns.map((name) => `<th scope="col">${name}</th>`).join("")}</tr>`],
       ["title", words.title], ["websocket", words.sources.websocket], ["serial", words.sources.serial],
       ["open", words.sources.recording], ["confirm-text", words.confirm.text],
       ["yes", words.confirm.yes], ["no", words.confirm.no], ["faults-title", words.faults.title],

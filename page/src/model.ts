@@ -137,8 +137,13 @@ export class Model {
 
   private length(message: Message, run: number): void {
     this.ofRun(run);
-    const pose = this.poseAt(Number(message["index"]), Number(message["held_out"]) === 1);
-    pose.lengths[Number(message["cable"]) - 1] = Number(message["length"]);
+    const [index, heldOut] = [Number(message["index"]), Number(message["held_out"]) === 1];
+    const [cable, length] = [Number(message["cable"]) - 1, Number(message["length"])];
+    const known = this.poseAt(index, heldOut).lengths[cable];
+    // the poses with the shoulder blade held make room for those without: the same numbers again
+    if (!heldOut && known !== null && known !== length) this.poses.clear();
+    const pose = this.poseAt(index, heldOut);
+    pose.lengths[cable] = length;
     if (pose.lengths.every((length) => length !== null)) this.evidence += 1;
   }
 

@@ -1,27 +1,23 @@
 // The arm in the machine, in three dimensions. Lengths are millimetres; z points from the base to the arm.
 
 import {
-  AmbientLight, BufferGeometry, CanvasTexture, CylinderGeometry, DirectionalLight, DoubleSide, Float32BufferAttribute,
-  Group, Line, LineBasicMaterial, LineSegments, Matrix4, Mesh, MeshLambertMaterial,
-  PerspectiveCamera, Quaternion, RingGeometry, Scene, SphereGeometry, Sprite, SpriteMaterial, SRGBColorSpace, Vector3, WebGLRenderer,
-  WireframeGeometry, BoxGeometry, ConeGeometry, MeshBasicMaterial,
+  AmbientLight, BoxGeometry, CylinderGeometry, DirectionalLight, DoubleSide, Group, LineBasicMaterial, LineSegments, Mesh,
+  MeshBasicMaterial, MeshLambertMaterial, PerspectiveCamera, RingGeometry, Scene, SphereGeometry, type Sprite, Vector3,
+  WebGLRenderer, WireframeGeometry,
 } from "three";
 import type { Identification, Machine, Placed } from "./library.ts";
+import { between, distance, mean, NOWHERE, rotate, transform } from "./placed.ts";
+import { apart, BLUE, cross, ellipsoid, GREEN, GREY, INK, label, ORANGE, rod, span, SPHERE, target } from "./shapes.ts";
 import { words } from "./words.ts";
 
-/** Cable k runs from end-point ATTACHMENTS[k][0] to base point ATTACHMENTS[k][1]. */
-const ATTACHMENTS = [[0, 0], [0, 1], [1, 1], [1, 2], [2, 2], [2, 0]] as const;
-/** Radius of the sphere of directions, mm. */
-const SPHERE = 190;
+/** The shoulder's base, mm: every size below is for it, and in proportion for other machines. */
+const BASE_RADIUS = 150;
 const ARM = 300;
-/** Error ellipsoids are far smaller than the arm. */
-export const MAGNIFIED = 200;
-
-const INK = 0x16202a;
-const BLUE = 0x1769aa;
-const ORANGE = 0xd55e00;
-const GREEN = 0x00795c;
-const GREY = 0x8a96a3;
+/** Height that the view looks at. */
+const MIDDLE = 190;
+const CABLE_RADIUS = 2.2;
+/** So much thicker is a cable that is to be found. */
+const MARKED = 2.5;
 
 export class ArmScene {
   private readonly scene = new Scene();
@@ -34,6 +30,7 @@ export class ArmScene {
   private readonly ellipsoid: Mesh;
   private readonly old: Group;
   private readonly directions = new Group();
+  private readonly baseGroup = new Group();
   private readonly path = new Group();
   private readonly next: Group;
   private readonly nextLabel: Sprite;
@@ -41,22 +38,28 @@ export class ArmScene {
   private lift = 0.35;
   private distance = 950;
   /** Where the platform is drawn, and where it goes. */
-  private shown: Placed;
-  private target: Placed;
+  private shown = NOWHERE;
+  private target = NOWHERE;
   private dirty = true;
+  private marked: number | null = null;
+  private machine: Machine;
+  /** Size of the machine beside the shoulder. */
+  private size = 1;
+  /** The arm's direction in {P}, and how far the cuff's middle stands from the joint, mm. */
+  private axis = [0, 0, 1];
+  private cuffAt = 96;
   frames = 0;
 
-  constructor(canvas: HTMLCanvasElement, private readonly machine: Machine, home: Placed) {
+  constructor(canvas: HTMLCanvasElement, machine: Machine) {
+    this.machine = machine;
     this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true });
-    this.shown = home;
-    this.target = home;
     this.scene.add(new AmbientLight(0xffffff, 1.6));
     const lamp = new DirectionalLight(0xffffff, 1.8);
     lamp.position.set(400, -600, 900);
     this.scene.add(lamp);
-    this.scene.add(this.base());
+    this.scene.add(this.baseGroup);
     for (let cable = 0; cable < 6; cable += 1) {
-      const mesh = rod(2.2, INK);
+      const mesh = rod(CABLE_RADIUS, INK);
       const text = label(`L${cable + 1}`);
       this.cables.push({ mesh, text });
       this.scene.add(mesh, text);
@@ -84,7 +87,38 @@ export class ArmScene {
     this.scene.add(this.next);
     this.old.visible = this.next.visible = this.ellipsoid.visible = false;
     this.steer(canvas);
+    this.setMachine(machine);
+  }
+
+  /** Another machine than the one so far: its sizes, its base, the arm at home. */
+  setMachine(machine: Machine): void {
+    this.machine = machine;
+    this.size = Math.max(...machine.base.map((point) => Math.hypot(...point))) / BASE_RADIUS;
+    const home = machine.home ?? NOWHERE;
+    const [a, b, c] = machine.platform.map((point) => new Vector3().fromArray(point)) as [Vector3, Vector3, Vector3];
+    const normal = b.clone().sub(a).cross(c.clone().sub(a)).normalize();
+    // from the joint to the cuff: away from the base
+    if (rotate(home, normal.toArray())[2]! < 0) normal.negate();
+    this.axis = normal.toArray();
+    const middle = mean(machine.platform.map((point) => transform(home, point)));
+    this.cuffAt = Math.hypot(...middle.map((value, k) => value - machine.nominal[k]!));
+    this.baseGroup.clear();
+    this.drawBase();
+    for (const group of [this.directions, this.next, this.arm]) group.scale.setScalar(this.size);
+    this.target = home;
     this.put(home);
+    this.dirty = true;
+  }
+
+  /** Makes one cable, from 0, stand out; none for null. */
+  mark(cable: number | null): void {
+    this.cables.forEach(({ mesh }, index) => {
+      const marked = index === cable;
+      (mesh.material as MeshLambertMaterial).color.set(marked ? ORANGE : INK);
+      mesh.scale.x = mesh.scale.y = marked ? MARKED : 1;
+    });
+    this.marked = cable;
+    this.dirty = true;
   }
 
   /** The arm goes there, not at once. */
@@ -130,49 +164,51 @@ export class ArmScene {
       this.camera.up.set(0, 0, 1);
       this.camera.position.set(
         Math.cos(turn) * Math.cos(lift), Math.sin(turn) * Math.cos(lift), Math.sin(lift),
-      ).multiplyScalar(this.distance).add(new Vector3(0, 0, 190));
-      this.camera.lookAt(0, 0, 190);
+      ).multiplyScalar(this.distance * this.size).add(new Vector3(0, 0, MIDDLE * this.size));
+      this.camera.lookAt(0, 0, MIDDLE * this.size);
       this.renderer.render(this.scene, this.camera);
       this.frames += 1;
     }
     return moving;
   }
 
-  private base(): Group {
-    const group = new Group();
-    const corners = this.machine.base;
+  private drawBase(): void {
+    const corners: number[][] = [];
+    for (const point of this.machine.base) {
+      // two cables may leave one point
+      if (!corners.some((corner) => Math.hypot(...corner.map((value, k) => value - point[k]!)) < 1)) corners.push(point);
+    }
     corners.forEach((corner, index) => {
       const side = rod(4, GREY);
-      span(side, corner, corners[(index + 1) % 3]!);
-      group.add(side);
-    });
-    corners.forEach((corner, index) => {
+      span(side, corner, corners[(index + 1) % corners.length]!);
       const box = new Mesh(new BoxGeometry(16, 16, 16), new MeshLambertMaterial({ color: GREY }));
       box.position.fromArray(corner);
-      const text = label(`B${index + 1}`);
-      text.position.set(corner[0]! * 1.22, corner[1]! * 1.22, corner[2]!);
-      group.add(box, text);
+      this.baseGroup.add(side, box);
+      if (corners.length === 3) {
+        const text = label(`B${index + 1}`);
+        text.position.set(corner[0]! * 1.22, corner[1]! * 1.22, corner[2]!);
+        this.baseGroup.add(text);
+      }
     });
-    return group;
   }
 
   private put(placed: Placed): void {
     this.shown = placed;
     const ends = this.machine.platform.map((point) => transform(placed, point));
-    ATTACHMENTS.forEach(([end, base], cable) => {
+    this.machine.base.forEach((from, cable) => {
       const { mesh, text } = this.cables[cable]!;
-      const [from, to] = [this.machine.base[base]!, ends[end]!];
-      span(mesh, from, to);
+      const to = transform(placed, this.machine.ends[cable]!);
+      span(mesh, from, to, this.marked === cable ? MARKED : 1);
       // two cables leave each base point: their names stand at different heights
       const share = cable % 2 === 0 ? 0.36 : 0.5;
       text.position.fromArray(from.map((value, k) => value + share * (to[k]! - value)));
     });
     this.cuff.forEach((mesh, side) => span(mesh, ends[side]!, ends[(side + 1) % 3]!));
     // the arm goes from the joint through the middle of the cuff
-    const axis = armAxis(placed);
-    const middle = [0, 1, 2].map((k) => (ends[0]![k]! + ends[1]![k]! + ends[2]![k]!) / 3);
+    const axis = rotate(placed, this.axis);
+    const middle = mean(ends);
     this.arm.quaternion.setFromUnitVectors(new Vector3(0, 0, 1), new Vector3().fromArray(axis));
-    this.arm.position.fromArray(middle.map((value, k) => value - 96 * axis[k]!));
+    this.arm.position.fromArray(middle.map((value, k) => value - this.cuffAt * axis[k]!));
   }
 
   /** Directions of the arm that the poses cover, and the one to go to. */
@@ -188,7 +224,7 @@ export class ArmScene {
     const rejected = new Set((found?.rejected ?? []).map(([pose]) => pose));
     found?.poses.forEach((pose, index) => {
       if (pose === null) return;
-      const axis = armAxis(pose);
+      const axis = rotate(pose, this.axis);
       // a pose that was left out is a hollow ring
       const mark = rejected.has(index)
         ? new Mesh(new RingGeometry(5, 9, 20), new MeshBasicMaterial({ color: ORANGE, side: DoubleSide }))
@@ -258,110 +294,4 @@ export class ArmScene {
       turnBy(step[0]!, step[1]!);
     });
   }
-}
-
-/** Direction of the arm in {B}: the normal of the cuff. */
-export function armAxis(placed: Placed): number[] {
-  return [placed.rotation[2]!, placed.rotation[5]!, placed.rotation[8]!];
-}
-
-function transform(placed: Placed, point: number[]): number[] {
-  const { rotation: r, origin } = placed;
-  return [0, 1, 2].map((row) =>
-    origin[row]! + r[3 * row]! * point[0]! + r[3 * row + 1]! * point[1]! + r[3 * row + 2]! * point[2]!);
-}
-
-function matrix(placed: Placed): Matrix4 {
-  const [a, b, c, d, e, f, g, h, i] = placed.rotation as [number, number, number, number, number, number, number, number, number];
-  return new Matrix4().set(a, b, c, 0, d, e, f, 0, g, h, i, 0, 0, 0, 0, 1);
-}
-
-/** Part of the way from one place to another. */
-function between(from: Placed, to: Placed, share: number): Placed {
-  const rotation = new Quaternion().setFromRotationMatrix(matrix(from));
-  rotation.slerp(new Quaternion().setFromRotationMatrix(matrix(to)), share);
-  const m = new Matrix4().makeRotationFromQuaternion(rotation).elements;
-  return {
-    rotation: [m[0], m[4], m[8], m[1], m[5], m[9], m[2], m[6], m[10]],
-    origin: from.origin.map((value, k) => value + share * (to.origin[k]! - value)),
-  };
-}
-
-function distance(a: Placed, b: Placed): number {
-  return Math.max(...a.rotation.map((value, k) => Math.abs(value - b.rotation[k]!)));
-}
-
-/** A thin cylinder of length one; `span` puts it between two points. */
-function rod(radius: number, colour: number): Mesh {
-  const geometry = new CylinderGeometry(radius, radius, 1, 8).rotateX(Math.PI / 2).translate(0, 0, 0.5);
-  return new Mesh(geometry, new MeshLambertMaterial({ color: colour }));
-}
-
-function span(mesh: Mesh, from: number[], to: number[]): void {
-  mesh.position.fromArray(from);
-  mesh.lookAt(new Vector3().fromArray(to));
-  mesh.scale.set(1, 1, new Vector3().fromArray(from).distanceTo(new Vector3().fromArray(to)));
-}
-
-function positions(list: number[][]): Float32BufferAttribute {
-  return new Float32BufferAttribute(list.flat(), 3);
-}
-
-function points(list: number[][]): BufferGeometry {
-  return new BufferGeometry().setAttribute("position", positions(list));
-}
-
-/** The one-sigma ellipsoid of a covariance (lower triangle): a sphere under its Cholesky factor. */
-function ellipsoid([xx, yx, yy, zx, zy, zz]: number[], centre: number[]): Matrix4 {
-  const a = Math.sqrt(xx!);
-  const b = yx! / a;
-  const c = Math.sqrt(Math.max(yy! - b * b, 0));
-  const d = zx! / a;
-  const e = c > 0 ? (zy! - d * b) / c : 0;
-  const f = Math.sqrt(Math.max(zz! - d * d - e * e, 0));
-  const m = MAGNIFIED;
-  return new Matrix4().set(
-    a * m, 0, 0, centre[0]!, b * m, c * m, 0, centre[1]!, d * m, e * m, f * m, centre[2]!, 0, 0, 0, 1,
-  );
-}
-
-/** Ten times as far from the common centre, so that millimetres are seen. */
-function apart(centre: number[], common: number[]): number[] {
-  return centre.map((value, k) => common[k]! + 10 * (value - common[k]!));
-}
-
-function cross(): Group {
-  const group = new Group();
-  for (const axis of [[14, 0, 0], [0, 14, 0], [0, 0, 14]]) {
-    group.add(new Line(points([axis.map((v) => -v), axis]), new LineBasicMaterial({ color: ORANGE })));
-  }
-  return group;
-}
-
-function target(): Group {
-  const group = new Group();
-  const cone = new Mesh(new ConeGeometry(12, 30, 4), new MeshLambertMaterial({ color: ORANGE }));
-  cone.rotation.x = -Math.PI / 2;
-  cone.position.set(0, 0, SPHERE + 16);
-  const ring = new Mesh(new RingGeometry(16, 21, 28), new MeshBasicMaterial({ color: ORANGE, side: DoubleSide }));
-  ring.position.set(0, 0, SPHERE);
-  group.add(cone, ring, new Line(points([[0, 0, 0], [0, 0, SPHERE]]), new LineBasicMaterial({ color: ORANGE })));
-  return group;
-}
-
-function label(text: string): Sprite {
-  const canvas = document.createElement("canvas");
-  const context = canvas.getContext("2d")!;
-  context.font = "bold 44px sans-serif";
-  canvas.width = Math.ceil(context.measureText(text).width) + 16;
-  canvas.height = 60;
-  context.font = "bold 44px sans-serif";
-  context.textBaseline = "middle";
-  context.fillStyle = "#16202a";
-  context.fillText(text, 8, 31);
-  const texture = new CanvasTexture(canvas);
-  texture.colorSpace = SRGBColorSpace;
-  const sprite = new Sprite(new SpriteMaterial({ map: texture, depthTest: false }));
-  sprite.scale.set(canvas.width * 0.5, canvas.height * 0.5, 1);
-  return sprite;
 }

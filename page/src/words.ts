@@ -1,5 +1,8 @@
 // Every word of the page but those of the codes, which come from the library (reasons, guidance) with their remedies.
 
+/** Where each cable runs: end-point of the platform, attachment point of the base. */
+const RUNS = ["P1 to B1", "P1 to B2", "P2 to B2", "P2 to B3", "P3 to B3", "P3 to B1"];
+
 export const words = {
   title: "Glenoid",
   states: {
@@ -45,6 +48,7 @@ export const words = {
   },
   actions: {
     Start: "Start",
+    StartTwoPhases: "Start, blade held first",
     Accept: "Accept",
     Reject: "Reject",
     Abort: "Abort",
@@ -53,6 +57,35 @@ export const words = {
     refused: (opcode: string) => `${opcode} was not obeyed`,
     noAnswer: "The board did not answer.",
   } as const,
+  numbering: {
+    open: "Check the cables …",
+    title: "Is every cable at its own encoder?",
+    pull: (cable: number) => `Pull cable ${cable}: ${RUNS[cable - 1]}.`,
+    how: "By a finger's breadth, then let go. Arm and other cables rest.",
+    wrong: (cable: number, moved: number) => `Cable ${cable} was to be pulled, but encoder ${moved} moved.`,
+    wrongRemedy: "Is it labelled as in the drawing, does it run over the drum of that number? Accept nothing before this is right.",
+    done: "Every cable is at its own encoder.",
+    runs: RUNS,
+    seen: { later: "", now: "← pull", found: "✓ found", wrong: "✗ another moved" },
+    again: "Begin again",
+    close: "Close",
+  },
+  parameters: {
+    open: "Parameters …",
+    title: "Parameters of the board",
+    filter: "Find",
+    columns: ["Name", "In use", "Prepared", "Unit", "Range", "Default", "Lock"],
+    guarded: "locked",
+    secret: "secret",
+    reading: "Reading …",
+    save: "Save",
+    saved: "Saved. The board starts anew with it.",
+    discard: "Discard",
+    close: "Close",
+    note: "A value that is typed is prepared. Nothing changes before Save, which checks all of them together; not in a run.",
+    noNumber: (name: string, text: string) => `${name}: "${text}" is no number that it can take.`,
+    contradict: (name: string) => `Not saved: ${name} does not fit the others.`,
+  },
   confirm: {
     title: "Use this centre?",
     titleOfLive: "Is the centre in use right for this arm?",

@@ -5,6 +5,7 @@ import { execFileSync } from "node:child_process";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
 import { Library } from "../src/library.ts";
+import { bitsOf, shortest } from "../src/parameters.ts";
 
 const library = await Library.load(readFileSync("page/dist/page.wasm"));
 
@@ -31,9 +32,9 @@ const circle = (radius: number, degrees: number, z = 0): V => {
 };
 
 /** Lengths of an arm with its centre at (7, -4, 155), as singles. */
-function arm(poses: number, noise: number, seed = 1): number[][] {
+function arm(poses: number, noise: number, seed = 1, baseRadius = 150): number[][] {
   const next = random(seed);
-  const base = [0, 120, 240].map((degrees) => circle(150, degrees));
+  const base = [0, 120, 240].map((degrees) => circle(baseRadius, degrees));
   const ends = [60, 180, 300].map((degrees) => circle(Math.sqrt(140.8 ** 2 - 96 ** 2), degrees, 96));
   return Array.from({ length: poses }, () => {
     const [azimuth, tilt, torsion] = [next() * 2 * Math.PI, next() * 0.78, (next() - 0.5) * 1.04];
@@ -111,4 +112,78 @@ test("a command is a line with nonce, run and argument in their places", () => {
   const text = new TextDecoder().decode(library.command("ReadPose", 0x102, 0x105, 0x304));
   assert.equal(text, "t680809000403020105" + "01\r");
   assert.equal(library.command("Nonsense", 0, 0, 1).length, 0);
+});
+
+/** The board's parameters with these values instead, as it sends them. */
+function parameters(values: Record<string, number>): [number, number][] {
+  for (const name of Object.keys(values)) assert.ok(library.parameters.some((known) => known.name === name), name);
+  return library.parameters.map((known) => [known.index, bitsOf(known, values[known.name] ?? known.default)]);
+}
+
+test("the machine is the one that the board's parameters make", () => {
+  const [poses, shoulder] = [arm(12, 0.05), library.machine];
+  const before = library.identify(poses);
+  assert.equal(library.configure(parameters({})), "");
+  assert.deepEqual([library.machine, library.identify(poses)], [shoulder, before]);
+  // attachment points on a circle of 170 mm
+  const wider: Record<string, number> = {};
+  [0, 120, 240].forEach((degrees, point) => circle(170, degrees).forEach((value, axis) => {
+    wider[`base_${point + 1}_${"xyz"[axis]}`] = value;
+  }));
+  assert.equal(library.configure(parameters(wider)), "");
+  assert.ok(Math.abs(library.machine.base[0]![0]! - 170) < 1e-4);
+  const found = library.identify(arm(20, 0, 1, 170));
+  [7, -4, 155].forEach((value, k) => assert.ok(Math.abs(found.centre![k]! - value) < 2e-3, String(found.centre)));
+  // two attachment points in one place: named, and the machine stays
+  assert.match(library.configure(parameters({ base_2_x: 150, base_2_y: 0 })), /^base_\d_/);
+  assert.ok(Math.abs(library.machine.base[0]![0]! - 170) < 1e-4);
+  assert.equal(library.configure(parameters({})), "");
+});
+
+test("every cable may have ends of its own and a pulley", () => {
+  const values: Record<string, number> = { geometry: 1 };
+  library.machine.base.forEach((from, cable) => {
+    const to = library.machine.ends[cable]!;
+    "xyz".split("").forEach((axis, k) => {
+      values[`cable_${cable + 1}_base_${axis}`] = from[k]!;
+      values[`cable_${cable + 1}_end_${axis}`] = to[k]!;
+    });
+    values[`cable_${cable + 1}_pulley_radius`] = 5;
+  });
+  const poses = arm(20, 0);
+  assert.equal(library.configure(parameters(values)), "");
+  // lengths without pulleys do not fit a machine with pulleys
+  const other = library.identify(poses).centre;
+  assert.ok(other === null || Math.hypot(...other.map((value, k) => value - [7, -4, 155][k]!)) > 0.5, String(other));
+  assert.ok(library.machine.home !== null);
+  for (const cable of [1, 2, 3, 4, 5, 6]) values[`cable_${cable}_pulley_radius`] = 0;
+  assert.equal(library.configure(parameters(values)), "");
+  library.identify(poses).centre!.forEach((value, k) => assert.ok(Math.abs(value - [7, -4, 155][k]!) < 2e-3));
+  assert.equal(library.configure(parameters({})), "");
+});
+
+test("a request about a parameter and its answer", () => {
+  const text = (bytes: Uint8Array) => new TextDecoder().decode(bytes);
+  // Write (2) hold_time (161): operation in the low four bits, index above, nonce, nothing, the value
+  assert.equal(text(library.parameterRequest("Write", 161, 7, 500)), "t6988120A0700F4010000\r");
+  assert.equal(library.parameterRequest("Nonsense", 161, 7, 500).length, 0);
+  const answer = library.decode(0x699, Uint8Array.of(0x12, 0x0a, 7, 0, 0xf4, 1, 0, 0));
+  assert.deepEqual(answer, { name: "Parameter", operation: 2, parameter: 161, nonce: 7, code: 0, bits: 500 });
+});
+
+test("values are shown with as many digits as they have, and come back to the bit", () => {
+  const base = library.parameters.find(({ name }) => name === "base_2_y")!;
+  assert.equal(shortest(base, bitsOf(base, 150)), "150");
+  assert.equal(bitsOf(base, 150), 0x43160000);
+  const next = random(9);
+  for (let round = 0; round < 2000; round += 1) {
+    const value = Math.fround((next() - 0.5) * 10 ** Math.floor(next() * 8 - 4));
+    assert.equal(Math.fround(Number(shortest(base, bitsOf(base, value)))), value);
+  }
+  const documented = readFileSync("docs/parameters.md", "utf8");
+  for (const known of library.parameters) {
+    const range = [known.default, known.minimum, known.maximum].map((value) => shortest(known, bitsOf(known, value)));
+    assert.ok(documented.includes(`| ${known.index} | \`${known.name}\` | ${known.single ? "single" : "integer"} | ${known.unit} |`), known.name);
+    assert.ok(documented.includes(`| ${range.join(" | ")} | ${known.guarded ? "yes" : ""} | ${known.text} |`), `${known.name} ${range}`);
+  }
 });

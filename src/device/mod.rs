@@ -355,8 +355,6 @@ impl Device {
         &self.procedure
     }
 
-    // Not inlined: its copies would lie on the stack under every other kind of event (`cargo stack --ways`).
-    #[inline(never)]
     fn tick(&mut self, now_ms: u32, out: &mut impl FnMut(Action)) {
         self.lock.tick(now_ms);
         self.restart_when_saved(now_ms, out);
@@ -377,8 +375,6 @@ impl Device {
         self.show(now_ms, out);
     }
 
-    // Not inlined: a monitor would lie on the stack under every tick (`cargo stack --ways`).
-    #[inline(never)]
     fn renew_monitor(&mut self) {
         self.slip_monitor = SlipMonitor::over(self.procedure.machine(), self.procedure.live());
     }

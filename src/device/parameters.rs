@@ -22,8 +22,6 @@ pub(super) enum Saving {
 }
 
 impl Device {
-    // Not inlined: its copies would lie on the stack under every other kind of event (`cargo stack --ways`).
-    #[inline(never)]
     pub(super) fn receive_parameter_request(&mut self, now_ms: u32, frame: &Frame, out: &mut impl FnMut(Action)) {
         let request = match ParameterRequest::unpack(frame.data()) {
             Ok(request) => request,
@@ -160,8 +158,6 @@ impl Device {
 
     /// The board has stored the parameters, or erased the record: the device starts anew, so that nothing ever goes by
     /// half of an old set and half of a new one.
-    // Not inlined: its copies would lie on the stack under every other kind of event (`cargo stack --ways`).
-    #[inline(never)]
     pub(super) fn parameters_stored(
         &mut self,
         now_ms: u32,

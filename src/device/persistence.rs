@@ -23,8 +23,6 @@ pub(super) struct Persistence {
 impl Device {
     /// The board has looked into its flash. A centre that it finds there is not confirmed yet: yesterday's strap is not
     /// today's.
-    // Not inlined: its copies would lie on the stack under every other kind of event (`cargo stack --ways`).
-    #[inline(never)]
     pub(super) fn power_up(&mut self, loaded: Loaded, out: &mut impl FnMut(Action)) {
         self.parameters_wrong = loaded.parameters.is_some();
         let journal = loaded.journal.unwrap_or_default();
@@ -73,8 +71,6 @@ impl Device {
     }
 
     /// The board has tried to store.
-    // Not inlined: its copies would lie on the stack under every other kind of event (`cargo stack --ways`).
-    #[inline(never)]
     pub(super) fn stored(&mut self, result: Result<(), StoreError>, out: &mut impl FnMut(Action)) {
         let reason = result.map_or_else(reason_of_store, |()| Reason::Fine);
         self.persistence.wrong = result.err().map(reason_of_store);

@@ -18,8 +18,6 @@ impl Device {
         }
     }
 
-    // Not inlined: its copies would lie on the stack under every other kind of event (`cargo stack --ways`).
-    #[inline(never)]
     fn receive_command(&mut self, now_ms: u32, frame: &Frame, out: &mut impl FnMut(Action)) {
         let request = match Request::unpack(frame.data()) {
             Ok(request) => request,

@@ -82,8 +82,6 @@ pub struct Identified<T> {
 
 impl<T: Real> Identified<T> {
     /// An empty result that the estimator fills in place.
-    // Inlined so that it is built where it stays, and the estimator around it (`cargo stack --ways`).
-    #[inline(always)]
     pub(crate) fn empty(nominal: Parameters<T>) -> Self {
         let zero = T::zero();
         Self {

@@ -43,7 +43,7 @@ pub struct Predicted<T> {
 
 impl<T: Real> PredictedAccuracy<T> {
     /// No poses yet. The information of the first ones is computed at the nominal centre.
-    // Inlined so that it is built where it stays (`cargo stack --ways`).
+    // Inlined so that it is built where it stays: 3 KB of stack otherwise (`cargo stack --ways`).
     #[inline(always)]
     pub fn new(machine: &Machine<T>, nominal: &Parameters<T>) -> Self {
         Self {

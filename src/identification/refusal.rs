@@ -115,6 +115,8 @@ pub enum Refusal {
         /// Distance between the two, mm.
         distance_mm: f32,
     },
+    /// A ball on a machine that is not as stated explains the poses as well as a centre that moves.
+    MachineNotAsStated,
     /// The centre depends on one pose alone: were that pose wrong, the others could not contradict it (no redundancy).
     /// Always so with three.
     NotRedundant {
@@ -146,6 +148,7 @@ impl Refusal {
             Self::NotExplained { .. } => 17,
             Self::NotHeld { .. } => 18,
             Self::HeldOfAnotherWearing { .. } => 19,
+            Self::MachineNotAsStated => 20,
         }
     }
 
@@ -171,6 +174,7 @@ impl Refusal {
             Self::NotExplained { .. } => "neither a ball nor a centre that moves with the arm explains the poses",
             Self::NotHeld { .. } => "the shoulder blade was not held in the held poses",
             Self::HeldOfAnotherWearing { .. } => "the held poses belong to another wearing",
+            Self::MachineNotAsStated => "a machine that is not as stated explains the poses as well as a moving centre",
             Self::OffsetNotDetermined { .. } => {
                 "weak: the centre depends on an encoder offset that the poses do not determine"
             }

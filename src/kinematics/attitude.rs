@@ -135,6 +135,7 @@ impl<T: Real> AttitudeSolver<'_, T> {
     }
 
     /// So many steps at most.
+    // Inlined, as `step`: 2 022 instructions a tracked sample otherwise, 1 847 with it (`cargo cycles`).
     #[inline(always)]
     fn steps(
         &self,
@@ -166,6 +167,7 @@ impl<T: Real> AttitudeSolver<'_, T> {
     }
 
     /// One Gauss-Newton step: where it leads, with the squares there by the linear model, and how far it turns.
+    // Inlined: 1 279 instructions a followed sample otherwise, 954 with it (`cargo cycles`).
     #[inline(always)]
     fn step(
         &self,

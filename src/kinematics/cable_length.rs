@@ -85,8 +85,6 @@ impl<T: Real> CableLengths<T> {
     ///
     /// # Errors
     /// The first cable whose length would not be positive.
-    // Not inlined: three places want it, once a sample at most (128 bytes of flash).
-    #[inline(never)]
     pub fn from_mean_counts(rig: &Rig<T>, counts: &[i32; CABLES], above: &[T; CABLES]) -> Result<Self, LengthError> {
         let drum = rig.drum();
         let mm_per_count = drum.mm_per_count();

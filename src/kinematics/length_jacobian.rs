@@ -83,12 +83,10 @@ impl<T: Real> LengthJacobian<T> {
         Self { rows: [row(0, &a), row(1, &b), row(2, &c), row(3, &d), row(4, &e), row(5, &f)] }
     }
 
-    /// The same where the joint centre moves with the rotation, by `turning` ω for a small ω, mm/rad.
-    #[must_use]
-    pub fn with_moving_centre(mut self, turning: &Matrix3<T>) -> Self {
+    /// Includes that the joint centre moves with the rotation, by `turning` ω for a small ω, mm/rad.
+    pub fn include_motion(&mut self, turning: &Matrix3<T>) {
         for row in &mut self.rows {
             row.rotation_mm += turning.tr_mul(&row.translation);
         }
-        self
     }
 }

@@ -50,8 +50,6 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
     const PACKED: () = assert!(P == N * (N + 1) / 2);
 
     /// No equations yet in this many unknowns, at most `N`.
-    // Inlined so that it is built where it stays (`cargo stack --ways`).
-    #[inline(always)]
     pub fn new(unknowns: usize) -> Self {
         let () = Self::PACKED;
         Self {

@@ -203,8 +203,6 @@ impl<T: Real> SlipDetector<T> {
 
     /// Tries the next assembly mode of the sample that the search began with. After the last one the best counts, and the next
     /// samples are tracked from it: the arm has moved by a few degrees meanwhile at most.
-    // Not inlined: the fast memory holds what is done with every sample.
-    #[inline(never)]
     fn search(&mut self, lengths: &CableLengths<T>) {
         let (lengths, search) = match &mut self.search {
             Some(search) => search,

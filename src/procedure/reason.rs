@@ -151,6 +151,7 @@ reasons! {
     JointNotExplained = 65, "neither a ball nor a centre that moves with the arm explains the poses", "look for a loose strap, cuff or cable; move slowly and hold each pose";
     BladeNotHeld = 66, "the shoulder blade was not held in the held poses", "let somebody hold the shoulder blade, keep the arm within 30 degrees, and repeat the held phase";
     HeldOfAnotherWearing = 67, "the held poses belong to another wearing", "repeat both phases without taking the cuff off between them";
+    MachineNotAsStated = 68, "a machine that is not as stated explains the poses as well as a centre that moves", "commission the machine, or state its tolerances; home the encoders; then calibrate again";
 
     CentreImplausible = 72, "the centre lies where no joint of this rig can be", "check cables, points and rig parameters, then calibrate again";
     RadiusImplausible = 73, "a distance from the centre to an end-point cannot be", "check the cuff and the rig parameters, then calibrate again";

@@ -17,8 +17,6 @@ const USUAL_PASSES: u32 = 4;
 
 impl Work {
     /// An estimator at its beginning.
-    // Inlined so that it is built where it stays (`cargo stack --ways`).
-    #[inline(always)]
     pub fn new(machine: &Machine<f32>, rig: &Rig<f32>) -> Self {
         Self { estimator: Estimator::new(machine, rig.nominal(), EstimatorSettings::for_rig(rig)), slices: 0 }
     }
@@ -124,6 +122,7 @@ impl From<Refusal> for Detail {
             Refusal::HeldOfAnotherWearing { distance_mm } => {
                 Self { size_mm: Some(distance_mm), ..Self::of(Reason::HeldOfAnotherWearing) }
             }
+            Refusal::MachineNotAsStated => Self::of(Reason::MachineNotAsStated),
             Refusal::TooManyOutliers { .. } => Self::of(Reason::TooManyOutliers),
             Refusal::CentreNotFixed { migration_mm } => {
                 Self { size_mm: Some(migration_mm), ..Self::of(Reason::NotABall) }

@@ -101,13 +101,10 @@ impl Record {
     }
 }
 
-// Not inlined: six copies and a chain of iterators would be 2 KB of flash (`cargo footprint --sections`).
-#[inline(never)]
 fn are_finite(numbers: &[f32]) -> bool {
     numbers.iter().all(|number| number.is_finite())
 }
 
-#[inline(never)]
 fn are_not_negative(numbers: &[f32]) -> bool {
     numbers.iter().all(|number| number.is_finite() && *number >= 0.0)
 }

@@ -137,7 +137,6 @@ impl<const LEN: usize> TwoPages<LEN> {
     }
 
     // Its frame holds both images, 3 KB, which are done with before a page is written.
-    #[inline(never)]
     fn look<F: NorFlash>(&mut self, flash: &mut F) {
         let chosen = choose(&self.read(flash));
         self.note(chosen);

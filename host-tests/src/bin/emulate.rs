@@ -1,7 +1,7 @@
 //! `cargo emulate`: boots the emulated drive board and leaves it running for any SLCAN client.
 
 use std::error::Error;
-use std::net::{Ipv4Addr, TcpListener};
+use std::net::{Ipv4Addr, SocketAddr, TcpListener};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -16,10 +16,10 @@ use host_tests::packages::Consent;
 #[derive(Parser)]
 #[command(name = "cargo emulate", bin_name = "cargo emulate")]
 struct Arguments {
-    /// TCP port of the CAN bus as SLCAN, on this machine alone
+    /// TCP port of the CAN bus as SLCAN, on this machine alone; 0: a free one
     #[arg(long, value_name = "PORT", default_value_t = 5601)]
     can_port: u16,
-    /// TCP port of the rig link: encoder counts and button as lines of text
+    /// TCP port of the rig link: encoder counts and button as lines of text; 0: a free one
     #[arg(long, value_name = "PORT", default_value_t = 5602)]
     rig_port: u16,
     /// File that stands for the flash of the centre in use, made where there is none; without it, the board begins
@@ -42,6 +42,9 @@ struct Arguments {
     /// How long that person holds a pose, ms
     #[arg(long, value_name = "MS", default_value_t = 700)]
     hold: u32,
+    /// How long that person's movement from pose to pose takes, ms
+    #[arg(long = "move", value_name = "MS", default_value_t = 500)]
+    travel: u32,
     /// Install what is missing without asking
     #[arg(long)]
     yes: bool,
@@ -63,27 +66,27 @@ fn run(arguments: &Arguments) -> Result<ExitCode, Box<dyn Error>> {
     let seated = seated.transpose().map_err(|error: InputError| error.to_string())?;
     let shared = TcpListener::bind((Ipv4Addr::LOCALHOST, arguments.can_port))?;
     let options = Options {
-        rig_port: Some(arguments.rig_port),
+        rig_port: (arguments.rig_port != 0).then_some(arguments.rig_port),
         record: arguments.record.clone(),
         show_log: true,
         monitor: true,
         ..Options::default()
     };
     let running = Running::start(&options, seated, consent)?;
+    let can = shared.local_addr()?;
     serve_slcan(running.bus.clone(), shared);
-    introduce(arguments, running.patient.as_ref());
+    introduce(can, running.rig_address(), running.patient.as_ref());
     running.until_the_end("cargo emulate")
 }
 
 impl Arguments {
     fn person(&self) -> Person {
-        Person { kind: self.person, seed: self.seed, noise_mm: 0.1, hold_ms: self.hold, move_ms: 500 }
+        Person { kind: self.person, seed: self.seed, noise_mm: 0.1, hold_ms: self.hold, move_ms: self.travel }
     }
 }
 
 /// Says how to reach the board.
-fn introduce(arguments: &Arguments, patient: Option<&Patient>) {
-    let (can, rig) = (format!("127.0.0.1:{}", arguments.can_port), format!("127.0.0.1:{}", arguments.rig_port));
+fn introduce(can: SocketAddr, rig: SocketAddr, patient: Option<&Patient>) {
     println!("CAN bus (SLCAN)  {can}, for any number of clients");
     println!("  calibrate:     python -m glenoid calibrate -i slcan -c socket://{can}");
     println!(

@@ -175,6 +175,7 @@ const fn may_have_a_cause(refusal: &Refusal) -> bool {
             | Refusal::MissingMotion { .. }
             | Refusal::SlippedMidway { .. }
             | Refusal::NotExplained { .. }
+            | Refusal::MachineNotAsStated
             | Refusal::PlatformDoesNotClose { .. }
             | Refusal::IterationCap
     )

@@ -117,6 +117,8 @@ pub enum RefusalDetail {
         /// Distance between the two centres in the platform, mm.
         distance_mm: f64,
     },
+    /// See [`Refusal::MachineNotAsStated`].
+    MachineNotAsStated,
     /// See [`Refusal::NotRedundant`].
     HangsOnOnePose {
         /// Row of the log.
@@ -164,6 +166,7 @@ impl RefusalDetail {
             Refusal::HeldOfAnotherWearing { distance_mm } => {
                 Self::HeldOfAnotherWearing { distance_mm: distance_mm.into() }
             }
+            Refusal::MachineNotAsStated => Self::MachineNotAsStated,
             Refusal::NotRedundant { pose } => Self::HangsOnOnePose { pose: row(pose) },
             Refusal::CentreNotFixed { migration_mm } => Self::CentreNotFixed { migration_mm: migration_mm.into() },
         }

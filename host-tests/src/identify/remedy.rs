@@ -15,7 +15,9 @@ pub fn seen(refusal: &RefusalDetail, log: &LengthsFile) -> String {
             let steps = counted(iteration.into(), "iteration");
             format!("{}, end-point P{end_point}, after {steps}", pose(at))
         }
-        RefusalDetail::Singular | RefusalDetail::IterationCap => format!("in {}", log.file()),
+        RefusalDetail::Singular | RefusalDetail::IterationCap | RefusalDetail::MachineNotAsStated => {
+            format!("in {}", log.file())
+        }
         RefusalDetail::PlatformDoesNotClose { pose: at } => format!("{} is the first of them", pose(at)),
         RefusalDetail::OneAxis { axis, sway_deg } => {
             format!("the axis is {}; the poses move it by {sway_deg:.1} degrees", direction(&axis))
@@ -142,6 +144,11 @@ pub fn remedy(report: &Report, refusal: &RefusalDetail) -> String {
         }
         RefusalDetail::HeldOfAnotherWearing { .. } => {
             "Record both phases without taking the cuff off between them; or leave out --still.".to_owned()
+        }
+        RefusalDetail::MachineNotAsStated => {
+            "Commission the machine (cargo commission), or state its tolerances in the rig file ([tolerance]); home the \
+             encoders before."
+                .to_owned()
         }
     }
 }

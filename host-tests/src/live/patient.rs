@@ -34,6 +34,9 @@ const BOARD_LIMIT: Duration = Duration::from_secs(1);
 /// millimetres up and forward in an elevation of 45 degrees, as in the cadavers of Meskers (1998) and later studies.
 const MIGRATION_MM_PER_RAD: Matrix3<f64> = Matrix3::new(0.0, 6.0, 1.0, -6.0, 0.0, 1.0, 2.0, 2.0, 0.0);
 
+/// While somebody holds the shoulder blade, the arm moves by this share of its usual angles: it stays within 30°.
+const SHARE_WITH_BLADE_HELD: f64 = 0.5;
+
 /// What kind of shoulder sits in what kind of machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum PersonKind {
@@ -172,7 +175,10 @@ impl Play {
             self.sample(self.at)?;
         }
         if self.is_to_move() {
-            let to = self.wearer.next_pose().rotation;
+            let mut to = self.wearer.next_pose().rotation;
+            if self.is_blade_held() {
+                to = to.powf(SHARE_WITH_BLADE_HELD);
+            }
             for rotation in Wearer::path(self.at, to, self.person.move_ms, MOVING_PERIOD_MS) {
                 self.wait_for_the_board(ends_telemetry);
                 self.sample(rotation)?;
@@ -214,10 +220,15 @@ impl Play {
         })
     }
 
+    /// In the first of two phases a helper holds the blade, and the centre stays where it is.
+    fn is_blade_held(&self) -> bool {
+        self.heartbeat.is_some_and(|heartbeat| heartbeat.flags.held_phase)
+    }
+
     fn sample(&mut self, rotation: Rotation3<f64>) -> io::Result<()> {
         let migration_mm = match self.person.kind {
-            PersonKind::Ball | PersonKind::Built => Vector3::zeros(),
-            PersonKind::Moving => MIGRATION_MM_PER_RAD * rotation.scaled_axis(),
+            PersonKind::Moving if !self.is_blade_held() => MIGRATION_MM_PER_RAD * rotation.scaled_axis(),
+            PersonKind::Moving | PersonKind::Ball | PersonKind::Built => Vector3::zeros(),
         };
         let counts = self.wearer.sample(&rotation, migration_mm, None);
         self.link.sample(&counts)

@@ -6,6 +6,7 @@ use crate::firmware::{self, Image};
 use crate::packages::Consent;
 use glenoid::rig::Rig;
 use std::error::Error;
+use std::net::SocketAddr;
 use std::process::ExitCode;
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::time::Duration;
@@ -44,6 +45,11 @@ impl Running {
         let patient =
             seated.map(|(person, rig)| Patient::sit_down(person, rig, board.rig_address(), &bus)).transpose()?;
         Ok(Self { board, bus, patient, stopped, shows_log: options.show_log })
+    }
+
+    /// Where the rig link is.
+    pub fn rig_address(&self) -> SocketAddr {
+        self.board.rig_address()
     }
 
     /// Obeys what is typed until Ctrl-C, or until the board ends by itself. `command` names itself in complaints.

@@ -31,6 +31,18 @@ pub struct Worn {
     end_points_mm: [Vector3<f64>; POINTS],
 }
 
+impl Worn {
+    /// The joint centre at home in the machine's own frame, mm.
+    pub fn centre_mm(&self) -> &Vector3<f64> {
+        &self.centre_mm
+    }
+
+    /// The end-points at a rotation from home about a centre, in the machine's own frame, mm.
+    pub fn end_points_mm(&self, centre_mm: &Vector3<f64>, rotation: &Rotation3<f64>) -> [Vector3<f64>; POINTS] {
+        self.end_points_mm.map(|point| centre_mm + rotation * point)
+    }
+}
+
 impl BuiltMachine {
     /// A machine that is off by normal errors of `truth`'s sizes, stated with `tolerance`. Where `offset_mm` of both is 10,
     /// offsets are uniform within it.
@@ -100,8 +112,13 @@ impl BuiltMachine {
 
     /// Where the joint centre is in {B}: the frame best fitted to the attachment points.
     pub fn centre_in_base_mm(&self, worn: &Worn) -> Vector3<f64> {
+        self.in_base_mm(&worn.centre_mm)
+    }
+
+    /// Where a point stands in {B}, of which the machine's own frame is off: mm.
+    pub fn in_base_mm(&self, point_mm: &Vector3<f64>) -> Vector3<f64> {
         let (turn, shift) = best_fit(&self.base_mm, self.stated.base_mm());
-        turn * worn.centre_mm + shift
+        turn * point_mm + shift
     }
 
     /// The six readings of random poses, mm.
@@ -136,9 +153,14 @@ impl BuiltMachine {
 
     /// The six readings without noise, mm.
     fn exact_reading(&self, worn: &Worn, rotation: &Rotation3<f64>) -> [f64; CABLES] {
+        self.without_noise(&worn.end_points_mm(&worn.centre_mm, rotation))
+    }
+
+    /// The six readings of these end-points, mm.
+    pub fn without_noise(&self, ends_mm: &[Vector3<f64>; POINTS]) -> [f64; CABLES] {
         let home = &self.stated.drum().home_length_mm;
         std::array::from_fn(|cable| {
-            let end = worn.centre_mm + rotation * worn.end_points_mm[cable / 2];
+            let end = ends_mm[cable / 2];
             let length = (end - self.base_mm[ATTACHMENTS[cable / 2][cable % 2]]).norm();
             home[cable] + self.scale[cable] * (length - home[cable]) + self.offset_mm[cable]
         })

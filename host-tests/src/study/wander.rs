@@ -47,6 +47,11 @@ enum Motion {
     Wander(f64),
     /// Upwards (z of {B}) in proportion to the arm's elevation, this much at 45 degrees, mm.
     Drift(f64),
+    /// The way in which the arm is tilted, this much at 45 degrees, mm. To first order this is a ball about another point
+    /// on the arm, and no length shows a difference: balls that are accepted are not wrong.
+    Aside(f64),
+    /// Along the arm in proportion to its elevation, this much at 45 degrees, mm.
+    AlongArm(f64),
 }
 
 #[derive(Clone, Copy)]
@@ -99,6 +104,7 @@ fn run(plan: &Plan) -> Result<Findings, Problem> {
             migration.push(row(poses, size_mm, &as_ball));
             let by_data = endings(plan.seed, plan.trials, poses, motion, JointChoice::Auto)?;
             free.push(free_row("migrates", poses, size_mm, &by_data));
+            targets.push(false_accept_target(&format!("{poses} poses, migrates, {size_mm} mm"), &by_data));
         }
         chart = chart.with(Series::line(&format!("{poses} poses"), detected));
         for size_mm in DRIFTS_MM {
@@ -106,8 +112,16 @@ fn run(plan: &Plan) -> Result<Findings, Problem> {
             let as_ball = endings(plan.seed, plan.trials, poses, motion, JointChoice::Ball)?;
             targets.extend(detection_target("drift", CLEAR_DRIFT_MM, size_mm, poses, &as_ball));
             drift.push(row(poses, size_mm, &as_ball));
-            let by_data = endings(plan.seed, plan.trials, poses, motion, JointChoice::Auto)?;
-            free.push(free_row("drifts", poses, size_mm, &by_data));
+            let motions = [
+                ("drifts up", motion),
+                ("aside", Motion::Aside(size_mm)),
+                ("along the arm", Motion::AlongArm(size_mm)),
+            ];
+            for (name, motion) in motions {
+                let by_data = endings(plan.seed, plan.trials, poses, motion, JointChoice::Auto)?;
+                free.push(free_row(name, poses, size_mm, &by_data));
+                targets.push(false_accept_target(&format!("{poses} poses, {name}, {size_mm} mm"), &by_data));
+            }
         }
     }
     Ok(Findings {
@@ -122,7 +136,8 @@ fn run(plan: &Plan) -> Result<Findings, Problem> {
 const METHOD: &str = "A trial is a set of random poses (tilt to 45°, torsion ±30°) with noise uniform within ±0.1 mm on the 150 mm rig, the \
     centre up to ±20 mm and the cuff up to ±10 mm off along each axis. In every pose the centre is elsewhere. Errors of a ball are \
     against the mean of its places; those of a moving centre against its place in each pose, without what is random. A false \
-    accept is further off than five sigmas plus 0.05 mm, of a moving centre in more than 2 % of the poses. Of sound sets there \
+    accept is further off than five sigmas plus 0.05 mm, of a moving centre in more than 2 % of the poses. A centre that goes aside \
+    as the arm is tilted is to first order a ball elsewhere on the arm: such balls are not counted as false. Of sound sets there \
     are thirty times as many, and as many again with normal noise, which the test is made for.";
 
 fn percent_refused(endings: &[Ending]) -> f64 {
@@ -133,6 +148,13 @@ fn detection_target(what: &str, clear_mm: f64, size_mm: f64, poses: usize, endin
     let is_asked = size_mm == clear_mm && poses >= 30;
     let name = format!("{poses} poses, {what} of {clear_mm} mm taken for a ball: refused, %");
     is_asked.then(|| Target::at_least(name, CLEARLY_REFUSED, percent_refused(endings)))
+}
+
+/// A centre or a path beyond 5 σ + 0.05 mm, where the data choose the model: once in a thousand sets of a joint that is
+/// neither a ball nor a shoulder.
+fn false_accept_target(name: &str, endings: &[Ending]) -> Target {
+    let falsely = endings.iter().filter(|ending| matches!(ending, Ending::Accepted { is_false: true, .. })).count();
+    Target::at_most(format!("{name}: falsely accepted, share"), 0.001, falsely as f64 / endings.len() as f64)
 }
 
 fn free_row(motion: &str, poses: usize, size_mm: f64, endings: &[Ending]) -> [String; 8] {
@@ -188,6 +210,8 @@ fn endings(seed: u64, trials: u64, poses: usize, motion: Motion, joint: JointCho
         Motion::None { normal_noise } => format!("sound m {poses} {normal_noise}"),
         Motion::Wander(mm) => format!("wander m {poses} {mm}"),
         Motion::Drift(mm) => format!("drift m {poses} {mm}"),
+        Motion::Aside(mm) => format!("aside m {poses} {mm}"),
+        Motion::AlongArm(mm) => format!("along m {poses} {mm}"),
     };
     Ok(trials::run(seed, &experiment, trials, |_, random| trial(&ideal, random, poses, motion, joint)))
 }
@@ -211,11 +235,13 @@ fn trial(ideal: &Scene, mut random: ChaCha8Rng, poses: usize, motion: Motion, jo
     match solve_with::<f64>(&scene, &poses_mm, Knowledge::Noise, joint, 0.0) {
         Ok(answer) => {
             let is_moving = !answer.path.is_empty();
-            let is_false = answer.is_false(|pose| match motion {
-                _ if !is_moving => scene.centre_mm,
-                Motion::Drift(_) => places_mm[pose],
-                Motion::None { .. } | Motion::Wander(_) => resting_mm,
-            });
+            let is_another_ball = !is_moving && matches!(motion, Motion::Aside(_));
+            let is_false = !is_another_ball
+                && answer.is_false(|pose| match motion {
+                    _ if !is_moving => scene.centre_mm,
+                    Motion::Drift(_) | Motion::Aside(_) | Motion::AlongArm(_) => places_mm[pose],
+                    Motion::None { .. } | Motion::Wander(_) => resting_mm,
+                });
             let error_mm = answer.centre_error_mm(&scene).norm();
             Ending::Accepted { error_mm, is_false, left_out: answer.rejected.len(), is_moving }
         }
@@ -229,13 +255,20 @@ impl Motion {
         match self {
             Self::None { .. } => Vector3::zeros(),
             Self::Wander(mm) => Vector3::from_fn(|_, _| normal(random)) * mm,
-            Self::Drift(mm) => {
-                // The arm lies along z at home: its elevation is the angle by which z is tilted.
-                let elevation = libm::acos(rotation.matrix()[(2, 2)].clamp(-1.0, 1.0));
-                Vector3::z() * (mm * elevation.to_degrees() / 45.0)
+            Self::Drift(mm) => Vector3::z() * (mm * elevation_deg(rotation) / 45.0),
+            Self::Aside(mm) => {
+                let arm = rotation * Vector3::z();
+                let aside = Vector3::new(arm.x, arm.y, 0.0);
+                aside.try_normalize(1e-9).unwrap_or_default() * (mm * elevation_deg(rotation) / 45.0)
             }
+            Self::AlongArm(mm) => rotation * Vector3::z() * (mm * elevation_deg(rotation) / 45.0),
         }
     }
+}
+
+/// The arm lies along z at home: its elevation is the angle by which z is tilted, degrees.
+fn elevation_deg(rotation: &Rotation3<f64>) -> f64 {
+    libm::acos(rotation.matrix()[(2, 2)].clamp(-1.0, 1.0)).to_degrees()
 }
 
 const COLUMNS: [&str; 9] = [

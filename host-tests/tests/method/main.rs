@@ -22,6 +22,7 @@ mod length_jacobian;
 mod linear_algebra;
 mod machine;
 mod marginal_information;
+mod moving_centre;
 mod oracle;
 mod paper;
 mod paper_against_oracle;

@@ -11,6 +11,9 @@ fn main() {
             .filter_map(|number| number.parse::<f32>().ok())
             .flat_map(f32::to_le_bytes)
             .collect();
-        println!("{}", page_wasm::mathematics::identify(&bytes));
+        match page_wasm::parameters::rig_of(&[]) {
+            Ok(rig) => println!("{}", page_wasm::mathematics::identify(&rig, &bytes)),
+            Err(complaint) => eprintln!("identify: {complaint}"),
+        }
     }
 }

@@ -5,7 +5,7 @@ use glenoid::can::identity::{Naming, checksum};
 use glenoid::can::message::{BLOCK, PROTOCOL};
 use glenoid::can::set::{Received, Receiver};
 use glenoid::can::telemetry::{TELEMETRY_ID, TELEMETRY_LEN};
-use glenoid::can::{BaseId, Frame, Message, Opcode, Request, Telemetry};
+use glenoid::can::{BaseId, Frame, Message, Opcode, Operation, ParameterAnswer, Request, Telemetry};
 use glenoid::line::LineBuffer;
 use glenoid::procedure::{Guidance, Reason, StateName};
 use glenoid::slcan::{self, Command};
@@ -77,6 +77,9 @@ impl Codec {
                 Received::Nothing | Received::Refused(_) => None,
             };
         }
+        if let Message::Parameter(answer) = message {
+            return Some(parameter_json(&answer));
+        }
         let (name, fields) = vocabulary::fields(&message);
         let mut text = format!("{{\"name\":\"{name}\"");
         for (field, value) in fields {
@@ -125,6 +128,15 @@ impl Shown {
     }
 }
 
+/// The value as its bits: what they mean depends on the index.
+fn parameter_json(answer: &ParameterAnswer) -> String {
+    let ParameterAnswer { operation, index, nonce, code, value } = answer;
+    format!(
+        "{{\"name\":\"Parameter\",\"operation\":{operation},\"parameter\":{index},\"nonce\":{nonce},\"code\":{},\"bits\":{value}}}",
+        code.code()
+    )
+}
+
 fn telemetry_json(telemetry: &Telemetry) -> String {
     let (centre, sigma) = telemetry.centre.map_or(("null".to_owned(), f32::NAN), |(c, s)| (json::list(&c), s));
     format!(
@@ -146,12 +158,16 @@ pub fn words() -> String {
     let states = StateName::ALL.iter().map(|state| format!("[{},{}]", state.code(), json::text(&format!("{state:?}"))));
     let opcodes =
         Opcode::ALL.iter().map(|opcode| format!("[{},{}]", *opcode as u8, json::text(&format!("{opcode:?}"))));
+    let operations = Operation::ALL
+        .iter()
+        .map(|operation| format!("[{},{}]", *operation as u8, json::text(&format!("{operation:?}"))));
     let base = BaseId::DEFAULT.command().as_raw();
     format!(
-        "{{\"protocol\":{PROTOCOL},\"base\":{base},\"block\":{BLOCK},\"reasons\":{},\"guidance\":{},\"states\":{},\"opcodes\":{}}}",
+        "{{\"protocol\":{PROTOCOL},\"base\":{base},\"block\":{BLOCK},\"reasons\":{},\"guidance\":{},\"states\":{},\"opcodes\":{},\"operations\":{}}}",
         json::join(reasons),
         json::join(guidance),
         json::join(states),
-        json::join(opcodes)
+        json::join(opcodes),
+        json::join(operations)
     )
 }

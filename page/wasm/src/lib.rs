@@ -12,7 +12,9 @@
 mod codec;
 mod json;
 pub mod mathematics;
+pub mod parameters;
 
+use glenoid::rig::Rig;
 use std::cell::RefCell;
 
 /// The largest input: a recording is passed in parts.
@@ -22,17 +24,32 @@ struct Exchange {
     input: Vec<u8>,
     output: Vec<u8>,
     codec: codec::Codec,
+    /// The machine that the board is; until it has said so, the one of the defaults.
+    rig: Option<Rig<f32>>,
 }
 
 thread_local! {
-    static EXCHANGE: RefCell<Exchange> =
-        RefCell::new(Exchange { input: vec![0; INPUT_BYTES], output: Vec::new(), codec: codec::Codec::default() });
+    static EXCHANGE: RefCell<Exchange> = RefCell::new(Exchange {
+        input: vec![0; INPUT_BYTES],
+        output: Vec::new(),
+        codec: codec::Codec::default(),
+        rig: parameters::rig_of(&[]).ok(),
+    });
 }
 
 /// Runs a function on the input's first `len` bytes; its result becomes the output. Returns the output's length.
 fn exchange(len: usize, run: impl FnOnce(&[u8], &mut codec::Codec) -> Vec<u8>) -> usize {
-    EXCHANGE.with_borrow_mut(|Exchange { input, output, codec }| {
+    EXCHANGE.with_borrow_mut(|Exchange { input, output, codec, .. }| {
         *output = run(&input[..len.min(INPUT_BYTES)], codec);
+        output.len()
+    })
+}
+
+/// Runs the mathematics of the machine on the input's first `len` bytes.
+fn compute(len: usize, run: impl FnOnce(&Rig<f32>, &[u8]) -> String) -> usize {
+    EXCHANGE.with_borrow_mut(|Exchange { input, output, rig, .. }| {
+        let text = rig.as_ref().map_or("null".to_owned(), |rig| run(rig, &input[..len.min(INPUT_BYTES)]));
+        *output = text.into_bytes();
         output.len()
     })
 }
@@ -88,21 +105,49 @@ pub extern "C" fn words() -> usize {
     exchange(0, |_, _| codec::words().into_bytes())
 }
 
-/// The machine as JSON: base points, platform points, nominal centre.
+/// All parameters as the library's table has them, as JSON: index, name, unit, 1 for a single, default, smallest and
+/// largest value, 1 if the lock guards it, what it is.
+#[unsafe(no_mangle)]
+pub extern "C" fn parameters() -> usize {
+    exchange(0, |_, _| parameters::table().into_bytes())
+}
+
+/// A request about parameters as a line of SLCAN; nothing for an operation that is not known.
+#[unsafe(no_mangle)]
+pub extern "C" fn parameter_request(operation: u32, index: u32, nonce: u32, value: u32) -> usize {
+    exchange(0, |_, _| parameters::request(operation, index, nonce, value).unwrap_or_default())
+}
+
+/// Takes the machine from parameters that the board has sent: index and bits of each, two words of 32 bits, little-endian.
+/// The answer is empty, or names what contradicts itself; the machine stays as it was then.
+#[unsafe(no_mangle)]
+pub extern "C" fn configure(len: usize) -> usize {
+    EXCHANGE.with_borrow_mut(|Exchange { input, output, rig, .. }| {
+        output.clear();
+        match parameters::rig_of(&input[..len.min(INPUT_BYTES)]) {
+            Ok(found) => *rig = Some(found),
+            Err(complaint) => output.extend_from_slice(complaint.as_bytes()),
+        }
+        output.len()
+    })
+}
+
+/// The machine as JSON: where each cable begins and ends, the platform's three end-points, the nominal centre, the platform
+/// at home.
 #[unsafe(no_mangle)]
 pub extern "C" fn machine() -> usize {
-    exchange(0, |_, _| mathematics::machine().into_bytes())
+    compute(0, |rig, _| mathematics::machine(rig))
 }
 
 /// Six lengths as 32-bit floats, little-endian, to where the platform stands, as JSON.
 #[unsafe(no_mangle)]
 pub extern "C" fn place(len: usize) -> usize {
-    exchange(len, |bytes, _| mathematics::place(bytes).into_bytes())
+    compute(len, mathematics::place)
 }
 
 /// The lengths of many poses to the centre, its covariance, what each pose and cable leaves, and where to go next, as
 /// JSON.
 #[unsafe(no_mangle)]
 pub extern "C" fn identify(len: usize) -> usize {
-    exchange(len, |bytes, _| mathematics::identify(bytes).into_bytes())
+    compute(len, mathematics::identify)
 }

@@ -4,10 +4,8 @@ use super::json;
 use glenoid::identification::joint::Joint;
 use glenoid::identification::{Estimator, EstimatorSettings, Identified, Machine, Pose, PredictedAccuracy, Refusal};
 use glenoid::kinematics::rotation::rotation_of;
-use glenoid::kinematics::{
-    AttitudeSolver, CableLengths, CableSet, JointCentre, LengthJacobian, PlatformSolver, inverse,
-};
-use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, CABLES, POINTS, Rig};
+use glenoid::kinematics::{AttitudeSolver, CableLengths, CableSet, JointCentre, LengthJacobian};
+use glenoid::rig::{CABLES, Rig};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 /// Bytes of a pose: six singles.
@@ -18,33 +16,32 @@ const NEXT_TILT_RAD: f32 = 0.7;
 const NEXT_DIRECTIONS: u8 = 12;
 const NEXT_TORSIONS_RAD: [f32; 3] = [-0.4, 0.0, 0.4];
 
-fn rig() -> Option<Rig<f32>> {
-    Rig::shoulder(ASSUMED_BASE_RADIUS_MM as f32).ok()
-}
-
-/// The machine's points.
-pub fn machine() -> String {
-    let Some(rig) = rig() else { return "null".to_owned() };
-    let points = |points: &[Vector3<f32>; POINTS]| json::join(points.iter().map(|point| json::list(point.iter())));
+/// Where each cable begins and ends, its end-points' middles, where the centre is expected, and the platform at home.
+pub fn machine(rig: &Rig<f32>) -> String {
+    let machine = Machine::new(rig);
+    let geometry = machine.geometry();
+    let points = |points: &[Vector3<f32>]| json::join(points.iter().map(|point| json::list(point.iter())));
+    let home = CableLengths::new(rig.drum().home_length_mm).ok().and_then(|home| machine.platform().solve(&home).ok());
     format!(
-        "{{\"base\":{},\"platform\":{},\"nominal\":{}}}",
-        points(rig.base_mm()),
-        points(&rig.platform_mm()),
-        json::list(rig.nominal().centre_mm.iter())
+        "{{\"base\":{},\"ends\":{},\"platform\":{},\"nominal\":{},\"home\":{}}}",
+        points(&geometry.base_mm),
+        points(&geometry.end_mm),
+        points(&geometry.end_points_mm()),
+        json::list(rig.nominal().centre_mm.iter()),
+        home.map_or("null".to_owned(), |pose| placed_json(&pose.rotation, &pose.origin_mm))
     )
 }
 
 /// Where the platform stands at six lengths: null when they do not close.
-pub fn place(bytes: &[u8]) -> String {
-    let placed = rig().and_then(|rig| PlatformSolver::new(&rig).solve(poses_in(bytes).first()?).ok());
+pub fn place(rig: &Rig<f32>, bytes: &[u8]) -> String {
+    let placed = poses_in(bytes).first().and_then(|lengths| Machine::new(rig).platform().solve(lengths).ok());
     placed.map_or("null".to_owned(), |pose| placed_json(&pose.rotation, &pose.origin_mm))
 }
 
 /// The identification of these poses. `centre` is null when it is refused, and `refusal` says why.
-pub fn identify(bytes: &[u8]) -> String {
-    let (Some(rig), lengths) = (rig(), poses_in(bytes)) else { return "null".to_owned() };
-    let machine = Machine::new(&rig);
-    let mut poses: Vec<Pose<f32>> = lengths.iter().copied().map(Pose::new).collect();
+pub fn identify(rig: &Rig<f32>, bytes: &[u8]) -> String {
+    let machine = Machine::new(rig);
+    let mut poses: Vec<Pose<f32>> = poses_in(bytes).into_iter().map(Pose::new).collect();
     for pose in &mut poses {
         pose.place(machine.platform());
     }
@@ -58,14 +55,14 @@ pub fn identify(bytes: &[u8]) -> String {
     }
     let placed = poses.clone();
     // As in the board: the noise is known.
-    let mut estimator = Estimator::new(&machine, rig.nominal(), EstimatorSettings::for_rig(&rig));
+    let mut estimator = Estimator::new(&machine, rig.nominal(), EstimatorSettings::for_rig(rig));
     let outcome = estimator.run(&machine, &mut poses);
     let found = outcome.is_ok().then(|| Found { centre: *estimator.centre(), joint: estimator.joint() });
     let poses_json = placed.iter().map(|pose| pose_json(&machine, found.as_ref(), pose));
     format!(
         "{{\"sigma_after\":{},\"next\":{},\"poses\":{},\"moving\":{},{}}}",
         json::list(&sigmas),
-        next(&rig, &machine, &accuracy, outcome.as_ref().ok()),
+        next(rig, &machine, &accuracy, outcome.as_ref().ok()),
         json::join(poses_json),
         found.is_some_and(|found| matches!(found.joint, Joint::Moving(_))),
         outcome_json(&outcome)
@@ -134,15 +131,13 @@ fn next(
 ) -> String {
     let parameters = identified.map_or(*rig.nominal(), |found| found.parameters);
     let centre = JointCentre::from_parameters(&parameters, machine.geometry());
-    let ends = rig.platform_mm().map(|point| point - centre.in_platform_mm);
     let mut best: Option<(f32, Vector3<f32>, f32)> = None;
     for direction in 0..NEXT_DIRECTIONS {
         let azimuth = f32::from(direction) / f32::from(NEXT_DIRECTIONS) * core::f32::consts::TAU;
         let tilt = Rotation3::new(Vector3::new(azimuth.cos(), azimuth.sin(), 0.0) * NEXT_TILT_RAD);
         for torsion in NEXT_TORSIONS_RAD {
             let rotation = tilt * Rotation3::new(Vector3::z() * torsion) * home(rig, machine);
-            let lengths = inverse::cable_lengths(rig, &parameters.centre_mm, &ends, &rotation);
-            let sigma = CableLengths::new(lengths)
+            let sigma = CableLengths::new(lengths_at(machine, &centre, &rotation))
                 .ok()
                 .and_then(|lengths| Pose::placed(machine.platform(), lengths).ok())
                 .and_then(|pose| {
@@ -161,6 +156,15 @@ fn next(
     best.map_or("null".to_owned(), |(sigma, axis, torsion)| {
         let [axis, sigma] = [json::list(axis.iter()), json::number(sigma.into())];
         format!("{{\"axis\":{axis},\"torsion\":{},\"sigma\":{sigma}}}", json::number(torsion.into()))
+    })
+}
+
+/// Lengths of the six cables with the arm turned so about this centre, mm.
+fn lengths_at(machine: &Machine<f32>, centre: &JointCentre<f32>, rotation: &Rotation3<f32>) -> [f32; CABLES] {
+    let geometry = machine.geometry();
+    core::array::from_fn(|cable| {
+        let end_mm = centre.in_base_mm + rotation * (geometry.end_mm[cable] - centre.in_platform_mm);
+        geometry.span(cable, &end_mm).length_mm
     })
 }
 

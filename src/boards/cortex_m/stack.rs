@@ -62,7 +62,7 @@ pub fn protect(mpu: &MPU) {
     cortex_m::asm::isb();
 }
 
-/// Paints the stack that is not in use at this moment.
+/// Paints the stack that is not in use at this moment. A frame of its own, of known length: what is painted lies below it.
 #[inline(never)]
 pub fn paint() {
     // an interrupt would put its frame where the paint goes

@@ -25,7 +25,7 @@ mod watchdog;
 
 use cortex_m::interrupt::free;
 use cortex_m::{Peripherals, asm, singleton};
-use glenoid::device::{Action, BlinkPattern, Config, Device, Event, LogEntry, fingerprint};
+use glenoid::device::{Action, BlinkPattern, Device, Event, LogEntry, fingerprint};
 use glenoid::identification::{Estimator, PoseBuffer};
 use glenoid::record::{LoadError, Storage, StoreError};
 use glenoid::restart::{CrashRecord, ResetCause, Restart};
@@ -33,7 +33,7 @@ use glenoid::rig_link::{RigLink, Signal};
 use glenoid::slcan::Adapter;
 
 use clock::Clock;
-use cortex::{ccm_code, faults, retained_ram, stack};
+use cortex::{ccm_code, faults, in_place, retained_ram, stack};
 use entry::Entry;
 use flash::FileFlash;
 use log::Log;
@@ -106,9 +106,6 @@ struct Assembled {
 
 impl Board {
     /// The parts in their places. None if it was called before: the peripherals and the queues exist once.
-    ///
-    /// Never inlined: what the configuration takes of the stack is free again when the device hears of the power-up.
-    #[inline(never)]
     fn assemble(restart: Restart) -> Option<Assembled> {
         let core = Peripherals::take()?;
         stack::protect(&core.MPU);
@@ -118,7 +115,7 @@ impl Board {
         let storage = storage()?;
         let (config, parameters) = storage.config(restart, 0)?;
         let rig = fingerprint(&config.rig);
-        let device = device(&config)?;
+        let device = in_place::device(&config)?;
         // In a place of its own: on the stack it would lie under everything, twice while it is built.
         let board = singleton!(: Board = Board {
             device,
@@ -282,8 +279,7 @@ fn main() -> ! {
     run(assembled, &restart)
 }
 
-/// The board at work. A frame of its own: the work takes 4 KB, which would lie under the start.
-#[inline(never)]
+/// The board at work.
 fn run(Assembled { board, rig, parameters }: Assembled, restart: &Restart) -> ! {
     board.power_up(restart, rig, parameters);
     // what is measured from here on is the work, not the start
@@ -298,14 +294,6 @@ fn run(Assembled { board, rig, parameters }: Assembled, restart: &Restart) -> ! 
 }
 
 /// The storage in its place, once.
-#[inline(never)]
 fn storage() -> Option<&'static mut Storage<FileFlash>> {
     singleton!(: Storage<FileFlash> = Storage::new(FileFlash::open(), 0))
-}
-
-/// The device in its place, once. A frame of its own: what building it takes of the stack (18 KB) is free again before
-/// anything else runs.
-#[inline(never)]
-fn device(config: &Config) -> Option<&'static mut Device> {
-    singleton!(: Device = Device::new(config))
 }

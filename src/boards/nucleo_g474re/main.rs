@@ -27,7 +27,7 @@ use embassy_stm32::peripherals::IWDG;
 use embassy_stm32::uid;
 use embassy_stm32::wdg::IndependentWatchdog;
 use glenoid::can::health::BusHealth;
-use glenoid::device::{Action, BlinkPattern, Config, Device, Event, LogEntry, fingerprint};
+use glenoid::device::{Action, BlinkPattern, Device, Event, LogEntry, fingerprint};
 use glenoid::drive_board::flash_layout::{EccVerdict, ecc_verdict};
 use glenoid::drive_board::reset;
 use glenoid::parameters::ParameterSet;
@@ -35,7 +35,7 @@ use glenoid::record::{LoadError, Storage, StoreError, Stored};
 use glenoid::restart::{CrashRecord, ResetCause, Restart};
 
 use can::Bus;
-use cortex::{ccm_code, faults, retained_ram, stack};
+use cortex::{ccm_code, faults, in_place, retained_ram, stack};
 use encoders::{Encoders, Wiring};
 use flash::ChipFlash;
 
@@ -127,9 +127,6 @@ struct Assembled {
 
 impl Board {
     /// The parts in their places. None if it was called before: the peripherals and the device exist once.
-    ///
-    /// Never inlined: what the configuration takes of the stack is free again when the device hears of the power-up.
-    #[inline(never)]
     fn assemble(restart: Restart) -> Option<Assembled> {
         let core = cortex_m::Peripherals::take()?;
         stack::protect(&core.MPU);
@@ -161,7 +158,7 @@ impl Board {
             Some(storage) => storage.config(restart, serial)?,
             None => (ParameterSet::new().config(restart, serial).ok()?, None),
         };
-        let device = device(&config)?;
+        let device = in_place::device(&config)?;
         #[cfg(feature = "control-loop")]
         control::start(&config.rig);
         let bus = Bus::join(chip.FDCAN1, chip.PA11, chip.PA12, config.base)?;
@@ -324,8 +321,7 @@ fn main() -> ! {
     run(assembled, &restart)
 }
 
-/// The board at work. A frame of its own: the work takes 4 KB, which would lie under the start.
-#[inline(never)]
+/// The board at work.
 fn run(Assembled { board, core, rig, parameters }: Assembled, restart: &Restart) -> ! {
     board.power_up(restart, rig, parameters);
     let (mut scb, mut dcb) = (core.SCB, core.DCB);
@@ -352,14 +348,6 @@ fn give_up(reason: &str) -> ! {
 }
 
 /// The storage in its place, once.
-#[inline(never)]
 fn storage(flash: ChipFlash, from: u32) -> Option<&'static mut Storage<ChipFlash>> {
     singleton!(: Storage<ChipFlash> = Storage::new(flash, from))
-}
-
-/// The device in its place, once. A frame of its own: what building it takes of the stack (18 KB) is free again before
-/// anything else runs.
-#[inline(never)]
-fn device(config: &Config) -> Option<&'static mut Device> {
-    singleton!(: Device = Device::new(config))
 }

@@ -111,9 +111,7 @@ fn paper(rig: &Rig<f32>) -> Event {
     Event::Tick
 }
 
-/// The device in its place, once. A frame of its own: what building it takes of the stack (15 KB) is free again before
-/// anything else runs.
-#[inline(never)]
+/// The device in its place, once.
 fn device(config: Config) -> Option<&'static mut Device> {
     singleton!(: Device = Device::new(&config))
 }

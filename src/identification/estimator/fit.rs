@@ -40,6 +40,8 @@ pub(super) struct Fit<T: Real> {
     pub equations: Equations<T>,
     /// Information on O and C of the last pass with all other unknowns taken as known, for a noise of 1 mm.
     pub centre_information: Matrix6<T>,
+    /// It is not the machine that looks like a moving centre.
+    pub is_compared: bool,
     /// Why the ball was refused, once it was.
     pub ball_refusal: Option<Refusal>,
     /// The joint centre in the platform from a held phase: a prior.
@@ -97,8 +99,6 @@ enum Search<T> {
 
 impl<T: Real> Fit<T> {
     /// The fit before its first pass: the nominal centre, the machine as stated.
-    // Inlined so that it is built where it stays (`cargo stack --ways`).
-    #[inline(always)]
     pub fn new(machine: &Machine<T>, nominal: &Parameters<T>, settings: EstimatorSettings<T>) -> Self {
         let noise_mm = match settings.noise {
             Noise::Known(noise) => noise,
@@ -112,6 +112,7 @@ impl<T: Real> Fit<T> {
             joint: Joint::Ball,
             equations: Equations::new(0),
             centre_information: Matrix6::zeros(),
+            is_compared: false,
             ball_refusal: None,
             held: None,
             path_sigmas_mm: [T::zero(); 2],
@@ -124,6 +125,7 @@ impl<T: Real> Fit<T> {
     pub fn restart(&mut self, machine: &Machine<T>) {
         self.estimate = MachineEstimate::new(machine);
         self.joint = Joint::Ball;
+        self.is_compared = false;
         self.ball_refusal = None;
         self.held = None;
         let noise_mm = match self.settings.noise {
@@ -196,7 +198,6 @@ impl<T: Real> Fit<T> {
 
     /// Goes on searching for a pose's rotation; true when that is over.
     // Rare, and not inlined: its frame would be made for every pose of every pass.
-    #[inline(never)]
     fn search(&self, search: &mut AttitudeSearch<T>, machine: &Machine<T>, pose: &mut Pose<T>) -> bool {
         let lengths = self.estimate.corrected(machine, pose.lengths());
         let centre = self.joint.centre_at(&self.centre, &pose.rotation());

@@ -13,7 +13,10 @@
 //! Excite  --not fixed--> Refine
 //! Excite  --moving-->    Refine
 //! Excite  --refused-->   Done
-//! Refine  --explained--> Inspect
+//! Refine  --explained--> Compare
+//! Compare --moving-->    Refine
+//! Compare --refused-->   Done
+//! Refine  --compared-->  Inspect
 //! Refine  --held-->      Check
 //! Inspect --accepted-->  Check
 //! Inspect --refused-->   Done
@@ -31,7 +34,7 @@
 //!    contradict the others stand out, and are left out.
 //! 3. **Excite**: do the rotations determine the centre? Then the gate of accuracy. When the residuals refuse a fixed
 //!    centre and there are poses enough, Refine begins again with a centre that moves with the arm.
-//! 4. **Inspect**: the gates of a moving centre: a slip between two poses, residuals, accuracy.
+//! 4. **Compare**: would a ball on another machine explain as much? **Inspect**: the gates of a moving centre: a slip between two poses, residuals, accuracy.
 //! 5. **Check**: would the result stand without any one of few poses, or without the one that makes most of the
 //!    excitation? (Leave-one-out.)
 //! 6. **Isolate**: for each pose left out, which cable, if ignored, makes it fit the centre? (Fault isolation.)
@@ -40,6 +43,7 @@
 
 mod carry;
 mod check;
+mod compare;
 mod excite;
 mod fit;
 mod inspect;
@@ -53,6 +57,7 @@ mod stage;
 mod verify;
 
 use self::check::Check;
+use self::compare::Compare;
 use self::excite::Excite;
 use self::fit::Fit;
 use self::inspect::Inspect;
@@ -81,6 +86,8 @@ enum Stage<T: Real> {
     Refine(Refine<T>),
     /// Rotational excitation.
     Excite(Excite<T>),
+    /// Is it the machine that looks like a moving centre?
+    Compare(Compare<T>),
     /// The gates of a moving centre.
     Inspect(Inspect<T>),
     /// Leave-one-out.
@@ -102,8 +109,6 @@ pub struct Estimator<T: Real> {
 impl<T: Real> Estimator<T> {
     /// An estimator at its beginning. `nominal`: where the centre is expected, only to fill the result until it is
     /// known.
-    // Inlined so that it is built where it stays (`cargo stack --ways`).
-    #[inline(always)]
     pub fn new(machine: &Machine<T>, nominal: &Parameters<T>, settings: EstimatorSettings<T>) -> Self {
         Self { stage: Stage::Place(Place::default()), fit: Fit::new(machine, nominal, settings.sound()) }
     }
@@ -150,6 +155,7 @@ impl<T: Real> Estimator<T> {
             Stage::Place(place) => place.advance(fit, machine, poses),
             Stage::Refine(refine) => refine.advance(fit, machine, poses),
             Stage::Excite(excite) => excite.advance(fit, machine, poses),
+            Stage::Compare(compare) => compare.advance(fit, machine, poses),
             Stage::Inspect(inspect) => inspect.advance(fit, machine, poses),
             Stage::Check(check) => check.advance(fit, machine, poses),
             Stage::Isolate(isolate) => isolate.advance(fit, machine, poses),

@@ -1,6 +1,7 @@
 //! Gauss-Newton with a joint centre that moves or scatters: the variance of the scatter is estimated on the way.
 
 use super::Stage;
+use super::compare::Compare;
 use super::fit::{Fit, Pass};
 use super::inspect::Inspect;
 use super::refine::Refine;
@@ -18,7 +19,7 @@ use crate::scalar::Real;
 const INLIER_LIMIT: f64 = 20.0;
 
 /// Passes in which the scatter follows the median of χ², which outliers do not move.
-const MEDIAN_PASSES: u8 = 5;
+pub(super) const MEDIAN_PASSES: u8 = 5;
 /// Passes after those in which it follows the sum of χ²; three to five suffice.
 const MAX_PASSES: u8 = 12;
 
@@ -89,6 +90,7 @@ impl<T: Real> Refine<T> {
             }
             _ if is_stable => match &fit.joint {
                 Joint::Held(scatter) => fit.judge_held(scatter.sigma_mm()),
+                Joint::Moving(_) if !fit.is_compared => Stage::Compare(Compare::new(fit, machine, self.weights)),
                 _ => Stage::Inspect(Inspect::new(poses)),
             },
             _ if self.passes >= MAX_PASSES + MEDIAN_PASSES => {

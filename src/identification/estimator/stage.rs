@@ -12,6 +12,8 @@ pub enum StageName {
     Refine,
     /// Rotational excitation.
     Excite,
+    /// Is it the machine that looks like a moving centre?
+    Compare,
     /// The gates of a moving centre.
     Inspect,
     /// Leave-one-out.
@@ -23,8 +25,8 @@ pub enum StageName {
 }
 
 /// All transitions; the diagram of [`estimator`](super) is held against them by a test.
-pub const TRANSITIONS: [(StageName, &str, StageName); 18] = {
-    use StageName::{Check, Done, Excite, Inspect, Isolate, Place, Refine};
+pub const TRANSITIONS: [(StageName, &str, StageName); 21] = {
+    use StageName::{Check, Compare, Done, Excite, Inspect, Isolate, Place, Refine};
     [
         (Place, "placed", Refine),
         (Place, "singular", Excite),
@@ -36,7 +38,10 @@ pub const TRANSITIONS: [(StageName, &str, StageName); 18] = {
         (Excite, "not fixed", Refine),
         (Excite, "refused", Done),
         (Excite, "moving", Refine),
-        (Refine, "explained", Inspect),
+        (Refine, "explained", Compare),
+        (Compare, "moving", Refine),
+        (Compare, "refused", Done),
+        (Refine, "compared", Inspect),
         (Refine, "held", Check),
         (Inspect, "accepted", Check),
         (Inspect, "refused", Done),
@@ -59,6 +64,7 @@ impl<T: Real> Stage<T> {
             Self::Place(_) => StageName::Place,
             Self::Refine(_) => StageName::Refine,
             Self::Excite(_) => StageName::Excite,
+            Self::Compare(_) => StageName::Compare,
             Self::Inspect(_) => StageName::Inspect,
             Self::Check(_) => StageName::Check,
             Self::Isolate(_) => StageName::Isolate,

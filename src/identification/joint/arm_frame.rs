@@ -72,8 +72,6 @@ impl<T: Real> ArmFrame<T> {
         (tilt, vector.dot(&self.home).atan2(scalar) * T::of(2.0))
     }
 
-    // Not inlined, as `features`: copies in all that ask for a centre.
-    #[inline(never)]
     fn arm(&self, rotation: &Matrix3<T>) -> Arm<T> {
         let direction = column(rotation, 2);
         let [e1, e2] = &self.across;
@@ -84,7 +82,6 @@ impl<T: Real> ArmFrame<T> {
     }
 
     /// φ = (d - h, x² - y², 2 x y, τ): x, y the arm's direction across h, τ its twist about h from the mean rotation.
-    #[inline(never)]
     pub fn features(&self, rotation: &Matrix3<T>) -> Features<T> {
         let Arm { direction, tilt: [x, y], vector, scalar } = self.arm(rotation);
         let d = direction - self.home;

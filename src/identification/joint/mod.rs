@@ -69,15 +69,14 @@ impl<T: Real> Joint<T> {
         rotation: &Matrix3<T>,
         lengths: &CableLengths<T>,
     ) -> LengthJacobian<T> {
-        let jacobian = LengthJacobian::new(geometry, &self.centre_at(centre, rotation), rotation, lengths);
-        match self.turning(rotation) {
-            None => jacobian,
-            Some(turning) => jacobian.with_moving_centre(&turning),
+        let mut jacobian = LengthJacobian::new(geometry, &self.centre_at(centre, rotation), rotation, lengths);
+        if let Some(turning) = self.turning(rotation) {
+            jacobian.include_motion(&turning);
         }
+        jacobian
     }
 
     /// The rotation that fits best about this joint, from one nearby; `None` when none is found.
-    #[inline(never)]
     pub fn track(
         &self,
         geometry: &Geometry<T>,

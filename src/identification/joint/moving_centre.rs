@@ -22,6 +22,13 @@ const FROM: f64 = 1.5;
 const SHARE: f64 = 0.08;
 const FLOOR: f64 = 0.5;
 
+/// What moves the centre along the arm as the arm tilts is at least this share of N in those living shoulders (0.63 to
+/// 0.97). The rule holds for as much of N as that goes with. Of the remainder beyond UNRULED, mm/rad, only the order of
+/// magnitude is known of T: as large as that itself, to either side. A centre that drifts along the arm, or with its
+/// direction, is all remainder.
+const SHARE_ALONG: f64 = 0.6;
+const UNRULED: f64 = 1.0;
+
 /// What φ does not explain is no white scatter, and biases C and A as well: their variances are this many times those
 /// of the fit. With it and [`LACK_OF_FIT`] a 99 % region covers 97.8 to 99.9 % of the path (`cargo study shoulder --seed 6`,
 /// `--seed 7`; chosen on seed 1).
@@ -48,35 +55,39 @@ impl<T: Real> MovingCentre<T> {
     }
 
     /// A φ(R): displacement of the centre from O0 at a rotation ({P} to {B}), mm.
-    // Not inlined: copies in all that ask for a centre.
-    #[inline(never)]
     pub fn displacement_mm(&self, rotation: &Matrix3<T>) -> Vector3<T> {
         let features = self.frame.features(rotation);
         self.gains.iter().zip(features).fold(Vector3::zeros(), |sum, (gain, feature)| sum + gain * feature)
     }
 
     /// A ∂φ/∂ω, mm/rad.
-    #[inline(never)]
     pub fn turning(&self, rotation: &Matrix3<T>) -> Matrix3<T> {
         let gradients = self.frame.gradients(rotation);
         self.gains.iter().zip(gradients).fold(Matrix3::zeros(), |sum, (gain, row)| sum + gain * row.transpose())
     }
 
-    /// T and N, mm/rad: the isotropic part of the direction's part of A, and the Frobenius norm of the rest of that.
-    fn isotropic_part(&self) -> (T, T) {
+    /// T and what the rule says of it from the rest of A: mean and variance. mm/rad.
+    fn isotropic_part(&self) -> (T, T, T) {
         let [a, b, c, ..] = &self.gains;
         let direction = Matrix3::from_columns(&[*a, *b, *c]);
         let isotropic = direction.trace() * T::of(1.0 / 3.0);
         let rest = direction - Matrix3::from_diagonal_element(isotropic);
-        (isotropic, non_negative_root(rest.norm_squared()))
+        let norm = non_negative_root(rest.norm_squared());
+        // Along the arm, as it tilts: hᵀ A across h.
+        let home = self.frame.home();
+        let along = direction.tr_mul(home);
+        let by_tilt = non_negative_root((along - home * along.dot(home)).norm_squared());
+        let ruled = norm.min(by_tilt * T::of(1.0 / SHARE_ALONG));
+        let expected = (ruled - T::of(FROM)).max(T::zero()) * T::of(SLOPE);
+        let unruled = (norm - ruled - T::of(UNRULED)).max(T::zero());
+        let share = norm * T::of(SHARE);
+        (isotropic, expected, share * share + unruled * unruled + T::of(FLOOR * FLOOR))
     }
 
     /// The prior on T, one more equation (A₁₁ + A₂₂ + A₃₃)/3 = μ ± σ, times the noise's variance, mm².
     pub fn add_prior(&self, equations: &mut Equations<T>, first: usize, variance_mm2: T) {
-        let (isotropic, rest) = self.isotropic_part();
-        let expected = (rest - T::of(FROM)).max(T::zero()) * T::of(SLOPE);
-        let share = rest * T::of(SHARE);
-        let weight = variance_mm2 / (share * share + T::of(FLOOR * FLOOR));
+        let (isotropic, expected, variance) = self.isotropic_part();
+        let weight = variance_mm2 / variance;
         let third = T::of(1.0 / 3.0);
         let residual = expected - isotropic;
         // Unknown 3 j + i is row i of column j: the diagonal is 0, 4, 8.

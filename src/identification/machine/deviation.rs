@@ -20,7 +20,6 @@ pub struct MachineDeviation<T> {
 
 impl<T: Real> MachineDeviation<T> {
     /// As stated.
-    #[inline(always)]
     pub fn none() -> Self {
         Self { base_mm: [T::zero(); MAX_MODES], ends_mm: [T::zero(); MAX_MODES], scale: [T::zero(); CABLES] }
     }
@@ -45,7 +44,7 @@ impl<T: Real> super::MachineEstimate<T> {
             coefficients.iter_mut().take(count).zip(&mut values).for_each(|(kept, value)| *kept = value);
             coefficients
         };
-        let (base_mm, ends_mm) = (modes(machine.base.count()), modes(machine.ends.count()));
+        let (base_mm, ends_mm) = (modes(machine.base_modes()), modes(machine.end_modes()));
         MachineDeviation { base_mm, ends_mm, scale: self.scales(machine) }
     }
 }

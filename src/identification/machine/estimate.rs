@@ -86,28 +86,7 @@ impl<T: Real> MachineEstimate<T> {
 
     /// The column of the Jacobian of parameter `index` in a pose.
     pub fn column(&self, machine: &Machine<T>, index: usize, pose: &PoseAt<'_, T>) -> Column<T> {
-        let rows = &pose.jacobian.rows;
-        match machine.parameter(index) {
-            // A cable grows when its base end moves back.
-            MachineParameter::Base(mode) => {
-                let moved = machine.base.mode(mode);
-                Column::AllCables(core::array::from_fn(|k| -rows[k].translation.dot(&moved[k])))
-            }
-            MachineParameter::Ends(mode) => {
-                let moved = machine.ends.mode(mode);
-                Column::AllCables(core::array::from_fn(|k| rows[k].translation.dot(&(pose.rotation * moved[k]))))
-            }
-            MachineParameter::Offset(cable) => Column::OneCable(cable, T::one()),
-            MachineParameter::Scale(cable) => {
-                // The length of the model, not the measured one: the noise in that would go with the residual, and thousands
-                // of poses would favour drums that make lengths, and so the noise, smaller.
-                let mm = pose.lengths.as_mm();
-                let change = rows.get(cable).zip(mm.get(cable)).zip(machine.home_mm.get(cable));
-                let change =
-                    change.map(|((row, length), home)| (*length - row.residual_mm - *home) * T::of(SCALE_UNIT));
-                Column::OneCable(cable, change.unwrap_or_else(T::zero))
-            }
-        }
+        machine.column(machine.parameter(index), pose)
     }
 
     /// Adds the priors, times the noise's variance, mm². The first parameter is unknown `first`.
@@ -139,8 +118,37 @@ impl<T: Real> MachineEstimate<T> {
         }
         self.values.iter_mut().zip(step).take(count).for_each(|(value, step)| *value += *step);
         self.geometry = *machine.geometry();
-        let (base, ends) = self.values.split_at_checked(machine.base.count()).unwrap_or_default();
+        let (base, ends) = self.values.split_at_checked(machine.base_modes()).unwrap_or_default();
+        let ends = ends.get(..machine.end_modes()).unwrap_or_default();
         machine.base.displace(&mut self.geometry.base_mm, base);
         machine.ends.displace(&mut self.geometry.end_mm, ends);
+    }
+}
+
+impl<T: Real> Machine<T> {
+    /// The column of the Jacobian of one of its constants in a pose.
+    pub fn column(&self, parameter: MachineParameter, pose: &PoseAt<'_, T>) -> Column<T> {
+        let rows = &pose.jacobian.rows;
+        match parameter {
+            // A cable grows when its base end moves back.
+            MachineParameter::Base(mode) => {
+                let moved = self.base.mode(mode);
+                Column::AllCables(core::array::from_fn(|k| -rows[k].translation.dot(&moved[k])))
+            }
+            MachineParameter::Ends(mode) => {
+                let moved = self.ends.mode(mode);
+                Column::AllCables(core::array::from_fn(|k| rows[k].translation.dot(&(pose.rotation * moved[k]))))
+            }
+            MachineParameter::Offset(cable) => Column::OneCable(cable, T::one()),
+            MachineParameter::Scale(cable) => {
+                // The length of the model, not the measured one: the noise in that would go with the residual, and thousands
+                // of poses would favour drums that make lengths, and so the noise, smaller.
+                let mm = pose.lengths.as_mm();
+                let change = rows.get(cable).zip(mm.get(cable)).zip(self.home_mm.get(cable));
+                let change =
+                    change.map(|((row, length), home)| (*length - row.residual_mm - *home) * T::of(SCALE_UNIT));
+                Column::OneCable(cable, change.unwrap_or_else(T::zero))
+            }
+        }
     }
 }

@@ -82,16 +82,12 @@ impl<T: Real> Machine<T> {
         };
         // Filled in where they stay: they are too large to be passed on.
         let geometry = machine.platform.geometry();
-        let takes_part = |tolerance: T| tolerance > T::zero();
-        match (takes_part(tolerance.base_mm), geometry.is_three_three) {
-            (false, _) => {}
-            (true, true) => machine.base.set_triangle(rig.base_mm(), crate::rig::ATTACHMENTS.as_flattened()),
-            (true, false) => machine.base.set_six(&geometry.base_mm),
-        }
-        match (takes_part(tolerance.edges_mm), geometry.is_three_three) {
-            (false, _) => {}
-            (true, true) => machine.ends.set_edges(&rig.platform_mm()),
-            (true, false) => machine.ends.set_six(&geometry.end_mm),
+        if geometry.is_three_three {
+            machine.base.set_triangle(rig.base_mm(), crate::rig::ATTACHMENTS.as_flattened());
+            machine.ends.set_edges(&rig.platform_mm());
+        } else {
+            machine.base.set_six(&geometry.base_mm);
+            machine.ends.set_six(&geometry.end_mm);
         }
         machine.state_tolerances();
         machine
@@ -170,13 +166,37 @@ impl<T: Real> Machine<T> {
     /// How many of its constants are unknown.
     pub fn parameters(&self) -> usize {
         let six = |tolerance: T| if tolerance > T::zero() { CABLES } else { 0 };
-        self.base.count() + self.ends.count() + six(self.tolerance.offset_mm) + six(self.tolerance.drum)
+        self.base_modes() + self.end_modes() + six(self.tolerance.offset_mm) + six(self.tolerance.drum)
+    }
+
+    /// Modes of the base that are unknown.
+    fn base_modes(&self) -> usize {
+        if self.tolerance.base_mm > T::zero() { self.base.count() } else { 0 }
+    }
+
+    /// Modes of the platform that are unknown.
+    fn end_modes(&self) -> usize {
+        if self.tolerance.edges_mm > T::zero() { self.ends.count() } else { 0 }
+    }
+
+    /// How many constants it has, known or not: 18 of a 3-3 machine.
+    pub fn constants(&self) -> usize {
+        self.base.count() + self.ends.count() + 2 * CABLES
+    }
+
+    /// What constant `index` of all of them is.
+    pub fn constant(&self, index: usize) -> MachineParameter {
+        let (base, ends) = (self.base.count(), self.ends.count());
+        Self::in_order(index, base, ends, CABLES)
     }
 
     /// What parameter `index` is.
     pub fn parameter(&self, index: usize) -> MachineParameter {
         let offsets = if self.tolerance.offset_mm > T::zero() { CABLES } else { 0 };
-        let (base, ends) = (self.base.count(), self.ends.count());
+        Self::in_order(index, self.base_modes(), self.end_modes(), offsets)
+    }
+
+    fn in_order(index: usize, base: usize, ends: usize, offsets: usize) -> MachineParameter {
         if index < base {
             MachineParameter::Base(index)
         } else if index < base + ends {
@@ -202,12 +222,12 @@ impl<T: Real> Machine<T> {
 
     /// Index of the first encoder offset; `None` when they are known.
     pub fn first_offset(&self) -> Option<usize> {
-        (self.tolerance.offset_mm > T::zero()).then(|| self.base.count() + self.ends.count())
+        (self.tolerance.offset_mm > T::zero()).then(|| self.base_modes() + self.end_modes())
     }
 
     /// Index of the first drum scale; `None` when they are known.
     pub fn first_scale(&self) -> Option<usize> {
         let offsets = if self.tolerance.offset_mm > T::zero() { CABLES } else { 0 };
-        (self.tolerance.drum > T::zero()).then(|| self.base.count() + self.ends.count() + offsets)
+        (self.tolerance.drum > T::zero()).then(|| self.base_modes() + self.end_modes() + offsets)
     }
 }

@@ -122,8 +122,6 @@ pub fn for_each_mode<T: Real>(points_mm: &Points<T>, count: usize, mut found: im
 }
 
 /// The part of `vector` orthogonal to the basis, normalised; `None` when hardly anything is left.
-// Not inlined: three copies would be 3 KB of flash (`cargo footprint --sections`).
-#[inline(never)]
 fn orthonormal<T: Real>(basis: &[Points<T>], vector: Points<T>) -> Option<Points<T>> {
     let dot = |a: &Points<T>, b: &Points<T>| a.iter().zip(b).fold(T::zero(), |sum, (a, b)| sum + a.dot(b));
     let whole = dot(&vector, &vector);

@@ -5,7 +5,10 @@ use crate::estimation::{estimate, estimate_poses};
 use crate::identify::held_phase;
 use glenoid::identification::joint::Joint;
 use glenoid::identification::pivot_calibration::PivotCalibration;
+use glenoid::identification::verification::CentrePrediction;
 use glenoid::identification::{Estimator, EstimatorSettings, JointChoice, Machine, Pose, Refusal};
+use glenoid::kinematics::rotation::rotation_of;
+use glenoid::kinematics::{AttitudeSolver, CableSet, JointCentre};
 use glenoid::paper::{PaperIteration, PaperSettings};
 use glenoid::rig::Rig;
 use nalgebra::{DMatrix, DVector, Vector3};
@@ -37,41 +40,37 @@ pub struct Path {
 /// # Errors
 /// Its [`Refusal`].
 pub fn estimated(person: &Person, held: &[Posed], free: &[Posed], second: &[Posed]) -> Result<Path, Refusal> {
-    let machine = Machine::new(&person.rig);
-    let settings = EstimatorSettings::for_rig(&person.rig);
+    let rig = &person.machine.stated;
+    let machine = Machine::new(rig);
+    let settings = EstimatorSettings::for_rig(rig);
     let held = match held {
         [] => None,
-        poses => Some(held_phase::identify(&machine, &person.rig, settings, as_poses(poses))?),
+        poses => Some(held_phase::identify(&machine, rig, settings, as_poses(poses))?),
     };
-    let estimation = estimate_poses(&machine, &person.rig, settings, held, as_poses(free));
+    let estimation = estimate_poses(&machine, rig, settings, held, as_poses(free));
     estimation.outcome?;
-    path(person, &machine, &estimation.estimator, second).ok_or(Refusal::Singular)
+    path(&machine, &estimation.estimator, second).ok_or(Refusal::Singular)
 }
 
 fn as_poses(posed: &[Posed]) -> Vec<Pose<f64>> {
     lengths(posed).into_iter().map(Pose::new).collect()
 }
 
-fn path(person: &Person, machine: &Machine<f64>, estimator: &Estimator<f64>, second: &[Posed]) -> Option<Path> {
-    let in_platform_mm = estimator.centre().in_platform_mm;
+fn path(machine: &Machine<f64>, estimator: &Estimator<f64>, second: &[Posed]) -> Option<Path> {
     let (mut centre, mut across, mut end_points, mut live) = (0.0, 0.0, 0.0, 0.0);
     let (mut covered, mut far) = (0, 0);
     for (posed, lengths) in second.iter().zip(lengths(second)) {
         let pose = Pose::placed(machine.platform(), lengths).ok()?;
         let prediction = estimator.predict(machine, &pose)?;
         let error = prediction.predicted_mm - posed.centre_mm;
-        let arm = posed.arm * Vector3::z();
         let covariance = prediction.predicted_covariance_mm2;
         centre += error.norm_squared();
-        across += (error - arm * error.dot(&arm)).norm_squared();
-        live += (prediction.live_mm - posed.centre_mm - posed.slide_mm).norm_squared();
+        across += (error - posed.along * error.dot(&posed.along)).norm_squared();
+        live += (prediction.live_mm - posed.slid_mm).norm_squared();
         let squared = covariance.try_inverse().map_or(f64::INFINITY, |inverse| error.dot(&(inverse * error)));
         covered += usize::from(squared < WITHIN_99);
         far += usize::from(error.norm() > 5.0 * covariance.trace().sqrt() + 0.05);
-        for (point, truth) in person.rig.platform_mm().iter().zip(person.arm.end_points_mm()) {
-            let predicted = prediction.predicted_mm + pose.rotation() * (point - in_platform_mm);
-            end_points += (predicted - posed.centre_mm - posed.arm * truth).norm_squared() / 3.0;
-        }
+        end_points += end_point_squares(machine, estimator, &pose, &prediction, posed)?;
     }
     let poses = second.len() as f64;
     let rms = |squares: f64| (squares / poses).sqrt();
@@ -84,6 +83,28 @@ fn path(person: &Person, machine: &Machine<f64>, estimator: &Estimator<f64>, sec
         is_wrong: far * 50 > second.len(),
         moves: matches!(estimator.joint(), Joint::Moving(_)),
     })
+}
+
+/// Mean square of the error of the end-points when the platform stands about the predicted centre, with the rotation that
+/// its six lengths show.
+fn end_point_squares(
+    machine: &Machine<f64>,
+    estimator: &Estimator<f64>,
+    pose: &Pose<f64>,
+    prediction: &CentrePrediction<f64>,
+    posed: &Posed,
+) -> Option<f64> {
+    let machine_estimate = estimator.machine_estimate();
+    let in_platform_mm = estimator.centre().in_platform_mm;
+    let own = JointCentre { in_base_mm: prediction.live_mm, in_platform_mm };
+    let solver = AttitudeSolver { geometry: machine_estimate.geometry(), centre: &own };
+    let lengths = machine_estimate.corrected(machine, pose.lengths());
+    let turned = rotation_of(&solver.track(*pose.attitude(), &lengths, CableSet::ALL)?.attitude);
+    let ends = machine_estimate.geometry().end_points_mm();
+    let square = |(point, truth): (&Vector3<f64>, &Vector3<f64>)| {
+        (prediction.predicted_mm + turned * (point - in_platform_mm) - truth).norm_squared()
+    };
+    Some(ends.iter().zip(&posed.ends_mm).map(square).sum::<f64>() / 3.0)
 }
 
 /// Methods that know a fixed centre only.
@@ -107,7 +128,7 @@ pub fn fixed_mm(method: Fixed, person: &Person, free: &[Posed], second: &[Posed]
 }
 
 fn fixed_centre(method: Fixed, person: &Person, free: &[Posed]) -> Option<Vector3<f64>> {
-    let rig: &Rig<f64> = &person.rig;
+    let rig: &Rig<f64> = &person.machine.stated;
     let machine = Machine::new(rig);
     let lengths = lengths(free);
     let placed = || lengths.iter().filter_map(|lengths| Pose::placed(machine.platform(), *lengths).ok());
@@ -117,7 +138,7 @@ fn fixed_centre(method: Fixed, person: &Person, free: &[Posed]) -> Option<Vector
             Some(estimate(&machine, rig, settings, &lengths).outcome.ok()?.parameters.centre_mm)
         }
         Fixed::Paper => {
-            let start = person.arm.truth();
+            let start = *rig.nominal();
             Some(PaperIteration::new(rig, start, PaperSettings::default()).run(&lengths).ok()?.parameters.centre_mm)
         }
         Fixed::Score => {

@@ -1,16 +1,15 @@
 //! A set of poses of a shoulder whose centre moves, and what is true of it.
 
+use super::super::built::{BuiltMachine, NOISE_MM, Worn};
 use super::super::scene::{symmetric, symmetric_vector, tilted};
 use crate::anatomy::Shoulder;
-use crate::wearer::{FittedArm, rotation};
-use glenoid::kinematics::{CableLengths, inverse};
-use glenoid::rig::{CABLES, Rig};
+use crate::wearer::rotation;
+use glenoid::kinematics::CableLengths;
+use glenoid::rig::{CABLES, POINTS};
 use nalgebra::{Rotation3, Vector3};
 use rand::Rng;
 use std::f64::consts::TAU;
 
-/// Noise of every length, uniform within this to either side, mm.
-const NOISE_MM: f64 = 0.1;
 /// Slides of the head that follow nothing, 1σ along each axis, mm.
 const SLIDE_MM: f64 = 0.35;
 /// Largest torsion to either side, degrees.
@@ -32,35 +31,34 @@ pub enum Trouble {
     Slips,
 }
 
-/// One pose: the six readings, and the truth.
+/// One pose: the six readings, and the truth in {B}.
 #[derive(Clone, Copy, Debug)]
 pub struct Posed {
     /// mm.
     pub lengths_mm: [f64; CABLES],
-    /// The arm from home.
-    pub arm: Rotation3<f64>,
-    /// The centre in {B} without the slide, mm.
+    /// Along the arm.
+    pub along: Vector3<f64>,
+    /// The centre without the slide, mm.
     pub centre_mm: Vector3<f64>,
-    /// The slide, mm.
-    pub slide_mm: Vector3<f64>,
+    /// The centre with it, mm.
+    pub slid_mm: Vector3<f64>,
+    /// The end-points without the slide, mm.
+    pub ends_mm: [Vector3<f64>; POINTS],
 }
 
 /// A person in a machine.
-#[derive(Debug)]
 pub struct Person {
     /// The machine.
-    pub rig: Rig<f64>,
+    pub machine: BuiltMachine,
+    worn: Worn,
     shoulder: Shoulder,
-    /// Where the arm is in it.
-    pub arm: FittedArm,
     tilt_deg: f64,
 }
 
 impl Person {
     /// A person by number, with the centre up to 20 mm and the cuff up to 10 mm off along each axis.
-    pub fn new(rig: Rig<f64>, person: u64, follow: f64, tilt_deg: f64, random: &mut impl Rng) -> Self {
-        let (centre, cuff) = (symmetric_vector(random, 20.0), symmetric_vector(random, 10.0));
-        Self { arm: FittedArm::new(&rig, centre, cuff), rig, shoulder: Shoulder::new(person, follow), tilt_deg }
+    pub fn new(machine: BuiltMachine, person: u64, follow: f64, tilt_deg: f64, random: &mut impl Rng) -> Self {
+        Self { worn: machine.worn(random, 20.0), machine, shoulder: Shoulder::new(person, follow), tilt_deg }
     }
 
     /// Free poses.
@@ -96,10 +94,30 @@ impl Person {
             }
         };
         let slide_mm = Shoulder::scatter_mm(random, if share > 0.0 { SLIDE_MM } else { 0.0 });
-        let centre_mm = self.arm.centre_mm() + self.shoulder.displacement_mm(&arm) * share + off;
-        let mut lengths_mm = inverse::cable_lengths(&self.rig, &(centre_mm + slide_mm), self.arm.end_points_mm(), &arm);
-        lengths_mm.iter_mut().for_each(|length| *length += symmetric(random, NOISE_MM));
-        Posed { lengths_mm, arm, centre_mm, slide_mm }
+        let centre_mm = self.worn.centre_mm() + self.shoulder.displacement_mm(&arm) * share + off;
+        let noise: [f64; CABLES] = std::array::from_fn(|_| symmetric(random, NOISE_MM));
+        self.posed(&arm, &centre_mm, &slide_mm, &noise)
+    }
+
+    /// The arm at a rotation from home about a centre, with a slide of the head and errors of the readings, mm.
+    pub fn posed(
+        &self,
+        arm: &Rotation3<f64>,
+        centre_mm: &Vector3<f64>,
+        slide_mm: &Vector3<f64>,
+        noise_mm: &[f64; CABLES],
+    ) -> Posed {
+        let machine = &self.machine;
+        let slid_mm = centre_mm + slide_mm;
+        let readings = machine.without_noise(&self.worn.end_points_mm(&slid_mm, arm));
+        let in_base = |point: Vector3<f64>| machine.in_base_mm(&point);
+        Posed {
+            lengths_mm: std::array::from_fn(|cable| readings[cable] + noise_mm[cable]),
+            along: (in_base(arm * Vector3::z()) - in_base(Vector3::zeros())),
+            centre_mm: in_base(*centre_mm),
+            slid_mm: in_base(slid_mm),
+            ends_mm: self.worn.end_points_mm(centre_mm, arm).map(in_base),
+        }
     }
 }
 

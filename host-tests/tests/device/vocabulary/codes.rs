@@ -105,6 +105,7 @@ fn reasons_are_never_renumbered() {
         (65, "JointNotExplained"),
         (66, "BladeNotHeld"),
         (67, "HeldOfAnotherWearing"),
+        (68, "MachineNotAsStated"),
         (72, "CentreImplausible"),
         (73, "RadiusImplausible"),
         (74, "SigmaImplausible"),

@@ -1,0 +1,95 @@
+// The check of the cables' numbering: pull one after the other, the board looks which encoder moves. A symmetric machine fits
+// its lengths under a shifted or a mirrored numbering as well, with a centre that is somewhere else.
+
+import type { Device } from "./device.ts";
+import type { Library } from "./library.ts";
+import { element, sentence, write } from "./panel.ts";
+import { words } from "./words.ts";
+
+const CABLES = 6;
+/** Time between two looks. */
+const LOOK_MS = 300;
+/** What passes by itself: somebody moves the arm, or the encoders come. */
+const WAITING = ["CableNotPulled", "ArmMoving", "CableLoose", "EncoderSilent", "EncoderFrozen", "EncoderJumped"];
+
+/** What is seen of a cable. */
+type Seen = "later" | "now" | "found" | "wrong";
+
+export class NumberingCheck {
+  private readonly dialog = element<HTMLDialogElement>("numbering");
+  /** Grows with every beginning: one that is not the last has been left. */
+  private turn = 0;
+
+  constructor(
+    private readonly library: Library,
+    /** Shows one cable among the others, from 0; none for null. */
+    private readonly mark: (cable: number | null) => void,
+  ) {
+    this.dialog.onclose = () => this.leave();
+    element("numbering-close").onclick = () => this.dialog.close();
+    this.dialog.onkeydown = (event) => {
+      if (event.key === "Escape") this.dialog.close();
+    };
+  }
+
+  /** Begins, or begins again. What the board has seen of a cable since it was switched on is not asked for again. */
+  open(device: Device): void {
+    // not modal: the picture beside it shows which cable
+    if (!this.dialog.open) this.dialog.show();
+    element("numbering-again").onclick = () => void this.run(device);
+    void this.run(device);
+  }
+
+  /** Leaves it. */
+  close(): void {
+    this.dialog.close();
+  }
+
+  private leave(): void {
+    this.turn += 1;
+    this.mark(null);
+  }
+
+  private async run(device: Device): Promise<void> {
+    this.turn += 1;
+    const turn = this.turn;
+    element("numbering-again").hidden = true;
+    for (let cable = 0; cable < CABLES; cable += 1) {
+      const seen = Array.from({ length: CABLES }, (_, k): Seen => k < cable ? "found" : k === cable ? "now" : "later");
+      this.mark(cable);
+      this.show(words.numbering.pull(cable + 1), words.numbering.how, seen);
+      for (;;) {
+        const answer = await device.ask("CheckCable", 0, cable + 1);
+        if (turn !== this.turn) return;
+        if (answer === null) return this.stop(words.actions.noAnswer, "", seen);
+        const reason = this.library.reason(Number(answer["code"]));
+        if (reason.name === "Fine") break;
+        if (reason.name === "WrongCable") {
+          seen[cable] = "wrong";
+          const moved = Number(answer["detail"]);
+          return this.stop(words.numbering.wrong(cable + 1, moved), words.numbering.wrongRemedy, seen);
+        }
+        const [text, remedy] = [sentence(reason.text), sentence(reason.remedy)];
+        if (!WAITING.includes(reason.name)) return this.stop(text, remedy, seen);
+        const waits = reason.name === "CableNotPulled" ? words.numbering.how : `${text} ${remedy}`;
+        this.show(words.numbering.pull(cable + 1), waits, seen);
+        await new Promise((resolve) => setTimeout(resolve, LOOK_MS));
+      }
+    }
+    this.stop(words.numbering.done, "", Array<Seen>(CABLES).fill("found"));
+  }
+
+  private stop(text: string, detail: string, seen: Seen[]): void {
+    this.mark(null);
+    this.show(text, detail, seen);
+    element("numbering-again").hidden = seen.every((one) => one === "found");
+  }
+
+  private show(text: string, detail: string, seen: Seen[]): void {
+    write("numbering-text", text);
+    write("numbering-detail", detail);
+    write("numbering-seen", seen.map((one, cable) =>
+      `<li data-seen="${one}"><strong>L${cable + 1}</strong> ${words.numbering.runs[cable]} `
+      + `<span>${words.numbering.seen[one]}</span></li>`).join(""));
+  }
+}
