@@ -109,8 +109,6 @@ pub struct Estimator<T: Real> {
 impl<T: Real> Estimator<T> {
     /// An estimator at its beginning. `nominal`: where the centre is expected, only to fill the result until it is
     /// known.
-    // Inlined so that it is built where it stays: 0.4 KB of stack otherwise (`cargo stack --ways`).
-    #[inline(always)]
     pub fn new(machine: &Machine<T>, nominal: &Parameters<T>, settings: EstimatorSettings<T>) -> Self {
         Self { stage: Stage::Place(Place::default()), fit: Fit::new(machine, nominal, settings.sound()) }
     }
