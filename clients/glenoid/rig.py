@@ -89,6 +89,11 @@ def _tolerance(value: Any) -> dict[str, float]:
     return {names[key]: float(number) for key, number in value.items()}
 
 
+def _noise(value: Any) -> dict[str, float]:
+    # `samples` says of how many samples a row of a log is the mean: a board counts for itself
+    return {"length_noise": float(value["pose"]), "sample_noise": float(value.get("sample", 0))}
+
+
 def _start(value: Any) -> dict[str, float]:
     names = ["nominal_x", "nominal_y", "nominal_z", *(f"nominal_radius_{number}" for number in (1, 2, 3))]
     found = _named(names, value["values"])
@@ -107,6 +112,7 @@ _READERS: dict[str, Callable[[Any], dict[str, float]]] = {
     "edges": _edges,
     "cable": _cables,
     "home": lambda value: _named(_six("home"), value),
+    "noise": _noise,
     "tolerance": _tolerance,
     "zeros": lambda value: _named(_six("offset"), value["mm"]),
     "drum": lambda value: _named(_six("scale"), value["scale"]),

@@ -9,7 +9,6 @@ mod charts;
 mod client;
 mod display;
 mod expected;
-mod in_motion;
 mod inbox;
 mod judgement;
 mod machine;

@@ -8,7 +8,7 @@ import { NumberingCheck } from "./numbering.ts";
 import { boardList, centreTable, element, faultList, guidance, sentence, stateLine, UNCONFIRMED, write, type Situation } from "./panel.ts";
 import { ParameterTable } from "./parameters.ts";
 import { ArmScene } from "./scene.ts";
-import { MAGNIFIED } from "./shapes.ts";
+import { magnification } from "./shapes.ts";
 import { framesUntil, readRecording, type Recording } from "./source/recording.ts";
 import type { Listener, Source } from "./source/source.ts";
 import { openSerial, type SerialLike } from "./source/webserial.ts";
@@ -210,6 +210,8 @@ class Page {
     if (placed !== null && this.model.lengths === null) this.scene?.moveTo(placed);
     const live = this.model.live.every((value) => value !== null) ? this.model.live.map((value) => value!.value) : null;
     this.scene?.show(this.found, live);
+    const covariance = this.found?.covariance;
+    if (this.scene !== null) write("scene-note", covariance === undefined ? "" : words.scene.magnified(magnification(covariance)));
   }
 
   private draw(): void {
@@ -338,7 +340,7 @@ class Page {
       ["title", words.title], ["websocket", words.sources.websocket], ["serial", words.sources.serial],
       ["open", words.sources.recording], ["confirm-text", words.confirm.text],
       ["yes", words.confirm.yes], ["no", words.confirm.no], ["faults-title", words.faults.title],
-      ["board-title", words.board.title], ["play", words.time.play], ["scene-note", words.scene.magnified(MAGNIFIED)],
+      ["board-title", words.board.title], ["play", words.time.play],
     ];
     for (const [id, text] of texts) write(id, text);
     element("arm").setAttribute("aria-label", words.scene.label);

@@ -5,12 +5,13 @@ import type { Library, Message, Parameter } from "./library.ts";
 import { element, sentence, write } from "./panel.ts";
 import { words } from "./words.ts";
 
-/** So many requests are on their way at once. */
-const AT_ONCE = 16;
+/** So many requests are on their way at once: a board's serial line holds no more. */
+const AT_ONCE = 4;
 
 export class ParameterTable {
   private readonly dialog = element<HTMLDialogElement>("parameters");
   private device: Device | null = null;
+  private reading: Promise<boolean> | null = null;
   private readonly inUse = new Map<number, number>();
   private readonly prepared = new Map<number, number>();
 
@@ -36,14 +37,22 @@ export class ParameterTable {
   }
 
   close(): void {
-    this.device = null;
+    this.device = this.reading = null;
     this.inUse.clear();
     this.prepared.clear();
     this.dialog.close();
   }
 
   /** Reads all values; true when each has come. The machine in the library is then the board's. */
-  async read(device: Device): Promise<boolean> {
+  read(device: Device): Promise<boolean> {
+    // who asks while another reads waits for the same
+    this.reading ??= this.readAll(device).finally(() => {
+      this.reading = null;
+    });
+    return this.reading;
+  }
+
+  private async readAll(device: Device): Promise<boolean> {
     const [left, whole] = [[...this.library.parameters], { come: true }];
     const readOne = async ({ index }: Parameter) => {
       for (const [operation, values] of [["Read", this.inUse], ["ReadPrepared", this.prepared]] as const) {

@@ -14,8 +14,15 @@ export const GREY = 0x8a96a3;
 
 /** Radius of the sphere of directions. */
 export const SPHERE = 190;
-/** Error ellipsoids are far smaller than the arm. */
-export const MAGNIFIED = 200;
+/** Error ellipsoids are far smaller than the arm: so many times as large they are drawn, as long as they stay within LARGEST. */
+const MAGNIFICATIONS = [200, 100, 50, 20, 10, 5, 2];
+const LARGEST = 60;
+
+/** How many times as large an ellipsoid of this covariance (lower triangle, mm²) is drawn. */
+export function magnification([xx, , yy, , , zz]: number[]): number {
+  const sigma = Math.sqrt(Math.max(xx!, yy!, zz!));
+  return MAGNIFICATIONS.find((factor) => factor * sigma <= LARGEST) ?? 1;
+}
 
 /** A thin cylinder of length one; `span` puts it between two points. */
 export function rod(radius: number, colour: number): Mesh {
@@ -45,7 +52,7 @@ export function ellipsoid([xx, yx, yy, zx, zy, zz]: number[], centre: number[]):
   const d = zx! / a;
   const e = c > 0 ? (zy! - d * b) / c : 0;
   const f = Math.sqrt(Math.max(zz! - d * d - e * e, 0));
-  const m = MAGNIFIED;
+  const m = magnification([xx!, yx!, yy!, zx!, zy!, zz!]);
   return new Matrix4().set(
     a * m, 0, 0, centre[0]!, b * m, c * m, 0, centre[1]!, d * m, e * m, f * m, centre[2]!, 0, 0, 0, 1,
   );

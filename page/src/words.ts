@@ -75,7 +75,7 @@ export const words = {
     title: "Parameters of the board",
     filter: "Find",
     columns: ["Name", "In use", "Prepared", "Unit", "Range", "Default", "Lock"],
-    guarded: "locked",
+    guarded: "key",
     secret: "secret",
     reading: "Reading …",
     save: "Save",

@@ -260,6 +260,7 @@ const context = await chromium.launchPersistentContext(profile, {
     "--disable-component-update", "--disable-sync", "--use-gl=angle", "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader"],
 });
+context.setDefaultTimeout(90_000);
 const errors = [];
 const watched = async () => {
   const page = await context.newPage();
@@ -289,6 +290,9 @@ try {
   }
   assert.deepEqual(errors, [], "the browser reports errors");
   console.log(`pictures in ${pictures}`);
+} catch (error) {
+  for (const page of context.pages()) await page.screenshot({ path: join(pictures, "failed.png") }).catch(() => undefined);
+  throw error;
 } finally {
   board.end();
   await context.close();

@@ -2,7 +2,7 @@
 
 use crate::kinematics::{Geometry, JointCentre};
 use crate::linear_algebra::{largest_eigenpair, non_negative_root, packed_index, unit};
-use crate::rig::Parameters;
+use crate::rig::{POINTS, Parameters};
 use crate::scalar::Real;
 use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3};
 
@@ -11,13 +11,14 @@ pub const RESULT_UNKNOWNS: usize = 6;
 /// Entries of their packed covariance.
 pub const RESULT_PACKED: usize = 21;
 
-/// Centre and radii of a joint centre, mm, and their covariance from that of O and C: dp_i = -(s_i - C)·dC / p_i, with
-/// the end-points s_i taken as exact.
+/// Centre and radii of a joint centre, mm, and their covariance from that of O and C: dp_i = -(s_i - C)·dC / p_i.
 ///
-/// `covariance`: of O and C, mm². Returns that of x, y, z, p1, p2, p3, mm², packed lower triangle.
+/// `covariance`: of O and C, mm². `of_shape`: what the platform's shape adds to that of centre and radii, mm² (see
+/// [`ShapeShare`]). Returns the covariance of x, y, z, p1, p2, p3, mm², packed lower triangle.
 pub fn parameters_of<T: Real>(
     centre: &JointCentre<T>,
     covariance: &Matrix6<T>,
+    of_shape: &Matrix6<T>,
     geometry: &Geometry<T>,
 ) -> (Parameters<T>, [T; RESULT_PACKED]) {
     let mut jacobian = Matrix6::identity();
@@ -27,7 +28,55 @@ pub fn parameters_of<T: Real>(
         parameters.radii_mm[i] = arm.norm_squared().root();
         jacobian.fixed_view_mut::<1, 3>(3 + i, 3).copy_from(&unit(&arm).transpose());
     }
-    (parameters, packed(&(jacobian * covariance * jacobian.transpose())))
+    (parameters, packed(&(jacobian * covariance * jacobian.transpose() + of_shape)))
+}
+
+/// What a platform of uncertain shape adds to the covariance of centre and radii, one parameter of the shape after the
+/// other: the end-points s_i move with it, dp_i = u_i·(ds_i - dC) with u_i = (s_i - C) / p_i.
+#[derive(Clone, Copy, Debug)]
+pub struct ShapeShare<T> {
+    /// The sum so far, mm².
+    pub covariance_mm2: Matrix6<T>,
+}
+
+impl<T: Real> ShapeShare<T> {
+    /// Of an exactly known platform.
+    pub fn none() -> Self {
+        Self { covariance_mm2: Matrix6::zeros() }
+    }
+
+    /// Adds a parameter of the shape.
+    ///
+    /// * `directions`: the unit vectors u_i.
+    /// * `moved`: ds_i for the parameter, and `all_moved` for each parameter with its covariance with this one.
+    /// * `with_centre`: covariance of the parameter with O and C.
+    pub fn add(
+        &mut self,
+        directions: &[Vector3<T>; POINTS],
+        moved: &[Vector3<T>; POINTS],
+        all_moved: impl Iterator<Item = ([Vector3<T>; POINTS], T)>,
+        with_centre: &[Vector3<T>; 2],
+    ) {
+        let radii = |motions: &[Vector3<T>; POINTS]| {
+            let [a, b, c] = directions;
+            let [p, q, r] = motions;
+            Vector3::new(a.dot(p), b.dot(q), c.dot(r))
+        };
+        let grows = radii(moved);
+        let [with_base, with_platform] = with_centre;
+        let by_centre = radii(&[*with_platform; POINTS]);
+        let by_shape =
+            all_moved.fold(Vector3::zeros(), |sum, (motions, covariance)| sum + radii(&motions) * covariance);
+        let mixed = with_base * grows.transpose();
+        let of_radii = (by_shape - by_centre) * grows.transpose() - grows * by_centre.transpose();
+        for i in 0..3 {
+            for j in 0..3 {
+                self.covariance_mm2[(i, 3 + j)] += mixed[(i, j)];
+                self.covariance_mm2[(3 + j, i)] += mixed[(i, j)];
+                self.covariance_mm2[(3 + i, 3 + j)] += of_radii[(i, j)];
+            }
+        }
+    }
 }
 
 /// The lower triangle, row by row.

@@ -2,6 +2,7 @@
 //! `home`, `[noise]`, `[tolerance]`, `[zeros]`, `[drum]` and `[covariance]` where they are known.
 
 mod cables;
+mod for_board;
 mod hinge;
 mod machine;
 mod noise;

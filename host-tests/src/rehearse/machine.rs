@@ -65,10 +65,11 @@ impl KnownMachine {
         let mut rig = match &options.rig {
             None => compiled_in.double,
             Some(path) => {
-                let RigFile { rig, covariance, .. } = RigFile::read(path).map_err(|error| error.to_string())?;
-                if covariance.is_some() {
-                    let file = path.display();
-                    return Err(format!("{file}: [covariance]: a board is told of tolerances only; leave it out"));
+                let file = RigFile::read(path).map_err(|error| error.to_string())?;
+                let of_file = |text: &str| format!("{}: [covariance]: {text}", path.display());
+                let rig = file.for_board().map_err(|error| of_file(error.text()))?;
+                if file.covariance.is_some() {
+                    eprintln!("{}", of_file(&told_instead(rig.tolerance())));
                 }
                 rig
             }
@@ -125,6 +126,16 @@ impl KnownMachine {
         };
         built.and_then(|rig| rig.with_correction(truth)).map_err(|error| error.text().to_string())
     }
+}
+
+/// What a board is told instead of a covariance.
+pub fn told_instead(tolerance: &Tolerance<f64>) -> String {
+    let Tolerance { base_mm, edges_mm, offset_mm, drum } = tolerance;
+    format!(
+        "a board knows no correlations; it is told of the tolerances that cover them, and its bar is wider: base {base_mm:.3}, \
+         edges {edges_mm:.3}, zero {offset_mm:.3} mm, drum {:.3} %",
+        drum * 100.0
+    )
 }
 
 /// Points moved as a whole to where they fit `stated` best.

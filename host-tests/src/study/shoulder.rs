@@ -57,7 +57,17 @@ const METHODS: [(&str, Fixed); 4] =
 
 fn run(plan: &Plan) -> Result<Findings, Problem> {
     let columns = [
-        "machine", "base", "poses", "phases", "accepted", "path", "across", "end-points", "live", "99 % covers", "wrong",
+        "machine",
+        "base",
+        "poses",
+        "phases",
+        "accepted",
+        "path",
+        "across",
+        "end-points",
+        "live",
+        "99 % covers",
+        "wrong",
     ];
     let mut table = Table::new("shoulder", "Path of the centre in poses that identified nothing, mm rms", &columns);
     let fixed_columns = ["base", "ball", "paper", "SCoRE", "sphere fit"];

@@ -112,8 +112,11 @@ fn run(plan: &Plan) -> Result<Findings, Problem> {
             let as_ball = endings(plan.seed, plan.trials, poses, motion, JointChoice::Ball)?;
             targets.extend(detection_target("drift", CLEAR_DRIFT_MM, size_mm, poses, &as_ball));
             drift.push(row(poses, size_mm, &as_ball));
-            let motions =
-                [("drifts up", motion), ("aside", Motion::Aside(size_mm)), ("along the arm", Motion::AlongArm(size_mm))];
+            let motions = [
+                ("drifts up", motion),
+                ("aside", Motion::Aside(size_mm)),
+                ("along the arm", Motion::AlongArm(size_mm)),
+            ];
             for (name, motion) in motions {
                 let by_data = endings(plan.seed, plan.trials, poses, motion, JointChoice::Auto)?;
                 free.push(free_row(name, poses, size_mm, &by_data));
@@ -233,11 +236,12 @@ fn trial(ideal: &Scene, mut random: ChaCha8Rng, poses: usize, motion: Motion, jo
         Ok(answer) => {
             let is_moving = !answer.path.is_empty();
             let is_another_ball = !is_moving && matches!(motion, Motion::Aside(_));
-            let is_false = !is_another_ball && answer.is_false(|pose| match motion {
-                _ if !is_moving => scene.centre_mm,
-                Motion::Drift(_) | Motion::Aside(_) | Motion::AlongArm(_) => places_mm[pose],
-                Motion::None { .. } | Motion::Wander(_) => resting_mm,
-            });
+            let is_false = !is_another_ball
+                && answer.is_false(|pose| match motion {
+                    _ if !is_moving => scene.centre_mm,
+                    Motion::Drift(_) | Motion::Aside(_) | Motion::AlongArm(_) => places_mm[pose],
+                    Motion::None { .. } | Motion::Wander(_) => resting_mm,
+                });
             let error_mm = answer.centre_error_mm(&scene).norm();
             Ending::Accepted { error_mm, is_false, left_out: answer.rejected.len(), is_moving }
         }

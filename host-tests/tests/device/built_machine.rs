@@ -100,6 +100,25 @@ fn a_rig_file_makes_another_machine_of_the_board() {
     }
 }
 
+/// A commissioned rig: the board is told of tolerances that cover its covariance, which are a fifth of those before.
+#[test]
+fn a_commissioned_rig_is_told_to_the_board() {
+    let before = "base = [[150.0, 0.0, 0.0], [-75.0, 129.9038105676658, 0.0], [-75.0, -129.9038105676658, 0.0]]\n\
+                  edges = [178.3982062, 178.3982062, 178.3982062]\n[tolerance]\nbase = 0.5\nedges = 0.5\n";
+    let variances = (0..6).flat_map(|i| (0..=i).map(move |j| if i == j { "0.01" } else { "0" }));
+    let after = format!("{before}[covariance]\ntriangle = [{}]\n", variances.collect::<Vec<_>>().join(", "));
+    let before = rig_file("before.toml", before);
+    let after = rig_file("commissioned.toml", &after);
+    let sigma = |report: &Report| report.found.as_ref().unwrap().sigma_mm[0];
+    for seed in 0..5 {
+        let options = |rig: &Path| format!("--rig {} --rig-error 0.1 --poses 15 --seed {seed}", rig.display());
+        let (before, after) = (run(&options(&before)), run(&options(&after)));
+        assert_eq!(after.status, Status::Right, "{seed}: {after}");
+        assert_eq!(after.found.as_ref().unwrap().host.difference_mm, 0.0);
+        assert!(sigma(&after) < 0.9 * sigma(&before), "{} {}", sigma(&after), sigma(&before));
+    }
+}
+
 /// A board that is told of both parts of the noise, and says of how many samples each pose is the mean: the host's
 /// calculation is the board's to the bit, which it is not when all poses count alike.
 #[test]

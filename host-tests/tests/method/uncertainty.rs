@@ -69,7 +69,7 @@ fn covariance_of_the_radii_follows_from_that_of_the_platforms_centre() {
         let (_, dense) = covariance(&mut rng);
         let jacobian = derivative::<6, 6>(|step| moved_parameters(&centre, &geometry, step));
         let expected = jacobian * dense * jacobian.transpose();
-        let (parameters, mine) = parameters_of(&centre, &dense, &geometry);
+        let (parameters, mine) = parameters_of(&centre, &dense, &Matrix6::zeros(), &geometry);
         let there = moved_parameters(&centre, &geometry, &Vector6::zeros());
         assert!((Vector6::from(parameters.to_array()) - Vector6::from(there)).norm() < 1e-9);
         assert_eq!(parameters.centre_mm, worn.centre_mm);

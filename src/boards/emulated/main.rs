@@ -38,7 +38,7 @@ use entry::Entry;
 use flash::FileFlash;
 use log::Log;
 use losses::{LossReporter, Losses};
-use uart::{CAN_LINE, Queues, RIG_LINE, Uart};
+use uart::{CAN_LINE, FORTY_FRAMES, NOTHING, Queues, RIG_LINE, Uart};
 use watchdog::Watchdog;
 
 /// Bytes of either line that are handled before the clock is looked at again.
@@ -109,8 +109,8 @@ impl Board {
     fn assemble(restart: Restart) -> Option<Assembled> {
         let core = Peripherals::take()?;
         stack::protect(&core.MPU);
-        let can_queues = singleton!(: Queues = Queues::new())?;
-        let rig_queues = singleton!(: Queues = Queues::new())?;
+        let can_queues = singleton!(: Queues<FORTY_FRAMES> = Queues::new())?;
+        let rig_queues = singleton!(: Queues<NOTHING> = Queues::new())?;
         let mut clock = Clock::start(core.SYST);
         let storage = storage()?;
         let (config, parameters) = storage.config(restart, 0)?;

@@ -21,18 +21,20 @@ use super::interrupt::Interrupt;
 const RECEIVE_CAPACITY: usize = 512;
 
 /// Bytes that wait for the client: forty frames.
-const TRANSMIT_CAPACITY: usize = 1024;
+pub const FORTY_FRAMES: usize = 1024;
+/// Nothing is ever sent: the smallest queue that there is.
+pub const NOTHING: usize = 2;
 
 /// Bytes that one interrupt sends. Each costs the emulator a system call, and other interrupts wait.
 const BYTES_AN_INTERRUPT: usize = 16;
 
-/// Storage of one line's queues; lives as long as the board.
-pub struct Queues {
+/// Storage of one line's queues, with room for `SENT` bytes to send; lives as long as the board.
+pub struct Queues<const SENT: usize> {
     receive: Queue<u8, RECEIVE_CAPACITY>,
-    transmit: Queue<u8, TRANSMIT_CAPACITY>,
+    transmit: Queue<u8, SENT>,
 }
 
-impl Queues {
+impl<const SENT: usize> Queues<SENT> {
     /// Two empty queues.
     pub const fn new() -> Self {
         Self { receive: Queue::new(), transmit: Queue::new() }
@@ -49,7 +51,7 @@ pub struct Uart {
 
 impl Uart {
     /// Switches the line on and its interrupts with it.
-    pub fn start(line: &'static Line, queues: &'static mut Queues) -> Self {
+    pub fn start<const SENT: usize>(line: &'static Line, queues: &'static mut Queues<SENT>) -> Self {
         let (received_in, received) = queues.receive.split();
         let (to_send, to_send_out) = queues.transmit.split();
         free(|cs| *line.inner.borrow(cs).borrow_mut() = Some(Inner { received: received_in, to_send: to_send_out }));

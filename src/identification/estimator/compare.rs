@@ -6,8 +6,7 @@
 
 use super::Stage;
 use super::fit::Fit;
-use super::moving::MEDIAN_PASSES;
-use super::refine::Refine;
+use super::refine::{MEDIAN_PASSES, Refine};
 use crate::identification::joint::Joint;
 use crate::identification::machine::{Machine, MachineParameter, SCALE_UNIT};
 use crate::identification::marginal_information::MarginalInformation;

@@ -4,7 +4,7 @@ use super::Stage;
 use super::compare::Compare;
 use super::fit::{Fit, Pass};
 use super::inspect::Inspect;
-use super::refine::Refine;
+use super::refine::{MEDIAN_PASSES, Refine};
 use super::result::Accepted;
 use crate::identification::joint::Joint;
 use crate::identification::machine::Machine;
@@ -18,9 +18,7 @@ use crate::scalar::Real;
 /// χ², scatter included, beyond which a pose is left out: once in 6 000 sound poses.
 const INLIER_LIMIT: f64 = 20.0;
 
-/// Passes in which the scatter follows the median of χ², which outliers do not move.
-pub(super) const MEDIAN_PASSES: u8 = 5;
-/// Passes after those in which it follows the sum of χ²; three to five suffice.
+/// Passes after those that follow the median, in which the scatter follows the sum of χ²; three to five suffice.
 const MAX_PASSES: u8 = 12;
 
 /// Largest relative change of the scatter's variance that counts as converged.

@@ -30,6 +30,9 @@ const MAX_EQUAL_PASSES_WITH_PARAMETERS: u8 = 10;
 /// Passes with each pose in or out. A selection that has not settled by then is refused as a ball.
 const MAX_INLIER_PASSES: u8 = 8;
 
+/// Passes of a joint that moves or scatters in which the scatter follows the median of χ², which outliers do not move.
+pub(super) const MEDIAN_PASSES: u8 = 5;
+
 /// Passes that measure the scatter of the poses' own centres.
 const OWN_CENTRE_PASSES: u8 = 2;
 

@@ -10,12 +10,12 @@ use crate::identification::outcome::Rejected;
 use crate::identification::parameters::CENTRE_UNKNOWNS;
 use crate::identification::pose::Pose;
 use crate::identification::refusal::Refusal;
-use crate::identification::uncertainty::{parameters_of, worst_direction_of_point};
+use crate::identification::uncertainty::{ShapeShare, parameters_of, worst_direction_of_point};
 use crate::linear_algebra::normal_equations::smallest_pivot;
-use crate::linear_algebra::{block, inverse_of_eliminated, non_negative_root};
+use crate::linear_algebra::{block, inverse_of_eliminated, non_negative_root, unit};
 use crate::rig::CABLES;
 use crate::scalar::Real;
-use nalgebra::{Matrix3, Matrix6};
+use nalgebra::{Matrix3, Matrix6, Vector3};
 
 /// Columns of the covariance of O and C a slice, and standard deviations of offsets.
 const COLUMNS_A_SLICE: usize = 2;
@@ -44,6 +44,9 @@ pub(super) struct Acceptance<T> {
     /// For a noise of 1 mm; so many of them are known.
     offset_sigmas: [T; CABLES],
     offsets: usize,
+    /// What the platform's shape adds to the covariance, for a noise of 1 mm; so many of its parameters are included.
+    of_shape: ShapeShare<T>,
+    in_shape: usize,
 }
 
 impl<T: Real> Acceptance<T> {
@@ -56,6 +59,8 @@ impl<T: Real> Acceptance<T> {
             noise_mm: None,
             offset_sigmas: [T::zero(); CABLES],
             offsets: 0,
+            of_shape: ShapeShare::none(),
+            in_shape: 0,
         }
     }
 
@@ -90,12 +95,18 @@ impl<T: Real> Acceptance<T> {
             });
             return self.gate(fit, machine).err().map(Err);
         };
+        if let Some(index) = machine.platform_shape().nth(self.in_shape).filter(|_| fit.estimate.count(machine) > 0) {
+            fit.add_shape_share(machine, index, &mut self.of_shape);
+            self.in_shape += 1;
+            return None;
+        }
         let widened = match self.of {
             Accepted::Ball { .. } => T::one(),
             Accepted::Moving => fit.joint.variance_factor(),
         };
         let variance = sigma_noise_mm * sigma_noise_mm * widened;
-        fit.write_result(machine, poses, &(self.covariance * variance), noise_mm);
+        let covariances = [self.covariance * variance, self.of_shape.covariance_mm2 * variance];
+        fit.write_result(machine, poses, &covariances, noise_mm);
         if machine.first_offset().is_some() {
             fit.result.offset_sigmas_mm = self.offset_sigmas.map(|sigma| sigma * sigma_noise_mm);
         }
@@ -131,10 +142,26 @@ impl<T: Real> Fit<T> {
         Stage::Check(Check::new(Acceptance::new(of)))
     }
 
-    fn write_result(&mut self, machine: &Machine<T>, poses: &[Pose<T>], covariance: &Matrix6<T>, noise_mm: T) {
+    /// Adds what one parameter of the platform's shape does to the covariance of centre and radii.
+    #[inline(never)]
+    fn add_shape_share(&self, machine: &Machine<T>, index: usize, share: &mut ShapeShare<T>) {
+        let shape = machine.platform_shape();
+        let column = self.equations.covariance_column(index, shape.start);
+        let entry = |unknown: usize| column.get(unknown).copied().unwrap_or_else(T::zero);
+        let first = self.equations.unknowns() - CENTRE_UNKNOWNS;
+        let point = |at: usize| Vector3::new(entry(at), entry(at + 1), entry(at + 2));
+        let end_points = self.estimate.geometry().end_points_mm();
+        let directions = end_points.map(|end_point| unit(&(end_point - self.centre.in_platform_mm)));
+        let all_moved = shape.map(|other| (machine.end_points_moved(other), entry(other)));
+        let moved = machine.end_points_moved(index);
+        share.add(&directions, &moved, all_moved, &[point(first), point(first + 3)]);
+    }
+
+    fn write_result(&mut self, machine: &Machine<T>, poses: &[Pose<T>], covariances: &[Matrix6<T>; 2], noise_mm: T) {
         let geometry = self.estimate.geometry();
         let result = &mut self.result;
-        (result.parameters, result.covariance_mm2) = parameters_of(&self.centre, covariance, geometry);
+        (result.parameters, result.covariance_mm2) =
+            parameters_of(&self.centre, &covariances[0], &covariances[1], geometry);
         result.noise_mm = noise_mm;
         result.iterations = result.rms_residuals_mm.len() as u8;
         result.poses = poses.len() as u32;

@@ -18,8 +18,9 @@ use self::shape::ShapeModes;
 use crate::identification::settings::MIN_NOISE_MM;
 use crate::kinematics::{Geometry, PlatformSolver};
 use crate::linear_algebra::packed_index;
-use crate::rig::{CABLES, Rig, Tolerance};
+use crate::rig::{CABLES, POINTS, Rig, Tolerance};
 use crate::scalar::Real;
+use nalgebra::Vector3;
 
 /// Maximum number of unknown constants: twelve modes of the base, twelve of the platform, six offsets, six
 /// scales. The 3-3 machine has three modes of each.
@@ -205,6 +206,18 @@ impl<T: Real> Machine<T> {
         } else {
             MachineParameter::Scale(index - base - ends - offsets)
         }
+    }
+
+    /// Indices of the parameters of the platform's shape.
+    pub fn platform_shape(&self) -> core::ops::Range<usize> {
+        self.base.count()..self.base.count() + self.ends.count()
+    }
+
+    /// How far each end-point moves in {P} when parameter `index`, one of the platform's shape, grows by 1 mm, mm.
+    pub fn end_points_moved(&self, index: usize) -> [Vector3<T>; POINTS] {
+        let [a, b, c, d, e, f] = self.ends.mode(index.saturating_sub(self.base.count()));
+        let half = T::of(0.5);
+        [(a + b) * half, (c + d) * half, (e + f) * half]
     }
 
     /// Index of the first encoder offset; `None` when they are known.
