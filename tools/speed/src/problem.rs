@@ -1,7 +1,7 @@
 //! The problem that everything is measured on: 100 noise-free poses of a rig with a base radius of 160 mm, rotations
 //! within ±30 degrees about each axis, and a start from which the paper's iteration takes four steps.
 
-use glenoid::kinematics::{CableLengths, Geometry, JointCentre, PlatformSolver};
+use glenoid::kinematics::CableLengths;
 use glenoid::rig::{CABLES, Drum, Parameters, Rig, RigError};
 use glenoid::scalar::Real;
 use heapless::Vec;
@@ -26,14 +26,10 @@ pub enum Spoilt {
     Noise,
     /// The same, and one cable of this many poses off by [`OUTLIER_MM`].
     Outliers(usize),
-    /// Noise, and a joint centre that moves with the arm, by [`PATH_MM`] a radian.
-    Moving,
 }
 
 /// Half the width of the noise, mm.
 const NOISE_LIMIT_MM: f64 = 0.1;
-/// How far the moving centre goes for a radian of tilt, along each axis of {B}, mm: about as in a living shoulder.
-const PATH_MM: [f64; 3] = [15.0, -10.0, 20.0];
 /// By how much the cable of an outlier is off, mm.
 const OUTLIER_MM: f64 = 8.0;
 
@@ -69,11 +65,6 @@ impl<T: Real> Problem<T> {
     /// The lengths with something wrong with them, always the same. `None` when one of them would be none.
     pub fn spoilt(&self, spoilt: Spoilt) -> Option<Vec<CableLengths<T>, POSES>> {
         let mut poses = self.poses.clone();
-        if spoilt == Spoilt::Moving {
-            for pose in &mut poses {
-                *pose = self.about_moving_centre(pose)?;
-            }
-        }
         let mut random = 0x2545_F491_u32;
         let outliers = if let Spoilt::Outliers(count) = spoilt { count } else { 0 };
         for (index, pose) in poses.iter_mut().enumerate() {
@@ -92,17 +83,6 @@ impl<T: Real> Problem<T> {
             *pose = CableLengths::new(lengths).ok()?;
         }
         Some(poses)
-    }
-
-    /// The lengths with the arm in the same direction, about a centre that has moved there.
-    fn about_moving_centre(&self, lengths: &CableLengths<T>) -> Option<CableLengths<T>> {
-        let geometry = Geometry::new(&self.rig);
-        let centre = JointCentre::from_parameters(&self.truth, &geometry);
-        let rotation = PlatformSolver::new(&self.rig).solve(lengths).ok()?.rotation;
-        let tilt = rotation.m13 + rotation.m23;
-        let moved = centre.in_base_mm + Vector3::from(PATH_MM.map(T::of)) * tilt;
-        let end = |cable: usize| moved + rotation * (geometry.end_mm[cable] - centre.in_platform_mm);
-        CableLengths::new(core::array::from_fn(|cable| geometry.span(cable, &end(cable)).length_mm)).ok()
     }
 }
 

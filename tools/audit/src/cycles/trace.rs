@@ -65,8 +65,20 @@ pub struct Trace {
 /// # Errors
 /// [`RunError`]; [`RunError::Trace`] when the emulator was built without its disassembler.
 pub fn single_precision(image: &FilePath) -> Result<Trace, RunError> {
+    run(image, "f32")
+}
+
+/// Runs everything that the image holds under trace.
+///
+/// # Errors
+/// As [`single_precision`].
+pub fn everything(image: &FilePath) -> Result<Trace, RunError> {
+    run(image, "all")
+}
+
+fn run(image: &FilePath, argument: &str) -> Result<Trace, RunError> {
     let mut reader = Reader::new(&Elf::read(image).map_err(|error| RunError::Trace(error.to_string()))?)?;
-    emulation::run(image, &LOG, "f32", |line| reader.line(line))?;
+    emulation::run(image, &LOG, argument, |line| reader.line(line))?;
     reader.finish()
 }
 

@@ -1,6 +1,6 @@
 //! What an event costs the whole device: calibrations with all poses of the problem, the last five held out, each centre
 //! accepted and watched in use; on a machine that is known exactly, with outliers, and on a machine built by hand, with 18
-//! unknown constants, alone and with a centre that moves. Nothing else of the board can delay a control loop that runs beside it by more than the worst of these.
+//! unknown constants. Nothing else of the board can delay a control loop that runs beside it by more than the worst of these.
 
 use core::hint::black_box;
 
@@ -59,12 +59,7 @@ pub fn costs(problem: &Problem<f32>) -> Option<[(&'static str, Figures); NAMES.l
     };
     let by_hand = problem.rig.with_tolerance(Tolerance::hand_built()).ok()?;
     let mut figures = [Figures::default(); NAMES.len()];
-    let cases = [
-        (problem.rig, Spoilt::No),
-        (problem.rig, Spoilt::Outliers(10)),
-        (by_hand, Spoilt::Noise),
-        (by_hand, Spoilt::Moving),
-    ];
+    let cases = [(problem.rig, Spoilt::No), (problem.rig, Spoilt::Outliers(10)), (by_hand, Spoilt::Noise)];
     for (rig, spoilt) in cases {
         add_costs(&rig, settings, &problem.spoilt(spoilt)?, &mut figures)?;
     }
