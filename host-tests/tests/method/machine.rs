@@ -302,7 +302,7 @@ fn as_built(
         }
     }
     add_noise(&mut poses, rng, NOISE_MM);
-    let radii = built.home_mm.map(|point| (point - built.centre_mm).norm());
+    let radii = built.home_mm.map(|point| point.norm());
     (poses, in_stated_frame(&worn.base_mm, &built.base_mm, &built.centre_mm), radii)
 }
 
