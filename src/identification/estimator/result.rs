@@ -143,7 +143,6 @@ impl<T: Real> Fit<T> {
     }
 
     /// Adds what one parameter of the platform's shape does to the covariance of centre and radii.
-    #[inline(never)]
     fn add_shape_share(&self, machine: &Machine<T>, index: usize, share: &mut ShapeShare<T>) {
         let shape = machine.platform_shape();
         let column = self.equations.covariance_column(index, shape.start);
