@@ -249,7 +249,7 @@ def test_another_version_of_the_vocabulary_is_refused(board: Board, monkeypatch:
 HURRIED = """
 import sys, time
 real = time.monotonic
-time.monotonic = lambda: 50 * real()
+time.monotonic = lambda *_: 50 * real()
 from glenoid.__main__ import main
 sys.exit(main(sys.argv[1:]))
 """
