@@ -374,6 +374,24 @@ fn a_machine_within_its_tolerances_is_accepted_with_a_true_standard_deviation() 
     }
 }
 
+/// The radii's, where only some of the constants are unknown: each takes the place of another among the parameters.
+#[test]
+fn the_radii_have_a_true_standard_deviation_whatever_is_known() {
+    let exact = Tolerance { base_mm: 0.0, edges_mm: 0.0, offset_mm: 0.0, drum: 0.0 };
+    for tolerance in [
+        exact,
+        Tolerance { edges_mm: 0.5, ..exact },
+        Tolerance { base_mm: 0.5, ..exact },
+        Tolerance { base_mm: 0.5, offset_mm: 0.3, ..exact },
+        Tolerance { edges_mm: 0.5, drum: 1e-3, ..exact },
+        Tolerance { offset_mm: 0.3, drum: 1e-3, ..exact },
+    ] {
+        let (_, ratio, _) = sets(tolerance, 4700, 30);
+        // 600 squares: their root mean is known to 3 %.
+        assert!(ratio.iter().all(|ratio| (0.88..1.12).contains(ratio)), "{tolerance:?}: error is {ratio:?} of σ");
+    }
+}
+
 #[test]
 fn a_machine_that_is_taken_for_exact_is_refused_or_wrong() {
     // What the tolerances are there for.

@@ -210,12 +210,12 @@ impl<T: Real> Machine<T> {
 
     /// Indices of the parameters of the platform's shape.
     pub fn platform_shape(&self) -> core::ops::Range<usize> {
-        self.base.count()..self.base.count() + self.ends.count()
+        self.base_modes()..self.base_modes() + self.end_modes()
     }
 
     /// How far each end-point moves in {P} when parameter `index`, one of the platform's shape, grows by 1 mm, mm.
     pub fn end_points_moved(&self, index: usize) -> [Vector3<T>; POINTS] {
-        let [a, b, c, d, e, f] = self.ends.mode(index.saturating_sub(self.base.count()));
+        let [a, b, c, d, e, f] = self.ends.mode(index.saturating_sub(self.base_modes()));
         let half = T::of(0.5);
         [(a + b) * half, (c + d) * half, (e + f) * half]
     }
