@@ -1,11 +1,15 @@
 //! The present estimate of the machine's unknown constants.
 
-use super::{MAX_MACHINE, Machine, MachineParameter, SCALE_UNIT};
+use super::{Constants, MAX_MACHINE, Machine, MachineParameter, SCALE_UNIT};
 use crate::identification::parameters::{Column, Equations, PoseAt};
 use crate::kinematics::{CableLengths, Geometry};
 use crate::linear_algebra::packed_index;
 use crate::rig::CABLES;
 use crate::scalar::Real;
+
+/// How far a machine may be off that nobody has measured, 1σ: points, edges and encoder offsets, mm; drums, relative.
+const UNMEASURED_MM: f64 = 5.0;
+const UNMEASURED_DRUM: f64 = 0.02;
 
 /// How far the machine is from what was stated.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,12 +21,24 @@ pub struct MachineEstimate<T> {
     values: [T; MAX_MACHINE],
     /// The parameters are left as they are.
     is_held: bool,
+    /// All its constants are unknown, as of a machine that nobody has measured, whatever its tolerances state.
+    is_unmeasured: bool,
 }
 
 impl<T: Real> MachineEstimate<T> {
     /// As stated.
     pub fn new(machine: &Machine<T>) -> Self {
-        Self { geometry: *machine.geometry(), values: [T::zero(); MAX_MACHINE], is_held: false }
+        Self { geometry: *machine.geometry(), values: [T::zero(); MAX_MACHINE], is_held: false, is_unmeasured: false }
+    }
+
+    /// As stated, but by nobody who has measured it: all its constants are unknown.
+    pub fn unmeasured(machine: &Machine<T>) -> Self {
+        Self { is_unmeasured: true, ..Self::new(machine) }
+    }
+
+    /// The constants that are estimated.
+    fn unknown(&self, machine: &Machine<T>) -> Constants {
+        if self.is_unmeasured { machine.all() } else { machine.unknown() }
     }
 
     /// The ends as they are estimated.
@@ -47,17 +63,17 @@ impl<T: Real> MachineEstimate<T> {
 
     /// Parameters that take part in a pass.
     pub fn count(&self, machine: &Machine<T>) -> usize {
-        if self.is_held { 0 } else { machine.parameters() }
+        if self.is_held { 0 } else { self.unknown(machine).count() }
     }
 
     /// The present estimate of the encoder offsets (reading minus true length), mm.
     pub fn offsets_mm(&self, machine: &Machine<T>) -> [T; CABLES] {
-        self.six(machine.first_offset())
+        self.six(self.unknown(machine).first_offset())
     }
 
     /// By how much each drum pays out more than stated, relative.
     pub fn scales(&self, machine: &Machine<T>) -> [T; CABLES] {
-        self.six(machine.first_scale()).map(|scale| scale * T::of(SCALE_UNIT))
+        self.six(self.unknown(machine).first_scale()).map(|scale| scale * T::of(SCALE_UNIT))
     }
 
     fn six(&self, first: Option<usize>) -> [T; CABLES] {
@@ -68,7 +84,8 @@ impl<T: Real> MachineEstimate<T> {
     /// The lengths corrected by the present estimate: home + (reading - home - offset) / scale. Unchanged if a
     /// corrected length would not be positive.
     pub fn corrected(&self, machine: &Machine<T>, lengths: &CableLengths<T>) -> CableLengths<T> {
-        if machine.first_offset().is_none() && machine.first_scale().is_none() {
+        let unknown = self.unknown(machine);
+        if unknown.offsets == 0 && unknown.scales == 0 {
             return *lengths;
         }
         let (offsets, scales) = (self.offsets_mm(machine), self.scales(machine));
@@ -86,14 +103,35 @@ impl<T: Real> MachineEstimate<T> {
 
     /// The column of the Jacobian of parameter `index` in a pose.
     pub fn column(&self, machine: &Machine<T>, index: usize, pose: &PoseAt<'_, T>) -> Column<T> {
-        machine.column(machine.parameter(index), pose)
+        let rows = &pose.jacobian.rows;
+        match self.unknown(machine).at(index) {
+            // A cable grows when its base end moves back.
+            MachineParameter::Base(mode) => {
+                let moved = machine.base.mode(mode);
+                Column::AllCables(core::array::from_fn(|k| -rows[k].translation.dot(&moved[k])))
+            }
+            MachineParameter::Ends(mode) => {
+                let moved = machine.ends.mode(mode);
+                Column::AllCables(core::array::from_fn(|k| rows[k].translation.dot(&(pose.rotation * moved[k]))))
+            }
+            MachineParameter::Offset(cable) => Column::OneCable(cable, T::one()),
+            MachineParameter::Scale(cable) => {
+                // The length of the model, not the measured one: the noise in that would go with the residual, and thousands
+                // of poses would favour drums that make lengths, and so the noise, smaller.
+                let mm = pose.lengths.as_mm();
+                let change = rows.get(cable).zip(mm.get(cable)).zip(machine.home_mm.get(cable));
+                let change =
+                    change.map(|((row, length), home)| (*length - row.residual_mm - *home) * T::of(SCALE_UNIT));
+                Column::OneCable(cable, change.unwrap_or_else(T::zero))
+            }
+        }
     }
 
     /// Adds the priors, times the noise's variance, mm². The first parameter is unknown `first`.
     pub fn add_prior(&self, machine: &Machine<T>, equations: &mut Equations<T>, first: usize, variance_mm2: T) {
         for i in 0..self.count(machine) {
             for j in 0..=i {
-                let Some(precision) = machine.precision.get(packed_index(i, j)).copied() else { return };
+                let precision = self.precision(machine, i, j);
                 if precision == T::zero() {
                     continue;
                 }
@@ -110,6 +148,18 @@ impl<T: Real> MachineEstimate<T> {
         }
     }
 
+    /// Entry of the precision of the priors.
+    fn precision(&self, machine: &Machine<T>, i: usize, j: usize) -> T {
+        if !self.is_unmeasured {
+            return machine.precision.get(packed_index(i, j)).copied().unwrap_or_else(T::zero);
+        }
+        let sigma = match machine.all().at(i) {
+            MachineParameter::Scale(_) => T::of(UNMEASURED_DRUM / SCALE_UNIT),
+            _ => T::of(UNMEASURED_MM),
+        };
+        if i == j { T::one() / (sigma * sigma) } else { T::zero() }
+    }
+
     /// Moves the parameters by a step.
     pub fn apply(&mut self, machine: &Machine<T>, step: &[T]) {
         let count = self.count(machine);
@@ -118,37 +168,10 @@ impl<T: Real> MachineEstimate<T> {
         }
         self.values.iter_mut().zip(step).take(count).for_each(|(value, step)| *value += *step);
         self.geometry = *machine.geometry();
-        let (base, ends) = self.values.split_at_checked(machine.base_modes()).unwrap_or_default();
-        let ends = ends.get(..machine.end_modes()).unwrap_or_default();
+        let unknown = self.unknown(machine);
+        let (base, ends) = self.values.split_at_checked(unknown.base).unwrap_or_default();
+        let ends = ends.get(..unknown.ends).unwrap_or_default();
         machine.base.displace(&mut self.geometry.base_mm, base);
         machine.ends.displace(&mut self.geometry.end_mm, ends);
-    }
-}
-
-impl<T: Real> Machine<T> {
-    /// The column of the Jacobian of one of its constants in a pose.
-    pub fn column(&self, parameter: MachineParameter, pose: &PoseAt<'_, T>) -> Column<T> {
-        let rows = &pose.jacobian.rows;
-        match parameter {
-            // A cable grows when its base end moves back.
-            MachineParameter::Base(mode) => {
-                let moved = self.base.mode(mode);
-                Column::AllCables(core::array::from_fn(|k| -rows[k].translation.dot(&moved[k])))
-            }
-            MachineParameter::Ends(mode) => {
-                let moved = self.ends.mode(mode);
-                Column::AllCables(core::array::from_fn(|k| rows[k].translation.dot(&(pose.rotation * moved[k]))))
-            }
-            MachineParameter::Offset(cable) => Column::OneCable(cable, T::one()),
-            MachineParameter::Scale(cable) => {
-                // The length of the model, not the measured one: the noise in that would go with the residual, and thousands
-                // of poses would favour drums that make lengths, and so the noise, smaller.
-                let mm = pose.lengths.as_mm();
-                let change = rows.get(cable).zip(mm.get(cable)).zip(self.home_mm.get(cable));
-                let change =
-                    change.map(|((row, length), home)| (*length - row.residual_mm - *home) * T::of(SCALE_UNIT));
-                Column::OneCable(cable, change.unwrap_or_else(T::zero))
-            }
-        }
     }
 }
