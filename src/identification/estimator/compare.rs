@@ -129,7 +129,7 @@ impl<T: Real> Compare<T> {
             self.step = Step::TurnBack { next: 0 };
             return None;
         }
-        let (constants, centre) = step.split_at_checked(self.estimate.count(machine)).unwrap_or_default();
+        let (constants, centre) = step.split_at_checked(self.estimate.count()).unwrap_or_default();
         self.estimate.apply(machine, constants);
         if let [x, y, z, u, v, w, ..] = centre {
             self.centre.in_base_mm += Vector3::new(*x, *y, *z);
@@ -143,7 +143,7 @@ impl<T: Real> Compare<T> {
 /// The equations hold the priors of an unmeasured machine.
 fn begin_pass<T: Real>(fit: &mut Fit<T>, machine: &Machine<T>, estimate: &MachineEstimate<T>) -> Step<T> {
     let variance = fit.variance_mm2();
-    fit.equations.clear(estimate.count(machine) + CENTRE_UNKNOWNS);
+    fit.equations.clear(estimate.count() + CENTRE_UNKNOWNS);
     Model { machine, estimate, joint: &Joint::Ball, features: None }.add_prior(&mut fit.equations, 0, variance);
     Step::Sum { next: 0, used: 0, centre: CentreSums::default() }
 }

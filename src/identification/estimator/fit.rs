@@ -139,8 +139,8 @@ impl<T: Real> Fit<T> {
     }
 
     /// Parameters beside O and C.
-    pub fn parameters(&self, machine: &Machine<T>) -> usize {
-        self.estimate.count(machine) + self.joint.count()
+    pub fn parameters(&self) -> usize {
+        self.estimate.count() + self.joint.count()
     }
 
     /// Variance of the noise, mm².
@@ -150,7 +150,7 @@ impl<T: Real> Fit<T> {
 
     /// Begins a pass: the equations hold the priors only.
     pub fn begin_pass(&mut self, machine: &Machine<T>) -> Pass<T> {
-        self.equations.clear(self.parameters(machine) + CENTRE_UNKNOWNS);
+        self.equations.clear(self.parameters() + CENTRE_UNKNOWNS);
         let model = Model { machine, estimate: &self.estimate, joint: &self.joint, features: None };
         model.add_prior(&mut self.equations, 0, self.residuals.noise_mm * self.residuals.noise_mm);
         // The held phase is a prior for a moving centre only; a ball is judged by its own poses.
@@ -199,7 +199,6 @@ impl<T: Real> Fit<T> {
     }
 
     /// Goes on searching for a pose's rotation; true when that is over.
-    // Rare, and not inlined: its frame would be made for every pose of every pass.
     fn search(&self, search: &mut AttitudeSearch<T>, machine: &Machine<T>, pose: &mut Pose<T>) -> bool {
         let lengths = self.estimate.corrected(machine, pose.lengths());
         let centre = self.joint.centre_at(&self.centre, &pose.rotation());
@@ -314,8 +313,8 @@ impl<T: Real> Fit<T> {
     pub fn take_step(&mut self, machine: &Machine<T>, pass: &Pass<T>) -> T {
         let step = self.equations.step();
         let squares_mm2 = self.equations.squares_after(&step);
-        let parameters = self.parameters(machine);
-        let in_machine = self.estimate.count(machine);
+        let parameters = self.parameters();
+        let in_machine = self.estimate.count();
         let unknowns = step.iter().take(parameters + CENTRE_UNKNOWNS);
         let largest_mm = unknowns.fold(T::zero(), |largest, x| if x.abs() > largest { x.abs() } else { largest });
         let (of_parameters, of_centre) = step.split_at_checked(parameters).unwrap_or_default();

@@ -83,7 +83,7 @@ impl<T: Real> Inspect<T> {
         let pose = poses.get(index).filter(|pose| pose.is_used())?;
         let seen = fit.seen(machine, pose)?;
         self.seen += 1;
-        self.add(fit, machine, &seen);
+        self.add(fit, &seen);
         let side = MIN_SIDE.max(fit.residuals.used / SIDE_SHARE);
         if self.seen >= side && fit.residuals.used >= side + self.seen {
             self.try_split(fit, index);
@@ -91,7 +91,7 @@ impl<T: Real> Inspect<T> {
         None
     }
 
-    fn add(&mut self, fit: &Fit<T>, machine: &Machine<T>, seen: &SeenPose<T>) {
+    fn add(&mut self, fit: &Fit<T>, seen: &SeenPose<T>) {
         let rotation = &seen.rotation;
         let information = seen.scattered.information();
         let gradient = seen.scattered.gradient_mm();
@@ -126,7 +126,7 @@ impl<T: Real> Inspect<T> {
         }
         let own = seen.own_centre_mm;
         self.residual += own * own.transpose();
-        let covariance = fit.covariance_of(&fit.path_rows(machine, rotation));
+        let covariance = fit.covariance_of(&fit.path_rows(rotation));
         let along = column(rotation, 2);
         self.all_mm2 += covariance.trace();
         self.across_mm2 += covariance.trace() - along.dot(&(covariance * along));

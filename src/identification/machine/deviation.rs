@@ -46,6 +46,6 @@ impl<T: Real> super::MachineEstimate<T> {
         };
         let unknown = machine.unknown();
         let (base_mm, ends_mm) = (modes(unknown.base), modes(unknown.ends));
-        MachineDeviation { base_mm, ends_mm, scale: self.scales(machine) }
+        MachineDeviation { base_mm, ends_mm, scale: self.scales() }
     }
 }

@@ -19,26 +19,29 @@ pub struct MachineEstimate<T> {
     /// Coefficients of the modes, mm; offsets, mm; scales less one in units of [`SCALE_UNIT`]. In the order of
     /// [`Machine::parameter`].
     values: [T; MAX_MACHINE],
-    /// The parameters are left as they are.
-    is_held: bool,
-    /// All its constants are unknown, as of a machine that nobody has measured, whatever its tolerances state.
+    /// The constants that are estimated.
+    unknown: Constants,
+    /// How many of them take part in a pass: all, or none while they are held. Kept, for every column asks.
+    count: usize,
+    /// The priors are those of a machine that nobody has measured, whatever its tolerances state.
     is_unmeasured: bool,
 }
 
 impl<T: Real> MachineEstimate<T> {
     /// As stated.
     pub fn new(machine: &Machine<T>) -> Self {
-        Self { geometry: *machine.geometry(), values: [T::zero(); MAX_MACHINE], is_held: false, is_unmeasured: false }
+        Self {
+            geometry: *machine.geometry(),
+            values: [T::zero(); MAX_MACHINE],
+            unknown: machine.unknown(),
+            count: machine.unknown().count(),
+            is_unmeasured: false,
+        }
     }
 
     /// As stated, but by nobody who has measured it: all its constants are unknown.
     pub fn unmeasured(machine: &Machine<T>) -> Self {
-        Self { is_unmeasured: true, ..Self::new(machine) }
-    }
-
-    /// The constants that are estimated.
-    fn unknown(&self, machine: &Machine<T>) -> Constants {
-        if self.is_unmeasured { machine.all() } else { machine.unknown() }
+        Self { unknown: machine.all(), count: machine.all().count(), is_unmeasured: true, ..Self::new(machine) }
     }
 
     /// The ends as they are estimated.
@@ -53,27 +56,27 @@ impl<T: Real> MachineEstimate<T> {
 
     /// Holds the parameters at their present values from now on.
     pub fn hold(&mut self) {
-        self.is_held = true;
+        self.count = 0;
     }
 
     /// Lets the parameters take part again.
     pub fn release(&mut self) {
-        self.is_held = false;
+        self.count = self.unknown.count();
     }
 
     /// Parameters that take part in a pass.
-    pub fn count(&self, machine: &Machine<T>) -> usize {
-        if self.is_held { 0 } else { self.unknown(machine).count() }
+    pub const fn count(&self) -> usize {
+        self.count
     }
 
     /// The present estimate of the encoder offsets (reading minus true length), mm.
-    pub fn offsets_mm(&self, machine: &Machine<T>) -> [T; CABLES] {
-        self.six(self.unknown(machine).first_offset())
+    pub fn offsets_mm(&self) -> [T; CABLES] {
+        self.six(self.unknown.first_offset())
     }
 
     /// By how much each drum pays out more than stated, relative.
-    pub fn scales(&self, machine: &Machine<T>) -> [T; CABLES] {
-        self.six(self.unknown(machine).first_scale()).map(|scale| scale * T::of(SCALE_UNIT))
+    pub fn scales(&self) -> [T; CABLES] {
+        self.six(self.unknown.first_scale()).map(|scale| scale * T::of(SCALE_UNIT))
     }
 
     fn six(&self, first: Option<usize>) -> [T; CABLES] {
@@ -84,11 +87,11 @@ impl<T: Real> MachineEstimate<T> {
     /// The lengths corrected by the present estimate: home + (reading - home - offset) / scale. Unchanged if a
     /// corrected length would not be positive.
     pub fn corrected(&self, machine: &Machine<T>, lengths: &CableLengths<T>) -> CableLengths<T> {
-        let unknown = self.unknown(machine);
+        let unknown = self.unknown;
         if unknown.offsets == 0 && unknown.scales == 0 {
             return *lengths;
         }
-        let (offsets, scales) = (self.offsets_mm(machine), self.scales(machine));
+        let (offsets, scales) = (self.offsets_mm(), self.scales());
         let mm = lengths.as_mm();
         let corrected = core::array::from_fn(|k| {
             let length = mm[k] - offsets[k];
@@ -104,7 +107,7 @@ impl<T: Real> MachineEstimate<T> {
     /// The column of the Jacobian of parameter `index` in a pose.
     pub fn column(&self, machine: &Machine<T>, index: usize, pose: &PoseAt<'_, T>) -> Column<T> {
         let rows = &pose.jacobian.rows;
-        match self.unknown(machine).at(index) {
+        match self.unknown.at(index) {
             // A cable grows when its base end moves back.
             MachineParameter::Base(mode) => {
                 let moved = machine.base.mode(mode);
@@ -129,46 +132,43 @@ impl<T: Real> MachineEstimate<T> {
 
     /// Adds the priors, times the noise's variance, mm². The first parameter is unknown `first`.
     pub fn add_prior(&self, machine: &Machine<T>, equations: &mut Equations<T>, first: usize, variance_mm2: T) {
-        for i in 0..self.count(machine) {
-            for j in 0..=i {
-                let precision = self.precision(machine, i, j);
-                if precision == T::zero() {
-                    continue;
-                }
-                let weight = precision * variance_mm2;
-                let (Some(a), Some(b)) = (self.values.get(i).copied(), self.values.get(j).copied()) else { return };
-                equations.add_to_entry(first + i, first + j, weight);
-                equations.add_to_gradient(first + i, -b * weight);
-                let twice = if i == j { T::one() } else { T::of(2.0) };
-                if i != j {
-                    equations.add_to_gradient(first + j, -a * weight);
-                }
-                equations.add_squares(a * b * weight * twice);
+        for i in 0..self.count {
+            if self.is_unmeasured {
+                let sigma = match self.unknown.at(i) {
+                    MachineParameter::Scale(_) => T::of(UNMEASURED_DRUM / SCALE_UNIT),
+                    _ => T::of(UNMEASURED_MM),
+                };
+                self.add_entry(equations, first, (i, i), variance_mm2 / (sigma * sigma));
+                continue;
+            }
+            let Some(row) = machine.precision.get(packed_index(i, 0)..=packed_index(i, i)) else { return };
+            for (j, precision) in row.iter().enumerate().filter(|(_, precision)| **precision != T::zero()) {
+                self.add_entry(equations, first, (i, j), *precision * variance_mm2);
             }
         }
     }
 
-    /// Entry of the precision of the priors.
-    fn precision(&self, machine: &Machine<T>, i: usize, j: usize) -> T {
-        if !self.is_unmeasured {
-            return machine.precision.get(packed_index(i, j)).copied().unwrap_or_else(T::zero);
+    /// Adds one entry of the priors' precision, or two that mirror each other.
+    fn add_entry(&self, equations: &mut Equations<T>, first: usize, (i, j): (usize, usize), weight: T) {
+        let (Some(a), Some(b)) = (self.values.get(i).copied(), self.values.get(j).copied()) else { return };
+        equations.add_to_entry(first + i, first + j, weight);
+        equations.add_to_gradient(first + i, -b * weight);
+        let twice = if i == j { T::one() } else { T::of(2.0) };
+        if i != j {
+            equations.add_to_gradient(first + j, -a * weight);
         }
-        let sigma = match machine.all().at(i) {
-            MachineParameter::Scale(_) => T::of(UNMEASURED_DRUM / SCALE_UNIT),
-            _ => T::of(UNMEASURED_MM),
-        };
-        if i == j { T::one() / (sigma * sigma) } else { T::zero() }
+        equations.add_squares(a * b * weight * twice);
     }
 
     /// Moves the parameters by a step.
     pub fn apply(&mut self, machine: &Machine<T>, step: &[T]) {
-        let count = self.count(machine);
+        let count = self.count();
         if count == 0 {
             return;
         }
         self.values.iter_mut().zip(step).take(count).for_each(|(value, step)| *value += *step);
         self.geometry = *machine.geometry();
-        let unknown = self.unknown(machine);
+        let unknown = self.unknown;
         let (base, ends) = self.values.split_at_checked(unknown.base).unwrap_or_default();
         let ends = ends.get(..unknown.ends).unwrap_or_default();
         machine.base.displace(&mut self.geometry.base_mm, base);

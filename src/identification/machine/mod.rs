@@ -42,6 +42,8 @@ pub struct Machine<T> {
     base: ShapeModes<T>,
     ends: ShapeModes<T>,
     tolerance: Tolerance<T>,
+    /// Those of its constants that are unknown, by the tolerances.
+    unknown: Constants,
     /// Precision (inverse covariance) of the priors, packed lower triangle, in the order base modes, platform modes,
     /// offsets, scales.
     precision: [T; MACHINE_PACKED],
@@ -78,6 +80,7 @@ impl<T: Real> Machine<T> {
             base: ShapeModes::none(),
             ends: ShapeModes::none(),
             tolerance,
+            unknown: Constants { base: 0, ends: 0, offsets: 0, scales: 0 },
             precision: [T::zero(); MACHINE_PACKED],
         };
         // Filled in where they stay: they are too large to be passed on.
@@ -103,6 +106,14 @@ impl<T: Real> Machine<T> {
     fn state_tolerances(&mut self) {
         self.precision.fill(T::zero());
         let tolerance = self.tolerance;
+        let if_unknown = |tolerance: T, count: usize| if tolerance > T::zero() { count } else { 0 };
+        let all = self.all();
+        self.unknown = Constants {
+            base: if_unknown(tolerance.base_mm, all.base),
+            ends: if_unknown(tolerance.edges_mm, all.ends),
+            offsets: if_unknown(tolerance.offset_mm, all.offsets),
+            scales: if_unknown(tolerance.drum, all.scales),
+        };
         for index in 0..self.parameters() {
             let sigma = match self.parameter(index) {
                 MachineParameter::Base(_) => tolerance.base_mm,
@@ -169,16 +180,8 @@ impl<T: Real> Machine<T> {
     }
 
     /// Those of its constants that are unknown.
-    pub(super) fn unknown(&self) -> Constants {
-        let Tolerance { base_mm, edges_mm, offset_mm, drum } = self.tolerance;
-        let if_unknown = |tolerance: T, count: usize| if tolerance > T::zero() { count } else { 0 };
-        let all = self.all();
-        Constants {
-            base: if_unknown(base_mm, all.base),
-            ends: if_unknown(edges_mm, all.ends),
-            offsets: if_unknown(offset_mm, all.offsets),
-            scales: if_unknown(drum, all.scales),
-        }
+    pub(super) const fn unknown(&self) -> Constants {
+        self.unknown
     }
 
     /// All its constants, known or not: 18 of a 3-3 machine.
