@@ -226,7 +226,7 @@ def test_a_board_that_stands_still_now_and_then_calibrates_all_the_same(board: B
 def test_a_board_that_is_switched_off_is_told(board: Board) -> None:
     client = Client(board, "--yes")
     client.wait_for("pose 2 taken")
-    board.process.kill()
+    board.kill()
     assert client.end() == 1, client.said
     assert "start this again to join it" in client.said and "Traceback" not in client.said
 
