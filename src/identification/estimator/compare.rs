@@ -2,8 +2,8 @@
 //! can follow them. So before a moving centre is believed, a ball on a machine that nobody has measured is fitted to the same
 //! poses: where that explains them, nobody can tell the two apart.
 //!
-//! Gauss-Newton with all the machine's constants, O and C, from where the moving centre's fit stands. Afterwards the poses
-//! turn back to where that fit had them.
+//! Gauss-Newton with all the machine's constants, O and C, from where the moving centre's fit stands. The poses stay as that
+//! fit has them: the rotation that the ball gives a pose is found anew in each pass.
 
 use super::Stage;
 use super::fit::Fit;
@@ -12,14 +12,16 @@ use super::refine::{MEDIAN_PASSES, Refine};
 use crate::identification::joint::Joint;
 use crate::identification::machine::{Machine, MachineEstimate};
 use crate::identification::marginal_information::MarginalInformation;
-use crate::identification::parameters::{CENTRE_UNKNOWNS, CentreSums, ParameterBlock, PoseAt, add_pose_of_pass};
+use crate::identification::parameters::{
+    CENTRE_UNKNOWNS, CentreSums, Equations, ParameterBlock, PoseAt, add_pose_of_pass,
+};
 use crate::identification::pose::Pose;
 use crate::identification::refusal::Refusal;
 use crate::identification::weights::Weights;
-use crate::kinematics::rotation::turned;
+use crate::kinematics::rotation::rotation_of;
 use crate::kinematics::{JointCentre, LengthJacobian};
 use crate::scalar::Real;
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 
 /// χ² over its degrees of freedom up to which a machine explains the poses. Balls in machines that are off leave 1.1 at the
 /// most, shoulders with 0.35 mm of scatter 15 at least (chosen on `cargo study shoulder --seed 21`); noise that is somewhat
@@ -50,12 +52,10 @@ pub(super) struct Compare<T: Real> {
 
 #[derive(Clone, Copy, Debug)]
 enum Step<T> {
-    /// The poses are summed; the next of them, and how many were.
-    Sum { next: usize, used: usize, centre: CentreSums<T> },
+    /// The poses are summed; the next of them and its rotation once that is found, and how many were.
+    Sum { next: usize, attitude: Option<UnitQuaternion<T>>, used: usize, centre: CentreSums<T> },
     /// The normal equations are factored.
     Factor { used: usize },
-    /// The poses turn back to the moving centre's fit; the next of them.
-    TurnBack { next: usize },
 }
 
 impl<T: Real> Compare<T> {
@@ -66,19 +66,22 @@ impl<T: Real> Compare<T> {
         Self { estimate, centre: fit.centre, step, passes: 0, squares_mm2: T::of(f64::INFINITY), weights }
     }
 
-    /// The next pose, or the next rows of the factor.
-    pub fn advance(&mut self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &mut [Pose<T>]) -> Option<Stage<T>> {
+    /// The next pose's rotation, its share of the equations, or the next rows of the factor.
+    pub fn advance(&mut self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &[Pose<T>]) -> Option<Stage<T>> {
         match &mut self.step {
-            Step::Sum { next, used, centre } => {
-                match poses.get_mut(*next) {
-                    Some(pose) => {
-                        *next += 1;
-                        *used += usize::from(pose.is_used());
-                        if pose.is_used() {
-                            add(fit, machine, &self.estimate, &self.centre, pose, centre);
-                        }
+            Step::Sum { next, attitude, used, centre } => {
+                match (poses.get(*next), attitude.take()) {
+                    (Some(pose), None) if pose.is_used() => {
+                        *attitude = Some(rotation_about(machine, &self.estimate, &self.centre, pose));
                     }
-                    None => {
+                    (Some(pose), Some(found)) => {
+                        let ball = Model { machine, estimate: &self.estimate, joint: &Joint::Ball, features: None };
+                        add(&mut fit.equations, centre, &ball, &self.centre, pose, &found);
+                        *used += 1;
+                        *next += 1;
+                    }
+                    (Some(_), None) => *next += 1,
+                    (None, _) => {
                         centre.move_to(&mut fit.equations);
                         fit.equations.damp(T::of(DAMPING));
                         self.step = Step::Factor { used: *used };
@@ -92,25 +95,9 @@ impl<T: Real> Compare<T> {
                     let used = *used;
                     self.take_step(fit, machine, used)
                 }
-                // Priors and poses determine all of it; rounding may not.
-                Err(_) => {
-                    self.step = Step::TurnBack { next: 0 };
-                    None
-                }
+                // Priors and damping determine all of it; rounding may not.
+                Err(_) => Some(self.go_on(fit, machine)),
             },
-            Step::TurnBack { next } => {
-                let Some(pose) = poses.get_mut(*next) else {
-                    fit.is_compared = true;
-                    return Some(Stage::Refine(Refine::new(fit, machine, self.weights, true).after(MEDIAN_PASSES)));
-                };
-                *next += 1;
-                if pose.is_used() {
-                    let lengths = fit.estimate.corrected(machine, pose.lengths());
-                    let back = fit.joint.track(fit.estimate.geometry(), &fit.centre, *pose.attitude(), &lengths);
-                    back.into_iter().for_each(|attitude| pose.refine_attitude(attitude));
-                }
-                None
-            }
         }
     }
 
@@ -126,8 +113,7 @@ impl<T: Real> Compare<T> {
         let is_over = self.passes >= MAX_PASSES || !(squares_mm2 <= self.squares_mm2 * T::of(GOES_ON));
         self.squares_mm2 = squares_mm2;
         if is_over {
-            self.step = Step::TurnBack { next: 0 };
-            return None;
+            return Some(self.go_on(fit, machine));
         }
         let (constants, centre) = step.split_at_checked(self.estimate.count()).unwrap_or_default();
         self.estimate.apply(machine, constants);
@@ -138,6 +124,12 @@ impl<T: Real> Compare<T> {
         self.step = begin_pass(fit, machine, &self.estimate);
         None
     }
+
+    /// It is not the machine: the moving centre's fit goes on.
+    fn go_on(&self, fit: &mut Fit<T>, machine: &Machine<T>) -> Stage<T> {
+        fit.is_compared = true;
+        Stage::Refine(Refine::new(fit, machine, self.weights, true).after(MEDIAN_PASSES))
+    }
 }
 
 /// The equations hold the priors of an unmeasured machine.
@@ -145,24 +137,32 @@ fn begin_pass<T: Real>(fit: &mut Fit<T>, machine: &Machine<T>, estimate: &Machin
     let variance = fit.variance_mm2();
     fit.equations.clear(estimate.count() + CENTRE_UNKNOWNS);
     Model { machine, estimate, joint: &Joint::Ball, features: None }.add_prior(&mut fit.equations, 0, variance);
-    Step::Sum { next: 0, used: 0, centre: CentreSums::default() }
+    Step::Sum { next: 0, attitude: None, used: 0, centre: CentreSums::default() }
 }
 
-/// Adds a pose, and turns it to where the ball has it.
-fn add<T: Real>(
-    fit: &mut Fit<T>,
+/// The rotation that fits a pose best about the ball, from that about the moving centre.
+fn rotation_about<T: Real>(
     machine: &Machine<T>,
     estimate: &MachineEstimate<T>,
     centre: &JointCentre<T>,
-    pose: &mut Pose<T>,
+    pose: &Pose<T>,
+) -> UnitQuaternion<T> {
+    let lengths = estimate.corrected(machine, pose.lengths());
+    Joint::Ball.track(estimate.geometry(), centre, *pose.attitude(), &lengths).unwrap_or(*pose.attitude())
+}
+
+/// Adds a pose with its rotation about the ball.
+fn add<T: Real>(
+    equations: &mut Equations<T>,
     sums: &mut CentreSums<T>,
+    ball: &Model<'_, T>,
+    centre: &JointCentre<T>,
+    pose: &Pose<T>,
+    attitude: &UnitQuaternion<T>,
 ) {
-    let (rotation, lengths) = (pose.rotation(), estimate.corrected(machine, pose.lengths()));
-    let jacobian = LengthJacobian::new(estimate.geometry(), centre, &rotation, &lengths);
+    let (rotation, lengths) = (rotation_of(attitude), ball.estimate.corrected(ball.machine, pose.lengths()));
+    let jacobian = LengthJacobian::new(ball.estimate.geometry(), centre, &rotation, &lengths);
     let Ok(information) = MarginalInformation::new(&jacobian) else { return };
-    pose.refine_attitude(turned(pose.attitude(), &information.turn));
     let at = PoseAt { rotation: &rotation, lengths: &lengths, jacobian: &jacobian };
-    let ball = Model { machine, estimate, joint: &Joint::Ball, features: None };
-    let weight = T::one() / pose.relative_variance;
-    add_pose_of_pass(&mut fit.equations, sums, &ball, &at, &information, weight);
+    add_pose_of_pass(equations, sums, ball, &at, &information, T::one() / pose.relative_variance);
 }
