@@ -97,9 +97,6 @@ impl Real for f64 {
 
 /// The only unsafe code of the library. `libm::sqrtf` is a software routine although a core with a floating-point unit
 /// has the instruction, and the compiler refuses `sreg` operands, so the value travels through a core register.
-///
-/// Inlined: a call would take as long as the root (14 cycles).
-#[inline(always)]
 #[allow(unsafe_code)]
 fn sqrt_f32(value: f32) -> f32 {
     #[cfg(all(target_arch = "arm", target_os = "none", target_abi = "eabihf"))]

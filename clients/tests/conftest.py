@@ -33,7 +33,9 @@ class Board:
     def __init__(self, *arguments: str) -> None:
         command = [EMULATE, "--yes", "--wearer", "--can-port", "0", "--rig-port", "0"]
         self.process = subprocess.Popen(
-            [*command, *arguments], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+            [*command, *arguments], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
+            # a group of its own, so that `kill` reaches the emulator too
+            start_new_session=True,
         )
         assert self.process.stdout is not None
         self.said = ""
@@ -77,6 +79,11 @@ class Board:
         time.sleep(seconds)
         for child in map(int, children):
             os.kill(child, signal.SIGCONT)
+
+    def kill(self) -> None:
+        """As when the power goes: the board and the emulator beneath it."""
+        os.killpg(self.process.pid, signal.SIGKILL)
+        self.process.wait(20)
 
     def end(self) -> None:
         self.process.send_signal(signal.SIGINT)

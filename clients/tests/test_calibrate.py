@@ -226,7 +226,7 @@ def test_a_board_that_stands_still_now_and_then_calibrates_all_the_same(board: B
 def test_a_board_that_is_switched_off_is_told(board: Board) -> None:
     client = Client(board, "--yes")
     client.wait_for("pose 2 taken")
-    board.process.kill()
+    board.kill()
     assert client.end() == 1, client.said
     assert "start this again to join it" in client.said and "Traceback" not in client.said
 
@@ -249,7 +249,7 @@ def test_another_version_of_the_vocabulary_is_refused(board: Board, monkeypatch:
 HURRIED = """
 import sys, time
 real = time.monotonic
-time.monotonic = lambda: 50 * real()
+time.monotonic = lambda *_: 50 * real()
 from glenoid.__main__ import main
 sys.exit(main(sys.argv[1:]))
 """

@@ -16,12 +16,8 @@ def require_the_check(board: Board) -> None:
         parameters.save()
 
 
-def test_the_first_accept_waits_for_the_check(board: Board) -> None:
-    require_the_check(board)
-    client = Client(board, answers=True)
-    client.wait_for("Accept this centre?")
-    client.answer("y")
-    client.wait_for("the board did not obey: NumberingUnchecked (pull the cables first")
+def pull_all(board: Board) -> Client:
+    """The check, with every cable pulled when it is asked for."""
     numbering = Client(board, command="numbering")
     for cable in range(1, 7):
         numbering.wait_for(f"pull cable {cable} ")
@@ -29,6 +25,16 @@ def test_the_first_accept_waits_for_the_check(board: Board) -> None:
         time.sleep(0.5)
         board.order(f"pull {cable}")
         numbering.wait_for(f"cable {cable} is where it belongs")
+    return numbering
+
+
+def test_the_first_accept_waits_for_the_check(board: Board) -> None:
+    require_the_check(board)
+    client = Client(board, answers=True)
+    client.wait_for("Accept this centre?")
+    client.answer("y")
+    client.wait_for("the board did not obey: NumberingUnchecked (pull the cables first")
+    numbering = pull_all(board)
     assert numbering.end() == 0, numbering.said
     # what was not obeyed is asked again, not done by itself
     assert client.said.count("Accept this centre?") == 2 and client.process.poll() is None
@@ -40,11 +46,7 @@ def test_a_client_that_needs_no_answer_accepts_once_the_cables_were_pulled(board
     require_the_check(board)
     client = Client(board, "--yes")
     client.wait_for("NumberingUnchecked")
-    numbering = Client(board, command="numbering")
-    for cable in range(1, 7):
-        numbering.wait_for(f"pull cable {cable} ")
-        time.sleep(0.5)
-        board.order(f"pull {cable}")
+    numbering = pull_all(board)
     assert (numbering.end(), client.end()) == (0, 0), numbering.said + client.said
 
 

@@ -10,7 +10,7 @@ from conftest import Board
 
 import glenoid
 from glenoid.__main__ import main
-from glenoid.lock import siphash_2_4
+from glenoid.lock import answer
 from glenoid.parameters import described
 
 
@@ -48,9 +48,9 @@ def test_the_board_reads_refuses_prepares_and_forgets(board: Board) -> None:
 def test_the_answer_to_a_challenge_is_siphash() -> None:
     """The test vectors of its authors (Aumasson and Bernstein 2012, appendix A, and vectors_sip64 of their code)."""
     key = bytes(range(16))
-    assert siphash_2_4(key, bytes(range(15))) == 0xA129CA6149BE45E5
-    assert siphash_2_4(key, b"").to_bytes(8, "little").hex() == "310e0edd47db6f72"
-    assert siphash_2_4(key, bytes(range(8))).to_bytes(8, "little").hex() == "6224939a79f5f593"
+    assert answer(key, bytes(range(15))) == (0xA129CA6149BE45E5).to_bytes(8, "little")[:4]
+    assert answer(key, b"").hex() == "310e0edd"
+    assert answer(key, bytes(range(8))).hex() == "6224939a"
 
 
 def test_a_key_locks_and_opens(board: Board, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -134,7 +134,7 @@ fn commission(request: &Request, machine: &Machine<f64>, wearings: Vec<Wearing>)
 
     let impossible =
         |error: glenoid::rig::RigError| Refused::everywhere(format!("the machine found: {}", error.text()));
-    let rig = correction::corrected(&request.rig.rig, machine, &fit.estimate).map_err(impossible)?;
+    let rig = correction::corrected(&request.rig.rig, &fit.estimate).map_err(impossible)?;
     let corrected = Machine::new(&rig);
     let found = RigFile { samples_a_row: request.rig.samples_a_row, ..RigFile::of(rig) };
     let left = correction::covariance(machine, &fit.estimate, &corrected, &after, request.homing_mm);

@@ -65,6 +65,9 @@ async function seconds(promise) {
 
 const live = (page) => page.evaluate(() => window.glenoid.model.live);
 const says = (page, text, timeout = 90_000) => page.getByText(text).first().waitFor({ timeout });
+/** At least so many poses: a page that draws slowly skips a number. */
+const collected = (page, count) => page.waitForFunction(
+  (least) => window.glenoid.model.whole(false).length + window.glenoid.model.whole(true).length >= least, count, { timeout: 240_000 });
 const press = (page, name) => page.getByRole("button", { name, exact: true }).click();
 const snap = async (page, name) => {
   const wanted = process.argv[2] === undefined || documented.includes(name);
@@ -144,15 +147,15 @@ async function numbering(page, board) {
 /** A person with a moving shoulder: start, follow, look, accept. */
 async function wholeCalibration(page) {
   await press(page, "Start");
-  await says(page, "Collecting poses · 6 poses");
+  await collected(page, 6);
   const rate = await frameRate(page, 3);
   console.log(`${rate.toFixed(0)} frames a second while collecting`);
   // Drawn without a graphics card: on a busy machine the figure says nothing of the page.
   if (judges()) assert.ok(rate >= 30, "fewer than 30 frames a second");
   else console.log(`not judged: the machine is busy (load ${loadavg()[0].toFixed(1)})`);
-  await says(page, "Collecting poses · 12 poses");
+  await collected(page, 12);
   await snap(page, "collecting");
-  await page.getByRole("button", { name: "Accept" }).waitFor({ timeout: 180_000 });
+  await page.getByRole("button", { name: "Accept" }).waitFor({ timeout: 300_000 });
   await says(page, "Second set");
   await page.waitForTimeout(1500);
   await snap(page, "review");
@@ -172,7 +175,7 @@ async function wholeCalibration(page) {
 /** Encoders that fall silent in mid-run: the page says what and what to do. */
 async function refusal(page, board) {
   await press(page, "Start");
-  await says(page, "Collecting poses · 2 poses");
+  await collected(page, 2);
   board.order("silent");
   await says(page, "No encoder counts arrive");
   await says(page, "Check the encoders' supply and wiring");
@@ -291,7 +294,10 @@ try {
   assert.deepEqual(errors, [], "the browser reports errors");
   console.log(`pictures in ${pictures}`);
 } catch (error) {
-  for (const page of context.pages()) await page.screenshot({ path: join(pictures, "failed.png") }).catch(() => undefined);
+  for (const page of context.pages()) {
+    console.log(`the page said: ${await page.locator("body").innerText({ timeout: 5_000 }).catch(() => "nothing")}`);
+    await page.screenshot({ path: join(pictures, "failed.png") }).catch(() => undefined);
+  }
   throw error;
 } finally {
   board.end();

@@ -8,7 +8,7 @@ const MAX_PRESCALER: u32 = 512;
 const MAX_SEGMENT_1: u32 = 256;
 /// Most quanta of the second segment, NTSEG2 + 1.
 const MAX_SEGMENT_2: u32 = 128;
-/// A bit has at least this many quanta: 8 are the fewest that ISO 11898-1 asks of a controller, and what is coarser
+/// A bit has at least this many quanta: ISO 11898-1 asks no controller for less than 8, and what is coarser
 /// places the sample point badly.
 const MIN_QUANTA: u32 = 8;
 /// More quanta than this buy nothing: every node resynchronises to within one of its own.

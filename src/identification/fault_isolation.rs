@@ -14,7 +14,7 @@ use nalgebra::UnitQuaternion;
 const FIVE_CABLES_LIMIT: f64 = 18.0;
 /// The same for all six cables after an exchange, three degrees of freedom: once in 65 000.
 const EXCHANGE_LIMIT: f64 = 25.0;
-/// A second cable whose χ² is larger by less than this cannot be told apart (3σ), and is named too.
+/// A second cable whose χ² is larger by less than this cannot be excluded (3σ), and is named too.
 const AMBIGUOUS: f64 = 9.0;
 
 /// The faulty cables: bit k set, cable k + 1.

@@ -233,6 +233,16 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
         Ok(())
     }
 
+    /// Makes every diagonal entry larger by this share of itself, before the first row is factored (Marquardt 1963): the
+    /// step becomes shorter in the directions that the equations hardly determine.
+    pub fn damp(&mut self, share: T) {
+        for i in 0..self.unknowns {
+            if let Some(diagonal) = self.matrix.get_mut(packed_index(i, i)) {
+                *diagonal += *diagonal * share;
+            }
+        }
+    }
+
     /// The largest ratio of a diagonal entry to its pivot, 1 or more: an estimate of the condition number of the matrix
     /// with unit diagonal.
     pub fn pivot_ratio(&self) -> T {

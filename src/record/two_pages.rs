@@ -136,7 +136,6 @@ impl<const LEN: usize> TwoPages<LEN> {
         self.counting.unwrap_or(Counting::NONE)
     }
 
-    // Its frame holds both images, 3 KB, which are done with before a page is written.
     fn look<F: NorFlash>(&mut self, flash: &mut F) {
         let chosen = choose(&self.read(flash));
         self.note(chosen);

@@ -96,13 +96,13 @@ pub fn named(
         row
     };
     if let Some(first) = machine.first_offset() {
-        let offsets = estimate.offsets_mm(machine);
+        let offsets = estimate.offsets_mm();
         for cable in 0..CABLES {
             push(format!("zero {}", cable + 1), "mm", 0.0, offsets[cable], unit_vector(first + cable, 1.0));
         }
     }
     if let Some(first) = machine.first_scale() {
-        let scales = estimate.scales(machine);
+        let scales = estimate.scales();
         for cable in 0..CABLES {
             push(format!("drum {}", cable + 1), "", 1.0, 1.0 + scales[cable], unit_vector(first + cable, SCALE_UNIT));
         }

@@ -12,11 +12,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 ///
 /// # Errors
 /// [`RigError`] for a machine that cannot be.
-pub fn corrected(
-    rig: &Rig<f64>,
-    machine: &Machine<f64>,
-    estimate: &MachineEstimate<f64>,
-) -> Result<Rig<f64>, RigError> {
+pub fn corrected(rig: &Rig<f64>, estimate: &MachineEstimate<f64>) -> Result<Rig<f64>, RigError> {
     let geometry = estimate.geometry();
     let (drum, noise_mm, nominal) = (*rig.drum(), rig.length_noise_mm(), *rig.nominal());
     let bare = match rig.cables() {
@@ -39,7 +35,7 @@ pub fn corrected(
     // What was taken off the readings before stays taken off: reading = home + k0 (x - home) + z0 with
     // x = home + k1 (L - home) + z1.
     let before = rig.correction().copied().unwrap_or(Correction { offset_mm: [0.0; CABLES], scale: [1.0; CABLES] });
-    let (offsets, scales) = (estimate.offsets_mm(machine), estimate.scales(machine));
+    let (offsets, scales) = (estimate.offsets_mm(), estimate.scales());
     bare.with_correction(Correction {
         offset_mm: std::array::from_fn(|k| before.offset_mm[k] + before.scale[k] * offsets[k]),
         scale: std::array::from_fn(|k| before.scale[k] * (1.0 + scales[k])),
@@ -56,7 +52,7 @@ pub fn covariance(
     homing_mm: f64,
 ) -> DMatrix<f64> {
     let count = machine.parameters();
-    let scales = estimate.scales(machine);
+    let scales = estimate.scales();
     let mut change = DMatrix::identity(count, count);
     let base: Vec<usize> =
         (0..count).filter(|index| matches!(machine.parameter(*index), MachineParameter::Base(_))).collect();

@@ -40,7 +40,7 @@ struct MachineBlock<'a> {
 
 impl ParameterBlock<f64> for MachineBlock<'_> {
     fn count(&self) -> usize {
-        self.estimate.count(self.machine)
+        self.estimate.count()
     }
 
     fn column(&self, index: usize, pose: &PoseAt<'_, f64>) -> Column<f64> {
@@ -96,7 +96,7 @@ pub fn sum(
     variance_mm2: f64,
     place_anew: bool,
 ) -> Sums {
-    let parameters = estimate.count(machine);
+    let parameters = estimate.count();
     let block = MachineBlock { machine, estimate };
     let centre = &wearing.centre;
     let solver = AttitudeSolver { geometry: estimate.geometry(), centre };
@@ -136,7 +136,7 @@ pub fn sum(
 
 /// The priors of the machine's parameters.
 pub fn prior(machine: &Machine<f64>, estimate: &MachineEstimate<f64>, variance_mm2: f64) -> Sums {
-    let parameters = estimate.count(machine);
+    let parameters = estimate.count();
     let mut equations = Box::new(Equations::new(parameters + CENTRE_UNKNOWNS));
     estimate.add_prior(machine, &mut equations, 0, variance_mm2);
     Sums::of(&equations, parameters)

@@ -69,9 +69,9 @@ impl MachineReport {
             base_edges_sigma_mm,
             edges_mm,
             edges_sigma_mm,
-            zeros_mm: estimate.offsets_mm(machine).map(T::to_f64),
+            zeros_mm: estimate.offsets_mm().map(T::to_f64),
             zeros_sigma_mm: six(machine.first_offset(), 1.0),
-            drum_scale: estimate.scales(machine).map(|scale| 1.0 + scale.to_f64()),
+            drum_scale: estimate.scales().map(|scale| 1.0 + scale.to_f64()),
             drum_scale_sigma: six(machine.first_scale(), glenoid::identification::machine::SCALE_UNIT),
         })
     }

@@ -21,6 +21,7 @@ mod joint_models;
 mod length_jacobian;
 mod linear_algebra;
 mod machine;
+mod machine_as_built;
 mod marginal_information;
 mod moving_centre;
 mod oracle;

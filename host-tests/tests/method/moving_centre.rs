@@ -104,6 +104,9 @@ fn a_machine_that_is_not_as_stated_is_no_moving_joint() {
     }
 }
 
+/// Where the centre is moved to by a rotation, mm.
+type Displacement<'a> = dyn Fn(&Rotation3<f64>) -> Vector3<f64> + 'a;
+
 /// Lengths do not show a motion of the centre along the arm, and the rule for living shoulders says nothing of these. So the
 /// standard deviation must.
 #[test]
@@ -115,8 +118,7 @@ fn motion_along_the_arm_is_within_its_bar() {
     };
     let up = |arm: &Rotation3<f64>| Vector3::z() * (2.0 * tilt(arm));
     let with_the_arm = |arm: &Rotation3<f64>| arm * Vector3::z() * (2.0 * tilt(arm));
-    let motions: [(&str, &dyn Fn(&Rotation3<f64>) -> Vector3<f64>); 3] =
-        [("aside", &aside), ("up", &up), ("with the arm", &with_the_arm)];
+    let motions: [(&str, &Displacement<'_>); 3] = [("aside", &aside), ("up", &up), ("with the arm", &with_the_arm)];
     let mut accepted = 0;
     for (name, moved) in motions {
         for seed in 0..5 {

@@ -70,7 +70,7 @@ impl<T: Real> Fit<T> {
                 }
             }
         };
-        for index in 0..self.estimate.count(machine) {
+        for index in 0..self.estimate.count() {
             let column = self.estimate.column(machine, index, at);
             put(index, -(by_gradient * gradient(at.jacobian, &column)));
         }

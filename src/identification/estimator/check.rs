@@ -89,7 +89,7 @@ impl<T: Real> Check<T> {
         };
         self.pass = None;
         self.candidates.next += 1;
-        let has_parameters = fit.parameters(machine) > 0;
+        let has_parameters = fit.parameters() > 0;
         match require_redundancy(self.sigma, without, fit.residuals.used, has_parameters, pose) {
             Ok(()) => None,
             Err(refusal) => Some(Stage::Done(Err(refusal))),

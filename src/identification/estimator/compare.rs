@@ -1,138 +1,206 @@
 //! Is it the machine? Cables that are not as stated change the lengths smoothly with the arm, and a centre that moves
-//! can follow them. So before a moving centre is believed, a ball on a machine of which nothing is known exactly is held
-//! against the same poses: where that explains them, nobody can tell the two apart.
+//! can follow them. So before a moving centre is believed, a ball on a machine that nobody has measured is fitted to the same
+//! poses: where that explains them, nobody can tell the two apart.
 //!
-//! One linear step of all the machine's constants, O and C, from the poses as the moving centre has left them.
+//! Gauss-Newton with all the machine's constants, O and C, from where the moving centre's fit stands. The poses stay as that
+//! fit has them: the rotation that the ball gives a pose is found anew in each pass.
 
 use super::Stage;
 use super::fit::Fit;
+use super::model::Model;
 use super::refine::{MEDIAN_PASSES, Refine};
 use crate::identification::joint::Joint;
-use crate::identification::machine::{Machine, MachineParameter, SCALE_UNIT};
+use crate::identification::machine::{Machine, MachineEstimate};
 use crate::identification::marginal_information::MarginalInformation;
-use crate::identification::parameters::{CENTRE_UNKNOWNS, CentreSums, Column, Equations, ParameterBlock, PoseAt};
+use crate::identification::parameters::{CENTRE_UNKNOWNS, CentreSums, ParameterBlock, PoseAt};
 use crate::identification::pose::Pose;
 use crate::identification::pose_in_work::PoseInWork;
 use crate::identification::refusal::Refusal;
 use crate::identification::weights::Weights;
-use crate::kinematics::LengthJacobian;
+use crate::kinematics::rotation::rotation_of;
+use crate::kinematics::{JointCentre, LengthJacobian};
 use crate::scalar::Real;
-
-/// How far a machine may be off that nobody has measured, 1σ: points, edges and encoder offsets, mm; drums, relative.
-const UNMEASURED_MM: f64 = 5.0;
-const UNMEASURED_DRUM: f64 = 0.02;
+use nalgebra::{UnitQuaternion, Vector3};
 
 /// χ² over its degrees of freedom up to which a machine explains the poses. Balls in machines that are off leave 1.1 at the
-/// most, shoulders with 0.35 mm of scatter 15 at least (`cargo study shoulder --seed 21`); noise that is somewhat larger than
-/// stated lies between.
+/// most, shoulders with 0.35 mm of scatter 15 at least (chosen on `cargo study shoulder --seed 21`); noise that is somewhat
+/// larger than stated lies between.
 const EXPLAINED: f64 = 2.0;
 
-/// All constants of the machine, none of them known exactly.
-struct AllConstants<'a, T>(&'a Machine<T>);
+/// Damping of a pass, as a share of the diagonal. All constants together are not determined (the machine's size is not), and
+/// single precision factors no matrix with pivots below 3e-5.
+const DAMPING: f64 = 1e-4;
 
-impl<T: Real> ParameterBlock<T> for AllConstants<'_, T> {
-    fn count(&self) -> usize {
-        self.0.constants()
-    }
+/// Most passes; a shoulder takes two to six.
+const MAX_PASSES: u8 = 20;
+/// Passes go on while one leaves at most this share of the squares of the one before: with a shoulder they soon stay.
+const GOES_ON: f64 = 0.95;
 
-    fn column(&self, index: usize, pose: &PoseAt<'_, T>) -> Column<T> {
-        self.0.column(self.0.constant(index), pose)
-    }
-
-    fn add_prior(&self, equations: &mut Equations<T>, first: usize, variance_mm2: T) {
-        for index in 0..self.count() {
-            let sigma = match self.0.constant(index) {
-                MachineParameter::Scale(_) => T::of(UNMEASURED_DRUM / SCALE_UNIT),
-                _ => T::of(UNMEASURED_MM),
-            };
-            equations.add_to_entry(first + index, first + index, variance_mm2 / (sigma * sigma));
-        }
-    }
-}
-
-/// The poses are summed, then the equations are factored.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Compare<T> {
-    next: usize,
-    used: usize,
-    /// The columns of the pose in work are known.
-    has_columns: bool,
-    /// The equations are factored, and half solved.
-    is_half_solved: bool,
-    centre: CentreSums<T>,
+/// A ball on an unmeasured machine, and how far its fit is.
+#[derive(Clone, Debug)]
+pub(super) struct Compare<T: Real> {
+    estimate: MachineEstimate<T>,
+    centre: JointCentre<T>,
+    step: Step<T>,
+    passes: u8,
+    /// After the pass before, mm².
+    squares_mm2: T,
     /// Of the moving centre's fit, which goes on afterwards.
     weights: Weights<T>,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Step<T> {
+    /// The poses are summed.
+    Sum(Sum<T>),
+    /// The normal equations are factored.
+    Factor { used: usize },
+    /// The step is taken.
+    Take { used: usize },
+}
+
+/// The sum over the poses under way.
+#[derive(Clone, Copy, Debug)]
+struct Sum<T> {
+    /// The next pose, from 0.
+    next: usize,
+    /// Its rotation, once that is found.
+    attitude: Option<UnitQuaternion<T>>,
+    /// The columns of the pose in work are known.
+    has_columns: bool,
+    used: usize,
+    centre: CentreSums<T>,
 }
 
 impl<T: Real> Compare<T> {
     /// Begins. With `weights` the moving centre's fit goes on when it is not the machine.
     pub fn new(fit: &mut Fit<T>, machine: &Machine<T>, weights: Weights<T>) -> Self {
-        let all = AllConstants(machine);
-        fit.equations.clear(all.count() + CENTRE_UNKNOWNS);
-        fit.in_work = None;
-        let variance = fit.variance_mm2();
-        all.add_prior(&mut fit.equations, 0, variance);
-        Self { next: 0, used: 0, has_columns: false, is_half_solved: false, centre: CentreSums::default(), weights }
+        let estimate = MachineEstimate::unmeasured(machine);
+        let step = begin_pass(fit, machine, &estimate);
+        Self { estimate, centre: fit.centre, step, passes: 0, squares_mm2: T::of(f64::INFINITY), weights }
     }
 
-    /// The next slice of a pose, or of the solution.
+    /// The next slice of a pose, of the factor, or of the step.
     pub fn advance(&mut self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &[Pose<T>]) -> Option<Stage<T>> {
+        match &mut self.step {
+            Step::Sum(sum) => {
+                let ball = Model { machine, estimate: &self.estimate, joint: &Joint::Ball, features: None };
+                if !sum.advance(fit, &ball, &self.centre, poses) {
+                    sum.centre.move_to(&mut fit.equations);
+                    fit.equations.damp(T::of(DAMPING));
+                    self.step = Step::Factor { used: sum.used };
+                }
+                None
+            }
+            Step::Factor { used } => match fit.factor() {
+                Ok(false) => None,
+                Ok(true) => {
+                    fit.begin_step();
+                    self.step = Step::Take { used: *used };
+                    None
+                }
+                // Priors and damping determine all of it; rounding may not.
+                Err(_) => Some(self.go_on(fit, machine)),
+            },
+            Step::Take { used } => {
+                let used = *used;
+                self.take_step(fit, machine, used)
+            }
+        }
+    }
+
+    /// Takes the step of a pass, and judges what it leaves.
+    fn take_step(&mut self, fit: &mut Fit<T>, machine: &Machine<T>, used: usize) -> Option<Stage<T>> {
+        let step = fit.step();
+        let squares_mm2 = fit.equations.squares_after(&step);
+        let freedom = T::of_integer((3 * used as i32 - CENTRE_UNKNOWNS as i32).max(1));
+        if squares_mm2 <= fit.variance_mm2() * freedom * T::of(EXPLAINED) {
+            return Some(Stage::Done(Err(Refusal::MachineNotAsStated)));
+        }
+        self.passes += 1;
+        let is_over = self.passes >= MAX_PASSES || !(squares_mm2 <= self.squares_mm2 * T::of(GOES_ON));
+        self.squares_mm2 = squares_mm2;
+        if is_over {
+            return Some(self.go_on(fit, machine));
+        }
+        let (constants, centre) = step.split_at_checked(self.estimate.count()).unwrap_or_default();
+        self.estimate.apply(machine, constants);
+        if let [x, y, z, u, v, w, ..] = centre {
+            self.centre.in_base_mm += Vector3::new(*x, *y, *z);
+            self.centre.in_platform_mm += Vector3::new(*u, *v, *w);
+        }
+        self.step = begin_pass(fit, machine, &self.estimate);
+        None
+    }
+
+    /// It is not the machine: the moving centre's fit goes on.
+    fn go_on(&self, fit: &mut Fit<T>, machine: &Machine<T>) -> Stage<T> {
+        fit.is_compared = true;
+        Stage::Refine(Refine::new(fit, machine, self.weights, true).after(MEDIAN_PASSES))
+    }
+}
+
+impl<T: Real> Sum<T> {
+    /// The next pose's rotation, or the next columns or rows of its equations; false after the last pose.
+    fn advance(
+        &mut self,
+        fit: &mut Fit<T>,
+        ball: &Model<'_, T>,
+        centre: &JointCentre<T>,
+        poses: &[Pose<T>],
+    ) -> bool {
         if let Some(in_work) = &mut fit.in_work {
             if !self.has_columns {
-                self.has_columns = in_work.add_columns(&AllConstants(machine));
+                self.has_columns = in_work.add_columns(ball);
             } else if in_work.add_rows(&mut fit.equations) {
                 fit.in_work = None;
             }
-            return None;
+            return true;
         }
-        if let Some(pose) = poses.get(self.next) {
-            self.next += 1;
-            if pose.is_used() {
-                self.add(fit, machine, pose);
+        let Some(pose) = poses.get(self.next) else { return false };
+        match self.attitude.take() {
+            None if pose.is_used() => self.attitude = Some(rotation_about(ball, centre, pose)),
+            None => self.next += 1,
+            Some(attitude) => {
+                self.add(fit, ball, centre, pose, &attitude);
+                self.used += 1;
+                self.next += 1;
             }
-            return None;
         }
-        self.centre.move_to(&mut fit.equations);
-        match fit.factor() {
-            Ok(false) => None,
-            Ok(true) if !self.is_half_solved => {
-                fit.begin_step();
-                self.is_half_solved = true;
-                None
-            }
-            Ok(true) => Some(self.judge(fit, machine)),
-            // Priors and poses determine all of it; rounding may not.
-            Err(_) => Some(self.go_on(fit, machine)),
-        }
+        true
     }
 
-    fn add(&mut self, fit: &mut Fit<T>, machine: &Machine<T>, pose: &Pose<T>) {
-        let Joint::Moving(moving) = &fit.joint else { return };
-        let (rotation, lengths) = (pose.rotation(), fit.estimate.corrected(machine, pose.lengths()));
-        let centre = fit.joint.centre_at(&fit.centre, &rotation);
-        let jacobian = LengthJacobian::new(fit.estimate.geometry(), &centre, &rotation, &lengths);
-        let Ok(mut information) = MarginalInformation::new(&jacobian) else { return };
-        // Of a ball at O0: without the motion.
-        information.residuals_mm += information.translation * moving.displacement_mm(&rotation);
+    /// Adds a pose with its rotation about the ball; its columns and rows follow.
+    fn add(
+        &mut self,
+        fit: &mut Fit<T>,
+        ball: &Model<'_, T>,
+        centre: &JointCentre<T>,
+        pose: &Pose<T>,
+        attitude: &UnitQuaternion<T>,
+    ) {
+        let (rotation, lengths) = (rotation_of(attitude), ball.estimate.corrected(ball.machine, pose.lengths()));
+        let jacobian = LengthJacobian::new(ball.estimate.geometry(), centre, &rotation, &lengths);
+        let Ok(information) = MarginalInformation::new(&jacobian) else { return };
         let at = PoseAt { rotation: &rotation, lengths: &lengths, jacobian: &jacobian };
         let weight = T::one() / pose.relative_variance;
         self.centre.add(&rotation, &information, weight);
         fit.equations.add_squares(information.squares_mm2() * weight);
         (fit.in_work, self.has_columns) = (Some(PoseInWork::new(&at, &information, None, weight)), false);
-        self.used += 1;
     }
+}
 
-    fn judge(&self, fit: &mut Fit<T>, machine: &Machine<T>) -> Stage<T> {
-        let squares_mm2 = fit.equations.squares_after(&fit.step());
-        let freedom = T::of_integer((3 * self.used as i32 - CENTRE_UNKNOWNS as i32).max(1));
-        if squares_mm2 <= fit.variance_mm2() * freedom * T::of(EXPLAINED) {
-            return Stage::Done(Err(Refusal::MachineNotAsStated));
-        }
-        self.go_on(fit, machine)
-    }
+/// The equations hold the priors of an unmeasured machine.
+fn begin_pass<T: Real>(fit: &mut Fit<T>, machine: &Machine<T>, estimate: &MachineEstimate<T>) -> Step<T> {
+    let variance = fit.variance_mm2();
+    fit.in_work = None;
+    fit.equations.clear(estimate.count() + CENTRE_UNKNOWNS);
+    Model { machine, estimate, joint: &Joint::Ball, features: None }.add_prior(&mut fit.equations, 0, variance);
+    Step::Sum(Sum { next: 0, attitude: None, has_columns: false, used: 0, centre: CentreSums::default() })
+}
 
-    fn go_on(&self, fit: &mut Fit<T>, machine: &Machine<T>) -> Stage<T> {
-        fit.is_compared = true;
-        Stage::Refine(Refine::new(fit, machine, self.weights, true).after(MEDIAN_PASSES))
-    }
+/// The rotation that fits a pose best about the ball, from that about the moving centre.
+fn rotation_about<T: Real>(ball: &Model<'_, T>, centre: &JointCentre<T>, pose: &Pose<T>) -> UnitQuaternion<T> {
+    let lengths = ball.estimate.corrected(ball.machine, pose.lengths());
+    Joint::Ball.track(ball.estimate.geometry(), centre, *pose.attitude(), &lengths).unwrap_or(*pose.attitude())
 }

@@ -127,8 +127,8 @@ impl<T: Real> Fit<T> {
     }
 
     /// Parameters beside O and C.
-    pub fn parameters(&self, machine: &Machine<T>) -> usize {
-        self.estimate.count(machine) + self.joint.count()
+    pub fn parameters(&self) -> usize {
+        self.estimate.count() + self.joint.count()
     }
 
     /// Variance of the noise, mm².
@@ -139,7 +139,7 @@ impl<T: Real> Fit<T> {
     /// Begins a pass: the equations hold the priors only.
     pub fn begin_pass(&mut self, machine: &Machine<T>) -> Pass<T> {
         self.in_work = None;
-        self.equations.clear(self.parameters(machine) + CENTRE_UNKNOWNS);
+        self.equations.clear(self.parameters() + CENTRE_UNKNOWNS);
         let model = Model { machine, estimate: &self.estimate, joint: &self.joint, features: None };
         model.add_prior(&mut self.equations, 0, self.residuals.noise_mm * self.residuals.noise_mm);
         // The held phase is a prior for a moving centre only; a ball is judged by its own poses.
@@ -204,7 +204,6 @@ impl<T: Real> Fit<T> {
     }
 
     /// Goes on searching for a pose's rotation; true when that is over.
-    // Rare, and not inlined: its frame would be made for every pose of every pass.
     fn search(&self, search: &mut AttitudeSearch<T>, machine: &Machine<T>, pose: &mut Pose<T>) -> bool {
         let lengths = self.estimate.corrected(machine, pose.lengths());
         let centre = self.joint.centre_at(&self.centre, &pose.rotation());
@@ -253,7 +252,7 @@ impl<T: Real> Fit<T> {
             pass.squared_gradients += information.gradient_mm().norm_squared() * weight;
             pass.centre.add(&rotation, information, weight);
             self.equations.add_squares(information.squares_mm2() * weight);
-            if self.parameters(machine) > 0 {
+            if self.parameters() > 0 {
                 let at = PoseAt { rotation: &rotation, lengths: &lengths, jacobian: &jacobian };
                 self.in_work = Some(PoseInWork::new(&at, information, self.joint.features(&at), weight));
                 pass.has_columns = false;
@@ -313,8 +312,8 @@ impl<T: Real> Fit<T> {
     pub fn take_step(&mut self, machine: &Machine<T>, pass: &Pass<T>) -> T {
         let step = self.step();
         let squares_mm2 = self.equations.squares_after(&step);
-        let parameters = self.parameters(machine);
-        let in_machine = self.estimate.count(machine);
+        let parameters = self.parameters();
+        let in_machine = self.estimate.count();
         let unknowns = step.iter().take(parameters + CENTRE_UNKNOWNS);
         let largest_mm = unknowns.fold(T::zero(), |largest, x| if x.abs() > largest { x.abs() } else { largest });
         let (of_parameters, of_centre) = step.split_at_checked(parameters).unwrap_or_default();

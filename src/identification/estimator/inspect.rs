@@ -117,7 +117,7 @@ impl<T: Real> Inspect<T> {
                 if let Some(in_work) = &in_work {
                     self.add(fit, &seen, &in_work.sensitivity());
                 }
-                fit.put_rows(&fit.path_rows(machine, &seen.rotation));
+                fit.put_rows(&fit.path_rows(&seen.rotation));
                 Step::Path(seen.rotation, 0)
             }
             Step::Path(rotation, row) if row < 3 => {

@@ -34,7 +34,8 @@
 //!    contradict the others stand out, and are left out.
 //! 3. **Excite**: do the rotations determine the centre? Then the gate of accuracy. When the residuals refuse a fixed
 //!    centre and there are poses enough, Refine begins again with a centre that moves with the arm.
-//! 4. **Compare**: would a ball on another machine explain as much? **Inspect**: the gates of a moving centre: a slip between two poses, residuals, accuracy.
+//! 4. **Compare**: would a ball on another machine explain as much? **Inspect**: the gates of a moving centre: a slip between
+//!    two poses, residuals, accuracy.
 //! 5. **Check**: would the result stand without any one of few poses, or without the one that makes most of the
 //!    excitation? (Leave-one-out.)
 //! 6. **Isolate**: for each pose left out, which cable, if ignored, makes it fit the centre? (Fault isolation.)

@@ -20,11 +20,11 @@ pub struct Model<'a, T: Real> {
 
 impl<T: Real> ParameterBlock<T> for Model<'_, T> {
     fn count(&self) -> usize {
-        self.estimate.count(self.machine) + self.joint.count()
+        self.estimate.count() + self.joint.count()
     }
 
     fn column(&self, index: usize, pose: &PoseAt<'_, T>) -> Column<T> {
-        match index.checked_sub(self.estimate.count(self.machine)) {
+        match index.checked_sub(self.estimate.count()) {
             None => self.estimate.column(self.machine, index, pose),
             Some(index) => self.joint.column(index, self.features.as_ref()),
         }
@@ -32,6 +32,6 @@ impl<T: Real> ParameterBlock<T> for Model<'_, T> {
 
     fn add_prior(&self, equations: &mut Equations<T>, first: usize, variance_mm2: T) {
         self.estimate.add_prior(self.machine, equations, first, variance_mm2);
-        self.joint.add_prior(equations, first + self.estimate.count(self.machine), variance_mm2);
+        self.joint.add_prior(equations, first + self.estimate.count(), variance_mm2);
     }
 }

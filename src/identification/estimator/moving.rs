@@ -32,7 +32,7 @@ impl<T: Real> Fit<T> {
     pub(super) fn begin_scattered(&mut self, machine: &Machine<T>, joint: Joint<T>) -> Stage<T> {
         self.joint = joint;
         self.estimate.release();
-        if self.parameters(machine) + CENTRE_UNKNOWNS > MAX_UNKNOWNS {
+        if self.parameters() + CENTRE_UNKNOWNS > MAX_UNKNOWNS {
             // A moving joint on a machine of which every end is uncertain: more unknowns than there is room for.
             return Stage::Done(Err(self.ball_refusal.unwrap_or(Refusal::Singular)));
         }

@@ -142,7 +142,7 @@ impl<T: Real> Refine<T> {
                     return self.converged(fit, machine, poses);
                 }
                 // An outlier with large leverage would pull the next passes off: weight it down at once.
-                if settled || stands_out(fit) || self.passes > max_equal_passes(fit, machine) {
+                if settled || stands_out(fit) || self.passes > max_equal_passes(fit) {
                     let scale = first_scale(fit, poses.len());
                     return self.weight_down(fit, machine, scale);
                 }
@@ -286,8 +286,8 @@ fn estimate_noise<T: Real>(fit: &mut Fit<T>, poses: usize) -> bool {
 }
 
 /// Passes with equal weights: more when the machine has unknown constants, which take more steps to find.
-fn max_equal_passes<T: Real>(fit: &Fit<T>, machine: &Machine<T>) -> u8 {
-    if fit.parameters(machine) > 0 { MAX_EQUAL_PASSES_WITH_PARAMETERS } else { MAX_EQUAL_PASSES }
+fn max_equal_passes<T: Real>(fit: &Fit<T>) -> u8 {
+    if fit.parameters() > 0 { MAX_EQUAL_PASSES_WITH_PARAMETERS } else { MAX_EQUAL_PASSES }
 }
 
 /// The ball does not explain the residuals: the moving centre may, if there are poses enough for it.

@@ -95,7 +95,7 @@ impl<T: Real> Acceptance<T> {
             });
             return self.gate(fit, machine).err().map(Err);
         };
-        if let Some(index) = machine.platform_shape().nth(self.in_shape).filter(|_| fit.estimate.count(machine) > 0) {
+        if let Some(index) = machine.platform_shape().nth(self.in_shape).filter(|_| fit.estimate.count() > 0) {
             fit.add_shape_share(machine, index, &mut self.of_shape);
             self.in_shape += 1;
             return None;
@@ -164,7 +164,7 @@ impl<T: Real> Fit<T> {
         result.noise_mm = noise_mm;
         result.iterations = result.rms_residuals_mm.len() as u8;
         result.poses = poses.len() as u32;
-        result.offsets_mm = self.estimate.offsets_mm(machine);
+        result.offsets_mm = self.estimate.offsets_mm();
         result.machine = self.estimate.deviation(machine);
         result.rejected.clear();
         for (index, pose) in poses.iter().enumerate().filter(|(_, pose)| !pose.is_used()) {

@@ -141,11 +141,11 @@ impl<T: Real> Estimator<T> {
         let variance = fit.result_variance_mm2() * pose.relative_variance;
         Some(CentrePrediction {
             predicted_mm: centre,
-            predicted_covariance_mm2: fit.covariance_of(&fit.path_rows(machine, rotation)) * factor
+            predicted_covariance_mm2: fit.covariance_of(&fit.path_rows(rotation)) * factor
                 + Matrix3::from_diagonal_element(lack_of_fit),
             live_mm: centre + seen.own_centre_mm,
             live_covariance_mm2: of_pose * variance
-                + fit.covariance_of(&fit.live_rows(machine, &seen, &in_work.sensitivity())?) * factor,
+                + fit.covariance_of(&fit.live_rows(&seen, &in_work.sensitivity())?) * factor,
         })
     }
 }
@@ -243,9 +243,9 @@ impl<T: Real> Fit<T> {
     }
 
     /// Derivative of the predicted centre O0 + A φ(R) with the unknowns.
-    pub(super) fn path_rows(&self, machine: &Machine<T>, rotation: &Matrix3<T>) -> Rows<T> {
+    pub(super) fn path_rows(&self, rotation: &Matrix3<T>) -> Rows<T> {
         let mut rows = [[T::zero(); MAX_UNKNOWNS]; 3];
-        let in_machine = self.estimate.count(machine);
+        let in_machine = self.estimate.count();
         let first = self.equations.unknowns() - CENTRE_UNKNOWNS;
         if let Joint::Moving(moving) = &self.joint {
             for (j, feature) in moving.frame.features(rotation).into_iter().enumerate() {
@@ -263,9 +263,9 @@ impl<T: Real> Fit<T> {
     /// Derivative with the unknowns of the centre that a pose's lengths give, R C + t: that of the model's centre plus
     /// δ̂ = S⁻¹ g, where g changes by minus the sensitivity. What moves the model's centre cancels; C and the machine's
     /// constants remain.
-    fn live_rows(&self, machine: &Machine<T>, seen: &SeenPose<T>, sensitivity: &Rows<T>) -> Option<Rows<T>> {
+    fn live_rows(&self, seen: &SeenPose<T>, sensitivity: &Rows<T>) -> Option<Rows<T>> {
         let inverse = inverse_of_positive_definite(&seen.information, rounding())?;
-        let mut rows = self.path_rows(machine, &seen.rotation);
+        let mut rows = self.path_rows(&seen.rotation);
         for unknown in 0..self.equations.unknowns() {
             let changes = sensitivity.each_ref().map(|row| row.get(unknown).copied().unwrap_or_else(T::zero));
             let moved = inverse * Vector3::from(changes);

@@ -44,7 +44,8 @@ impl<T: Real> super::MachineEstimate<T> {
             coefficients.iter_mut().take(count).zip(&mut values).for_each(|(kept, value)| *kept = value);
             coefficients
         };
-        let (base_mm, ends_mm) = (modes(machine.base_modes()), modes(machine.end_modes()));
-        MachineDeviation { base_mm, ends_mm, scale: self.scales(machine) }
+        let unknown = machine.unknown();
+        let (base_mm, ends_mm) = (modes(unknown.base), modes(unknown.ends));
+        MachineDeviation { base_mm, ends_mm, scale: self.scales() }
     }
 }

@@ -42,6 +42,8 @@ pub struct Machine<T> {
     base: ShapeModes<T>,
     ends: ShapeModes<T>,
     tolerance: Tolerance<T>,
+    /// Those of its constants that are unknown, by the tolerances.
+    unknown: Constants,
     /// Precision (inverse covariance) of the priors, packed lower triangle, in the order base modes, platform modes,
     /// offsets, scales.
     precision: [T; MACHINE_PACKED],
@@ -78,6 +80,7 @@ impl<T: Real> Machine<T> {
             base: ShapeModes::none(),
             ends: ShapeModes::none(),
             tolerance,
+            unknown: Constants { base: 0, ends: 0, offsets: 0, scales: 0 },
             precision: [T::zero(); MACHINE_PACKED],
         };
         // Filled in where they stay: they are too large to be passed on.
@@ -103,6 +106,14 @@ impl<T: Real> Machine<T> {
     fn state_tolerances(&mut self) {
         self.precision.fill(T::zero());
         let tolerance = self.tolerance;
+        let if_unknown = |tolerance: T, count: usize| if tolerance > T::zero() { count } else { 0 };
+        let all = self.all();
+        self.unknown = Constants {
+            base: if_unknown(tolerance.base_mm, all.base),
+            ends: if_unknown(tolerance.edges_mm, all.ends),
+            offsets: if_unknown(tolerance.offset_mm, all.offsets),
+            scales: if_unknown(tolerance.drum, all.scales),
+        };
         for index in 0..self.parameters() {
             let sigma = match self.parameter(index) {
                 MachineParameter::Base(_) => tolerance.base_mm,
@@ -165,38 +176,70 @@ impl<T: Real> Machine<T> {
 
     /// How many of its constants are unknown.
     pub fn parameters(&self) -> usize {
-        let six = |tolerance: T| if tolerance > T::zero() { CABLES } else { 0 };
-        self.base_modes() + self.end_modes() + six(self.tolerance.offset_mm) + six(self.tolerance.drum)
+        self.unknown().count()
     }
 
-    /// Modes of the base that are unknown.
-    fn base_modes(&self) -> usize {
-        if self.tolerance.base_mm > T::zero() { self.base.count() } else { 0 }
+    /// Those of its constants that are unknown.
+    pub(super) const fn unknown(&self) -> Constants {
+        self.unknown
     }
 
-    /// Modes of the platform that are unknown.
-    fn end_modes(&self) -> usize {
-        if self.tolerance.edges_mm > T::zero() { self.ends.count() } else { 0 }
-    }
-
-    /// How many constants it has, known or not: 18 of a 3-3 machine.
-    pub fn constants(&self) -> usize {
-        self.base.count() + self.ends.count() + 2 * CABLES
-    }
-
-    /// What constant `index` of all of them is.
-    pub fn constant(&self, index: usize) -> MachineParameter {
-        let (base, ends) = (self.base.count(), self.ends.count());
-        Self::in_order(index, base, ends, CABLES)
+    /// All its constants, known or not: 18 of a 3-3 machine.
+    pub(super) fn all(&self) -> Constants {
+        Constants { base: self.base.count(), ends: self.ends.count(), offsets: CABLES, scales: CABLES }
     }
 
     /// What parameter `index` is.
     pub fn parameter(&self, index: usize) -> MachineParameter {
-        let offsets = if self.tolerance.offset_mm > T::zero() { CABLES } else { 0 };
-        Self::in_order(index, self.base_modes(), self.end_modes(), offsets)
+        self.unknown().at(index)
     }
 
-    fn in_order(index: usize, base: usize, ends: usize, offsets: usize) -> MachineParameter {
+    /// Indices of the parameters of the platform's shape.
+    pub fn platform_shape(&self) -> core::ops::Range<usize> {
+        let Constants { base, ends, .. } = self.unknown();
+        base..base + ends
+    }
+
+    /// How far each end-point moves in {P} when parameter `index`, one of the platform's shape, grows by 1 mm, mm.
+    pub fn end_points_moved(&self, index: usize) -> [Vector3<T>; POINTS] {
+        let [a, b, c, d, e, f] = self.ends.mode(index.saturating_sub(self.unknown().base));
+        let half = T::of(0.5);
+        [(a + b) * half, (c + d) * half, (e + f) * half]
+    }
+
+    /// Index of the first encoder offset; `None` when they are known.
+    pub fn first_offset(&self) -> Option<usize> {
+        self.unknown().first_offset()
+    }
+
+    /// Index of the first drum scale; `None` when they are known.
+    pub fn first_scale(&self) -> Option<usize> {
+        self.unknown().first_scale()
+    }
+}
+
+/// How many constants of each kind are looked for. They stand in this order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Constants {
+    /// Modes of the base.
+    pub base: usize,
+    /// Modes of the platform.
+    pub ends: usize,
+    /// Encoder offsets.
+    pub offsets: usize,
+    /// Drum scales.
+    pub scales: usize,
+}
+
+impl Constants {
+    /// In all.
+    pub const fn count(&self) -> usize {
+        self.base + self.ends + self.offsets + self.scales
+    }
+
+    /// What constant `index` is.
+    pub const fn at(&self, index: usize) -> MachineParameter {
+        let Self { base, ends, offsets, .. } = *self;
         if index < base {
             MachineParameter::Base(index)
         } else if index < base + ends {
@@ -208,26 +251,13 @@ impl<T: Real> Machine<T> {
         }
     }
 
-    /// Indices of the parameters of the platform's shape.
-    pub fn platform_shape(&self) -> core::ops::Range<usize> {
-        self.base.count()..self.base.count() + self.ends.count()
-    }
-
-    /// How far each end-point moves in {P} when parameter `index`, one of the platform's shape, grows by 1 mm, mm.
-    pub fn end_points_moved(&self, index: usize) -> [Vector3<T>; POINTS] {
-        let [a, b, c, d, e, f] = self.ends.mode(index.saturating_sub(self.base.count()));
-        let half = T::of(0.5);
-        [(a + b) * half, (c + d) * half, (e + f) * half]
-    }
-
-    /// Index of the first encoder offset; `None` when they are known.
+    /// Index of the first encoder offset, if they are among them.
     pub fn first_offset(&self) -> Option<usize> {
-        (self.tolerance.offset_mm > T::zero()).then(|| self.base_modes() + self.end_modes())
+        (self.offsets > 0).then_some(self.base + self.ends)
     }
 
-    /// Index of the first drum scale; `None` when they are known.
+    /// Index of the first drum scale, if they are among them.
     pub fn first_scale(&self) -> Option<usize> {
-        let offsets = if self.tolerance.offset_mm > T::zero() { CABLES } else { 0 };
-        (self.tolerance.drum > T::zero()).then(|| self.base_modes() + self.end_modes() + offsets)
+        (self.scales > 0).then_some(self.base + self.ends + self.offsets)
     }
 }

@@ -159,6 +159,17 @@ impl Bench {
         }
     }
 
+    /// Passes the time until the device leaves a state, half a minute at most.
+    pub fn pass_while(&mut self, state: StateName) {
+        for _ in 0..300 {
+            if self.state() != state {
+                return;
+            }
+            self.pass(100);
+        }
+        panic!("still {state:?}");
+    }
+
     pub fn set_counts(&mut self, counts: [i32; 6]) {
         for (index, (now, new)) in self.counts.iter_mut().zip(counts).enumerate() {
             if self.frozen != Some(index) {
