@@ -9,7 +9,7 @@
 //! [`begin`](PredictedAccuracy::begin) and [`advance`](PredictedAccuracy::advance) a slice at a time, in the workspace of an
 //! estimator that has nothing to do meanwhile.
 
-use super::estimator::{Model, Workspace};
+use super::estimator::{Model, Scratch, Workspace};
 use super::excitation::Excitation;
 use super::joint::Joint;
 use super::machine::{MAX_MACHINE, Machine, MachineEstimate};
@@ -111,16 +111,16 @@ impl<T: Real> PredictedAccuracy<T> {
 
     /// Adds a placed pose.
     pub fn add(&mut self, machine: &Machine<T>, pose: &Pose<T>) {
-        let mut in_work = None;
-        self.begin(machine, pose, &mut in_work);
-        let Some(in_work) = &mut in_work else { return };
+        let mut scratch = Scratch::Free;
+        self.begin(machine, pose, &mut scratch);
+        let Some(in_work) = scratch.pose() else { return };
         while !self.add_columns(machine, in_work) {}
         while !in_work.add_rows(&mut self.information) {}
         self.step = Step::Nothing;
     }
 
     /// Begins to add a placed pose: what it says of the centre; what it says of the machine goes to work.
-    pub fn begin(&mut self, machine: &Machine<T>, pose: &Pose<T>, in_work: &mut Option<PoseInWork<T>>) {
+    pub fn begin(&mut self, machine: &Machine<T>, pose: &Pose<T>, scratch: &mut Scratch<T>) {
         self.step = Step::Now(Covariance::Sum(T::one()));
         self.calibration.add(&pose.platform());
         // The nominal centre serves until the pivot calibration of the poses has a solution.
@@ -138,7 +138,7 @@ impl<T: Real> PredictedAccuracy<T> {
         self.information.add_squares(information.squares_mm2() * weight);
         self.poses += 1;
         if machine.parameters() > 0 {
-            *in_work = Some(PoseInWork::new(&at, &information, None, weight));
+            *scratch = Scratch::Pose(PoseInWork::new(&at, &information, None, weight));
             self.step = Step::Columns;
         }
     }
@@ -152,10 +152,10 @@ impl<T: Real> PredictedAccuracy<T> {
         &mut self,
         machine: &Machine<T>,
         more: usize,
-        Workspace { equations, in_work }: Workspace<'_, T>,
+        Workspace { equations, scratch }: Workspace<'_, T>,
     ) -> Option<Prediction<T>> {
         let nothing = Prediction { now: None, sigma_with_more_mm: None };
-        match (self.step, in_work) {
+        match (self.step, scratch.pose()) {
             (Step::Nothing, _) => return Some(nothing),
             (Step::Columns, Some(in_work)) => {
                 if self.add_columns(machine, in_work) {
@@ -164,12 +164,12 @@ impl<T: Real> PredictedAccuracy<T> {
             }
             (Step::Rows, Some(in_work)) => {
                 if in_work.add_rows(&mut self.information) {
+                    *scratch = Scratch::Free;
                     self.step = Step::Now(Covariance::Sum(T::one()));
                 }
             }
             (Step::Columns | Step::Rows, None) => self.step = Step::Now(Covariance::Sum(T::one())),
-            (Step::Now(mut covariance), in_work) => {
-                *in_work = None;
+            (Step::Now(mut covariance), _) => {
                 let Some(predicted) = self.next_of(&mut covariance, machine, equations) else {
                     self.step = Step::Now(covariance);
                     return None;

@@ -35,7 +35,7 @@ impl Procedure {
         if !assessing.has_begun {
             assessing.has_begun = true;
             if let Some(pose) = self.poses.poses().last() {
-                self.accuracy.begin(&self.machine, pose, workspace.in_work);
+                self.accuracy.begin(&self.machine, pose, workspace.scratch);
             }
             return None;
         }

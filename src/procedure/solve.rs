@@ -43,7 +43,7 @@ impl Work {
     /// One slice of work.
     pub fn advance(&mut self, machine: &Machine<f32>, poses: &mut [Pose<f32>]) -> Progress<&Identified<f32>> {
         // A pose with many parameters takes several slices, and counts once.
-        let is_new = self.estimator.workspace().in_work.is_none();
+        let is_new = !self.estimator.workspace().scratch.has_pose();
         self.slices = self.slices.saturating_add(is_new.into());
         self.estimator.advance(machine, poses)
     }

@@ -9,6 +9,7 @@ use super::Stage;
 use super::fit::Fit;
 use super::model::Model;
 use super::refine::{MEDIAN_PASSES, Refine};
+use super::scratch::Scratch;
 use crate::identification::joint::Joint;
 use crate::identification::machine::{Machine, MachineEstimate};
 use crate::identification::marginal_information::MarginalInformation;
@@ -149,11 +150,11 @@ impl<T: Real> Sum<T> {
         centre: &JointCentre<T>,
         poses: &[Pose<T>],
     ) -> bool {
-        if let Some(in_work) = &mut fit.in_work {
+        if let Some(in_work) = fit.scratch.pose() {
             if !self.has_columns {
                 self.has_columns = in_work.add_columns(ball);
             } else if in_work.add_rows(&mut fit.equations) {
-                fit.in_work = None;
+                fit.scratch = Scratch::Free;
             }
             return true;
         }
@@ -186,14 +187,15 @@ impl<T: Real> Sum<T> {
         let weight = T::one() / pose.relative_variance;
         self.centre.add(&rotation, &information, weight);
         fit.equations.add_squares(information.squares_mm2() * weight);
-        (fit.in_work, self.has_columns) = (Some(PoseInWork::new(&at, &information, None, weight)), false);
+        fit.scratch = Scratch::Pose(PoseInWork::new(&at, &information, None, weight));
+        self.has_columns = false;
     }
 }
 
 /// The equations hold the priors of an unmeasured machine.
 fn begin_pass<T: Real>(fit: &mut Fit<T>, machine: &Machine<T>, estimate: &MachineEstimate<T>) -> Step<T> {
     let variance = fit.variance_mm2();
-    fit.in_work = None;
+    fit.scratch = Scratch::Free;
     fit.equations.clear(estimate.count() + CENTRE_UNKNOWNS);
     Model { machine, estimate, joint: &Joint::Ball, features: None }.add_prior(&mut fit.equations, 0, variance);
     Step::Sum(Sum { next: 0, attitude: None, has_columns: false, used: 0, centre: CentreSums::default() })

@@ -1,6 +1,7 @@
 //! The fit under way: the unknowns, the normal equations of a pass, and the residuals that it leaves.
 
 use super::model::Model;
+use super::scratch::Scratch;
 use crate::identification::joint::{HeldCentre, Joint};
 use crate::identification::machine::{Machine, MachineEstimate};
 use crate::identification::marginal_information::MarginalInformation;
@@ -35,10 +36,8 @@ pub(super) struct Fit<T: Real> {
     pub joint: Joint<T>,
     /// Of the pass under way; factored at its end.
     pub equations: Equations<T>,
-    /// The pose that is being added, when there are parameters beside the centre.
-    pub in_work: Option<PoseInWork<T>>,
-    /// Linear functions of the unknowns whose covariance is wanted, whitened one after the other.
-    pub rows: [[T; MAX_UNKNOWNS]; 6],
+    /// What is worked on between two slices.
+    pub scratch: Scratch<T>,
     /// Information on O and C of the last pass with all other unknowns taken as known, for a noise of 1 mm.
     pub centre_information: Matrix6<T>,
     /// It is not the machine that looks like a moving centre.
@@ -99,8 +98,7 @@ impl<T: Real> Fit<T> {
             estimate: MachineEstimate::new(machine),
             joint: Joint::Ball,
             equations: Equations::new(0),
-            in_work: None,
-            rows: [[T::zero(); MAX_UNKNOWNS]; 6],
+            scratch: Scratch::Free,
             centre_information: Matrix6::zeros(),
             is_compared: false,
             ball_refusal: None,
@@ -138,7 +136,7 @@ impl<T: Real> Fit<T> {
 
     /// Begins a pass: the equations hold the priors only.
     pub fn begin_pass(&mut self, machine: &Machine<T>) -> Pass<T> {
-        self.in_work = None;
+        self.scratch = Scratch::Free;
         self.equations.clear(self.parameters() + CENTRE_UNKNOWNS);
         let model = Model { machine, estimate: &self.estimate, joint: &self.joint, features: None };
         model.add_prior(&mut self.equations, 0, self.residuals.noise_mm * self.residuals.noise_mm);
@@ -169,12 +167,11 @@ impl<T: Real> Fit<T> {
         weights: &Weights<T>,
         reinitialise_above: T,
     ) -> bool {
-        if let Some(in_work) = &mut self.in_work {
-            let model = Model { machine, estimate: &self.estimate, joint: &self.joint, features: in_work.features() };
-            if !pass.has_columns {
-                pass.has_columns = in_work.add_columns(&model);
-            } else if in_work.add_rows(&mut self.equations) {
-                self.in_work = None;
+        if self.scratch.has_pose() {
+            if pass.has_columns {
+                self.add_rows();
+            } else {
+                pass.has_columns = self.add_columns(machine);
             }
             return true;
         }
@@ -254,7 +251,7 @@ impl<T: Real> Fit<T> {
             self.equations.add_squares(information.squares_mm2() * weight);
             if self.parameters() > 0 {
                 let at = PoseAt { rotation: &rotation, lengths: &lengths, jacobian: &jacobian };
-                self.in_work = Some(PoseInWork::new(&at, information, self.joint.features(&at), weight));
+                self.scratch = Scratch::Pose(PoseInWork::new(&at, information, self.joint.features(&at), weight));
                 pass.has_columns = false;
             }
         }
@@ -296,14 +293,13 @@ impl<T: Real> Fit<T> {
 
     /// The first half of the step of a pass, once factored.
     pub fn begin_step(&mut self) {
-        let [row, ..] = &mut self.rows;
-        *row = *self.equations.gradient();
-        self.equations.solve_forwards(row, 0);
+        self.scratch.put_rows(&[*self.equations.gradient()]);
+        self.whiten_row(0);
     }
 
     /// The second half.
     pub fn step(&self) -> [T; MAX_UNKNOWNS] {
-        let [mut step, ..] = self.rows;
+        let mut step = self.scratch.rows().first().copied().unwrap_or([T::zero(); MAX_UNKNOWNS]);
         self.equations.solve_backwards(&mut step, 0);
         step
     }

@@ -8,6 +8,7 @@
 use super::Stage;
 use super::fit::Fit;
 use super::result::Accepted;
+use super::scratch::Scratch;
 use super::seen::SeenPose;
 use crate::identification::joint::Joint;
 use crate::identification::machine::Machine;
@@ -103,21 +104,19 @@ impl<T: Real> Inspect<T> {
                 let pose = poses.get(index).filter(|pose| pose.is_used())?;
                 let (seen, in_work) = fit.seen(machine, pose)?;
                 self.seen += 1;
-                fit.in_work = Some(in_work);
+                fit.scratch = Scratch::Pose(in_work);
                 Step::Columns(seen)
             }
             Step::Columns(seen) => {
-                let mut in_work = fit.in_work.take();
-                let are_known = in_work.as_mut().is_none_or(|in_work| fit.add_columns(machine, in_work));
-                fit.in_work = in_work;
-                if are_known { Step::Add(seen) } else { Step::Columns(seen) }
+                if fit.add_columns(machine) { Step::Add(seen) } else { Step::Columns(seen) }
             }
             Step::Add(seen) => {
-                let in_work = fit.in_work.take();
-                if let Some(in_work) = &in_work {
-                    self.add(fit, &seen, &in_work.sensitivity());
+                let sensitivity = fit.scratch.pose().map(|in_work| in_work.sensitivity());
+                if let Some(sensitivity) = &sensitivity {
+                    self.add(fit, &seen, sensitivity);
                 }
-                fit.put_rows(&fit.path_rows(&seen.rotation));
+                let rows = fit.path_rows(&seen.rotation);
+                fit.scratch.put_rows(&rows);
                 Step::Path(seen.rotation, 0)
             }
             Step::Path(rotation, row) if row < 3 => {
@@ -128,7 +127,7 @@ impl<T: Real> Inspect<T> {
                 self.add_path(fit, &rotation);
                 let side = MIN_SIDE.max(fit.residuals.used / SIDE_SHARE);
                 if self.seen >= side && fit.residuals.used >= side + self.seen {
-                    fit.rows = self.shared;
+                    fit.scratch.put_rows(&self.shared);
                     Step::Split(0)
                 } else {
                     Step::See
@@ -195,7 +194,7 @@ impl<T: Real> Inspect<T> {
         let mut split = self.split;
         for i in 0..6 {
             for j in 0..=i {
-                split.add_to_entry(i, j, -fit.product_of_rows(&fit.rows, i, j));
+                split.add_to_entry(i, j, -fit.product_of_rows(fit.scratch.rows(), i, j));
             }
         }
         if split.factor().is_err() {

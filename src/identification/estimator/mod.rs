@@ -54,6 +54,7 @@ mod moving;
 mod place;
 mod refine;
 mod result;
+mod scratch;
 mod seen;
 mod stage;
 mod verify;
@@ -67,6 +68,7 @@ use self::isolate::Isolate;
 pub use self::model::Model;
 use self::place::Place;
 use self::refine::Refine;
+pub use self::scratch::Scratch;
 pub use self::stage::{StageName, may_follow};
 pub use self::verify::PoseVerification;
 pub use super::gates::{MIN_POSES, MIN_POSES_AFTER_REJECTION};
@@ -75,7 +77,6 @@ use super::machine::{Machine, MachineEstimate};
 use super::outcome::{Identified, Progress, Refusal};
 use super::parameters::{Equations, MAX_UNKNOWNS};
 use super::pose::Pose;
-use super::pose_in_work::PoseInWork;
 use super::settings::{EstimatorSettings, JointChoice};
 use crate::kinematics::JointCentre;
 use crate::rig::Parameters;
@@ -115,8 +116,8 @@ pub struct Estimator<T: Real> {
 pub struct Workspace<'a, T: Real> {
     /// Normal equations.
     pub equations: &'a mut Equations<T>,
-    /// The pose that is being added to them.
-    pub in_work: &'a mut Option<PoseInWork<T>>,
+    /// A pose that is being added to them.
+    pub scratch: &'a mut Scratch<T>,
 }
 
 impl<T: Real> Estimator<T> {
@@ -146,7 +147,7 @@ impl<T: Real> Estimator<T> {
 
     /// What it computes in. Changed, the covariances of its last result are gone.
     pub fn workspace(&mut self) -> Workspace<'_, T> {
-        Workspace { equations: &mut self.fit.equations, in_work: &mut self.fit.in_work }
+        Workspace { equations: &mut self.fit.equations, scratch: &mut self.fit.scratch }
     }
 
     /// Runs to the end.

@@ -50,9 +50,9 @@ impl<T: Real> Fit<T> {
         Some((seen, in_work))
     }
 
-    /// The columns of a pose in work, some a call; true when all are known.
-    pub fn add_columns(&self, machine: &Machine<T>, in_work: &mut PoseInWork<T>) -> bool {
+    /// All columns of a pose in work.
+    pub fn add_all_columns(&self, machine: &Machine<T>, in_work: &mut PoseInWork<T>) {
         let features = in_work.features();
-        in_work.add_columns(&Model { machine, estimate: &self.estimate, joint: &self.joint, features })
+        while !in_work.add_columns(&Model { machine, estimate: &self.estimate, joint: &self.joint, features }) {}
     }
 }

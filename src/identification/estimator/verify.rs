@@ -3,6 +3,7 @@
 
 use super::Estimator;
 use super::fit::Fit;
+use super::scratch::Scratch;
 use super::seen::SeenPose;
 use crate::identification::joint::Joint;
 use crate::identification::machine::Machine;
@@ -74,7 +75,7 @@ impl<T: Real> Estimator<T> {
     pub fn verify(&self, machine: &Machine<T>, pose: &Pose<T>) -> Option<VerifiedPose<T>> {
         let fit = &self.fit;
         let (seen, mut in_work) = fit.seen(machine, &fit.place_about_centre(machine, pose)?)?;
-        while !fit.add_columns(machine, &mut in_work) {}
+        fit.add_all_columns(machine, &mut in_work);
         fit.verified(pose, &Evidence::of(&seen), &fit.covariance_of(&in_work.sensitivity()))
     }
 
@@ -103,16 +104,16 @@ impl<T: Real> Estimator<T> {
             }
             Step::See(placed) => {
                 let Some((seen, in_work)) = fit.seen(machine, &placed) else { return Some(None) };
-                fit.in_work = Some(in_work);
+                fit.scratch = Scratch::Pose(in_work);
                 Step::Columns(Evidence::of(&seen))
             }
             Step::Columns(evidence) => {
-                let Some(mut in_work) = fit.in_work.take() else { return Some(None) };
-                if fit.add_columns(machine, &mut in_work) {
-                    fit.put_rows(&in_work.sensitivity());
+                if fit.add_columns(machine) {
+                    let Some(in_work) = fit.scratch.pose() else { return Some(None) };
+                    let rows = in_work.sensitivity();
+                    fit.scratch.put_rows(&rows);
                     Step::Whiten(evidence, 0)
                 } else {
-                    fit.in_work = Some(in_work);
                     Step::Columns(evidence)
                 }
             }
@@ -133,7 +134,7 @@ impl<T: Real> Estimator<T> {
         let fit = &self.fit;
         let placed = fit.place_about_centre(machine, pose)?;
         let (seen, mut in_work) = fit.seen(machine, &placed)?;
-        while !fit.add_columns(machine, &mut in_work) {}
+        fit.add_all_columns(machine, &mut in_work);
         let rotation = &seen.rotation;
         let centre = fit.joint.centre_at(&fit.centre, rotation).in_base_mm;
         let (lack_of_fit, factor) = (fit.joint.lack_of_fit_mm2(), fit.joint.variance_factor());
@@ -214,21 +215,9 @@ impl<T: Real> Fit<T> {
         self.covariance_of_rows(&whitened)
     }
 
-    /// The same a row at a time: keeps the rows, whitens one of them, gives the covariance when all are whitened.
-    pub(super) fn put_rows(&mut self, rows: &Rows<T>) {
-        for (kept, row) in self.rows.iter_mut().zip(rows) {
-            *kept = *row;
-        }
-    }
-
-    pub(super) fn whiten_row(&mut self, row: usize) {
-        if let Some(row) = self.rows.get_mut(row) {
-            self.equations.whiten(row);
-        }
-    }
-
+    /// The same of the first three rows that are at work, once they are whitened.
     pub(super) fn covariance_of_whitened(&self) -> Matrix3<T> {
-        self.covariance_of_rows(&self.rows)
+        self.covariance_of_rows(self.scratch.rows())
     }
 
     fn covariance_of_rows(&self, whitened: &[[T; MAX_UNKNOWNS]]) -> Matrix3<T> {

@@ -1,0 +1,87 @@
+//! Memory for one thing at a time: 2 KB would be needed if each had its own.
+
+use super::fit::Fit;
+use super::model::Model;
+use crate::identification::machine::Machine;
+use crate::identification::parameters::MAX_UNKNOWNS;
+use crate::identification::pose_in_work::PoseInWork;
+use crate::scalar::Real;
+
+/// Linear functions of the unknowns whose covariance is wanted, whitened one after the other.
+pub type ScratchRows<T> = [[T; MAX_UNKNOWNS]; 6];
+
+/// What a stage works on between two slices.
+// Both are large.
+#[allow(clippy::large_enum_variant)]
+#[derive(Clone, Debug)]
+pub enum Scratch<T> {
+    /// Nothing.
+    Free,
+    /// A pose on its way into the normal equations, when there are parameters beside the centre.
+    Pose(PoseInWork<T>),
+    /// Linear functions of the unknowns.
+    Rows(ScratchRows<T>),
+}
+
+impl<T: Real> Scratch<T> {
+    /// A pose is on its way.
+    pub fn has_pose(&self) -> bool {
+        matches!(self, Self::Pose(_))
+    }
+
+    /// The pose, if there is one.
+    pub fn pose(&mut self) -> Option<&mut PoseInWork<T>> {
+        match self {
+            Self::Pose(in_work) => Some(in_work),
+            Self::Free | Self::Rows(_) => None,
+        }
+    }
+
+    /// Takes this up in place of what was there.
+    pub fn put_rows<const N: usize>(&mut self, rows: &[[T; MAX_UNKNOWNS]; N]) {
+        *self = Self::Rows([[T::zero(); MAX_UNKNOWNS]; 6]);
+        self.rows_mut().iter_mut().zip(rows).for_each(|(kept, row)| *kept = *row);
+    }
+
+    /// The rows; none when there is something else.
+    pub fn rows(&self) -> &[[T; MAX_UNKNOWNS]] {
+        match self {
+            Self::Rows(rows) => rows,
+            Self::Free | Self::Pose(_) => &[],
+        }
+    }
+
+    /// The rows, to be changed.
+    pub fn rows_mut(&mut self) -> &mut [[T; MAX_UNKNOWNS]] {
+        match self {
+            Self::Rows(rows) => rows,
+            Self::Free | Self::Pose(_) => &mut [],
+        }
+    }
+}
+
+impl<T: Real> Fit<T> {
+    /// The next columns of the pose in work by the fit's own model; true when all are known.
+    pub(super) fn add_columns(&mut self, machine: &Machine<T>) -> bool {
+        self.scratch.pose().is_none_or(|in_work| {
+            let features = in_work.features();
+            in_work.add_columns(&Model { machine, estimate: &self.estimate, joint: &self.joint, features })
+        })
+    }
+
+    /// The next rows of the pose in work go into the equations; true when all are in.
+    pub(super) fn add_rows(&mut self) -> bool {
+        let are_in = self.scratch.pose().is_none_or(|in_work| in_work.add_rows(&mut self.equations));
+        if are_in {
+            self.scratch = Scratch::Free;
+        }
+        are_in
+    }
+
+    /// Whitens one of the rows.
+    pub(super) fn whiten_row(&mut self, row: usize) {
+        if let Some(row) = self.scratch.rows_mut().get_mut(row) {
+            self.equations.whiten(row);
+        }
+    }
+}
