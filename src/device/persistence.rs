@@ -41,18 +41,21 @@ impl Device {
             Ok(record) => self.procedure.resume(candidate(&record)).err().unwrap_or(Reason::Fine),
             Err(error) => reason_of_load(error),
         };
-        self.persistence.seal = self.live_checksum();
+        self.seal_live();
         self.slip_monitor = SlipMonitor::over(self.procedure.machine(), self.procedure.live());
         self.persistence.wrong = Some(reason).filter(|reason| *reason != Reason::Fine);
         out(Action::Log(LogEntry::Loaded { run_id: self.procedure.run_id(), reason }));
     }
 
-    /// Hands the new centre in use to the board, to be stored.
-    pub(super) fn keep(&mut self, out: &mut impl FnMut(Action)) {
-        let record = self.procedure.live().map(|live| record(live, self.serial, self.fingerprint));
+    /// From now on the centre in use is looked at.
+    pub(super) fn seal_live(&mut self) {
         self.persistence.seal = self.live_checksum();
-        if let Some(record) = record {
-            out(Action::Store(record));
+    }
+
+    /// Hands the new centre in use to the board, to be stored.
+    pub(super) fn keep(&self, out: &mut impl FnMut(Action)) {
+        if let Some(live) = self.procedure.live() {
+            out(Action::Store(record(live, self.serial, self.fingerprint)));
         }
     }
 

@@ -76,8 +76,6 @@ pub(super) struct Reporter {
     /// What names the new centre that was shown last, and the centre in use.
     named_candidate: Option<Named>,
     named_live: Option<Named>,
-    /// The direction that is known worst, of the result that was shown last.
-    weak_direction: [f32; RESULT_UNKNOWNS],
     /// Position in the report under way, and its parts.
     report: Option<(u8, Parts)>,
     /// The pose that is being read out, and the next of its cables, from 0.
@@ -100,7 +98,6 @@ impl Reporter {
             preparing: Preparing::Nothing,
             named_candidate: None,
             named_live: None,
-            weak_direction: [0.0; RESULT_UNKNOWNS],
             report: Some((0, parts)),
             pose: None,
             captured: None,
@@ -189,9 +186,9 @@ impl Reporter {
             if !self.prepare(position, parts, procedure) {
                 break;
             }
-            self.preparing = Preparing::Nothing;
             self.report = (position < OUTCOME).then_some((position + 1, parts));
             let message = self.part(position, parts, procedure, about);
+            self.preparing = Preparing::Nothing;
             let in_review = procedure.state() == StateName::Review;
             if position == OUTCOME && parts.run && in_review && !self.spoilt {
                 self.shown_run = Some(procedure.run_id());
@@ -229,10 +226,7 @@ impl Reporter {
                 self.preparing = Preparing::WeakDirection(EigenSearch::new(&unpacked(&identified.covariance_mm2)));
                 return false;
             };
-            if !search.advance() {
-                return false;
-            }
-            self.weak_direction = search.eigen().largest().1.into();
+            return search.advance();
         }
         true
     }
@@ -244,9 +238,11 @@ impl Reporter {
             CANDIDATE_NAMING if parts.run => {
                 procedure.candidate().and(self.named_candidate?.naming).map(Message::CandidateNaming)
             }
-            WEAK_DIRECTION if parts.run => shown_result(procedure).map(|_| {
-                Message::WeakDirection(WeakDirection { run_id: procedure.run_id(), direction: self.weak_direction })
-            }),
+            WEAK_DIRECTION if parts.run => {
+                let Preparing::WeakDirection(search) = &self.preparing else { return None };
+                let direction = search.eigen().largest().1.into();
+                Some(Message::WeakDirection(WeakDirection { run_id: procedure.run_id(), direction }))
+            }
             _ => part(position, parts, procedure, about),
         }
     }

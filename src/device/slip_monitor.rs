@@ -26,6 +26,8 @@ pub(super) struct SlipMonitor {
     detector: Option<SlipDetector<f32>>,
     /// Where the centre in use is now; `None` for a ball, whose centre rests.
     live_joint: Option<LiveJoint>,
+    /// 1σ of that centre in its worst direction, mm: every set of telemetry says it.
+    centre_sigma_mm: Option<f32>,
     looked_at_ms: Option<u32>,
     /// A sample is being looked at.
     is_looking: bool,
@@ -77,7 +79,8 @@ impl SlipMonitor {
         });
         let moving = live.filter(|live| live.motion.is_some());
         let live_joint = moving.and_then(|live| LiveJoint::new(machine, &live.identified));
-        Self { detector, live_joint, ..Self::default() }
+        let centre_sigma_mm = live.map(|live| live.identified.worst_centre_sigma_mm().0);
+        Self { detector, live_joint, centre_sigma_mm, ..Self::default() }
     }
 
     /// A sample is being looked at: the next tick should follow as soon as the board has time.
@@ -88,6 +91,11 @@ impl SlipMonitor {
     /// Where the centre in use is now; `None` for a ball.
     pub fn live_joint(&self) -> Option<&LiveJoint> {
         self.live_joint.as_ref()
+    }
+
+    /// 1σ of the centre in use in its worst direction, mm.
+    pub fn centre_sigma_mm(&self) -> Option<f32> {
+        self.centre_sigma_mm
     }
 
     /// What it warns of.

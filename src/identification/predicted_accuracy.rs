@@ -33,7 +33,6 @@ const _: () = assert!(MAX_MACHINE + CENTRE_UNKNOWNS <= super::parameters::MAX_UN
 #[derive(Clone, Debug)]
 pub struct PredictedAccuracy<T: Real> {
     centre: JointCentre<T>,
-    estimate: MachineEstimate<T>,
     calibration: PivotCalibration<T>,
     /// Of the poses alone, without priors.
     information: Equations<T>,
@@ -92,7 +91,6 @@ impl<T: Real> PredictedAccuracy<T> {
     pub fn new(machine: &Machine<T>, nominal: &Parameters<T>) -> Self {
         Self {
             centre: JointCentre::from_parameters(nominal, machine.geometry()),
-            estimate: MachineEstimate::new(machine),
             calibration: PivotCalibration::default(),
             information: Equations::new(machine.parameters() + CENTRE_UNKNOWNS),
             poses: 0,
@@ -103,7 +101,6 @@ impl<T: Real> PredictedAccuracy<T> {
     /// No poses any more. In place: its equations are too large to be built on a small stack a second time.
     pub fn restart(&mut self, machine: &Machine<T>, nominal: &Parameters<T>) {
         self.centre = JointCentre::from_parameters(nominal, machine.geometry());
-        self.estimate = MachineEstimate::new(machine);
         self.calibration = PivotCalibration::default();
         self.information.clear(machine.parameters() + CENTRE_UNKNOWNS);
         (self.poses, self.step) = (0, Step::Nothing);
@@ -114,7 +111,7 @@ impl<T: Real> PredictedAccuracy<T> {
         let mut scratch = Scratch::Free;
         self.begin(machine, pose, &mut scratch);
         let Some(in_work) = scratch.pose() else { return };
-        while !self.add_columns(machine, in_work) {}
+        while !Self::add_columns(machine, in_work) {}
         while !in_work.add_rows(&mut self.information) {}
         self.step = Step::Nothing;
     }
@@ -143,8 +140,10 @@ impl<T: Real> PredictedAccuracy<T> {
         }
     }
 
-    fn add_columns(&self, machine: &Machine<T>, in_work: &mut PoseInWork<T>) -> bool {
-        in_work.add_columns(&Model { machine, estimate: &self.estimate, joint: &Joint::Ball, features: None })
+    fn add_columns(machine: &Machine<T>, in_work: &mut PoseInWork<T>) -> bool {
+        // As stated: made when it is wanted, for it takes 0.4 KB.
+        let estimate = &MachineEstimate::new(machine);
+        in_work.add_columns(&Model { machine, estimate, joint: &Joint::Ball, features: None })
     }
 
     /// The next slice of what was begun; what it promises, after the last. `more`: poses distributed like those so far.
@@ -158,7 +157,7 @@ impl<T: Real> PredictedAccuracy<T> {
         match (self.step, scratch.pose()) {
             (Step::Nothing, _) => return Some(nothing),
             (Step::Columns, Some(in_work)) => {
-                if self.add_columns(machine, in_work) {
+                if Self::add_columns(machine, in_work) {
                     self.step = Step::Rows;
                 }
             }
@@ -240,7 +239,7 @@ impl<T: Real> PredictedAccuracy<T> {
                 Covariance::Prior
             }
             Covariance::Prior => {
-                self.estimate.add_prior(machine, equations, 0, noise_mm * noise_mm);
+                MachineEstimate::new(machine).add_prior(machine, equations, 0, noise_mm * noise_mm);
                 Covariance::Factor
             }
             Covariance::Factor => match equations.factor_some(PRODUCTS_A_SLICE) {

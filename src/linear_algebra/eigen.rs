@@ -5,7 +5,7 @@ use crate::scalar::Real;
 use nalgebra::{SMatrix, SVector};
 
 /// Sweeps over all off-diagonal entries. Convergence is quadratic: 6x6 matrices of full dynamic range take six.
-const MAX_SWEEPS: usize = 10;
+const MAX_SWEEPS: u8 = 10;
 
 /// Eigenvalues, in no order, and unit eigenvectors as columns in the same order.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,8 +22,8 @@ pub struct Eigen<T, const N: usize> {
 pub struct EigenSearch<T, const N: usize> {
     a: SMatrix<T, N, N>,
     vectors: SMatrix<T, N, N>,
-    sweeps: usize,
-    row: usize,
+    sweeps: u8,
+    row: u8,
     has_rotated: bool,
 }
 
@@ -35,11 +35,12 @@ impl<T: Real, const N: usize> EigenSearch<T, N> {
 
     /// The next row of a sweep; true when nothing is left to rotate.
     pub fn advance(&mut self) -> bool {
-        for q in self.row + 1..N {
-            self.has_rotated |= self.rotate(self.row, q);
+        let row = usize::from(self.row);
+        for q in row + 1..N {
+            self.has_rotated |= self.rotate(row, q);
         }
         self.row += 1;
-        if self.row < N {
+        if row + 1 < N {
             return false;
         }
         self.sweeps += 1;

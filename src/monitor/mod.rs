@@ -32,7 +32,7 @@ use crate::kinematics::rotation::{rotation_of, turned};
 use crate::kinematics::{AttitudeSearch, AttitudeSolver, AttitudeTrack, CableLengths, CableSet, Geometry, JointCentre};
 use crate::rig::{CABLES, Correction, Parameters};
 use crate::scalar::Real;
-use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use nalgebra::{UnitQuaternion, Vector3};
 
 /// A sample counts when a cable has moved by this much since the last one that did, mm: 0.25 degrees of the arm, twenty
 /// counts of the encoder, and more than ±0.1 mm of noise in both samples.
@@ -73,6 +73,9 @@ pub enum DetectorState {
 enum Look<T: Real> {
     /// Nothing.
     No,
+    /// Its rotation is searched for, one assembly mode a sample, while none is known: from the lengths, corrected, that the
+    /// search began with.
+    Search(CableLengths<T>, AttitudeSearch<T>),
     /// Its rotation is looked for, from that of the sample before. A moving centre is taken where that has it.
     Track(JointCentre<T>, AttitudeTrack<T>),
     /// The centre moves with the rotation: so many Gauss-Newton steps more, with that included.
@@ -80,7 +83,7 @@ enum Look<T: Real> {
     /// What it says of the centre.
     See(UnitQuaternion<T>),
     /// It is added to the evidence.
-    Add(Matrix3<T>, MarginalInformation<T>),
+    Add(UnitQuaternion<T>),
     /// The evidence is judged.
     Judge,
 }
@@ -96,11 +99,8 @@ pub struct SlipDetector<T: Real> {
     found: Correction<T>,
     variance_mm2: T,
     attitude: Option<UnitQuaternion<T>>,
-    /// The search for the first attitude, while there is none.
-    search: Option<(CableLengths<T>, AttitudeSearch<T>)>,
+    /// The last sample that counted.
     counted: Option<CableLengths<T>>,
-    /// The sample that is looked at, corrected.
-    lengths: Option<CableLengths<T>>,
     look: Look<T>,
     chi_square: T,
     /// Slow mean of χ² per degree of freedom while all is well: 1, and more where the centre in use is itself a little
@@ -138,9 +138,7 @@ impl<T: Real> SlipDetector<T> {
             found: Correction { offset_mm: *offsets_mm, scale: deviation.scale.map(|scale| T::one() + scale) },
             variance_mm2: machine.sample_variance_mm2(noise_mm),
             attitude: None,
-            search: None,
             counted: None,
-            lengths: None,
             look: Look::No,
             chi_square: T::one(),
             usual: T::one(),
@@ -175,7 +173,7 @@ impl<T: Real> SlipDetector<T> {
 
     /// Nothing was seen for a while: the arm may be anywhere now. A suspicion is dropped; a warning stays.
     pub fn interrupted(&mut self) {
-        (self.attitude, self.search, self.counted, self.look) = (None, None, None, Look::No);
+        (self.attitude, self.counted, self.look) = (None, None, Look::No);
         if self.state == DetectorState::Suspicious {
             self.rearm();
         }
@@ -198,14 +196,13 @@ impl<T: Real> SlipDetector<T> {
 
     /// The same a slice at a time: begins with a sample. One that is still being looked at is given up.
     pub fn begin(&mut self, lengths: &CableLengths<T>) {
-        self.look = Look::No;
         let Some(before) = self.attitude else { return self.search(lengths) };
+        self.look = Look::No;
         if !self.has_moved(lengths) {
             return;
         }
         self.counted = Some(*lengths);
-        self.lengths = lengths.corrected_by(&self.found, &self.home_mm).ok();
-        if self.lengths.is_some() {
+        if self.corrected(lengths).is_some() {
             let centre = self.joint.centre_at(&self.centre, &rotation_of(&before));
             self.look = Look::Track(centre, AttitudeTrack::new(before));
         }
@@ -213,15 +210,16 @@ impl<T: Real> SlipDetector<T> {
 
     /// There is more to be made of the sample.
     pub fn is_looking(&self) -> bool {
-        !matches!(self.look, Look::No)
+        !matches!(self.look, Look::No | Look::Search(..))
     }
 
     /// The next slice. Returns a warning once, when a decision falls for one.
     #[cfg_attr(feature = "ccm", inline(never), unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
     pub fn advance(&mut self) -> Option<Warning<T>> {
-        let lengths = self.lengths?;
+        let lengths = self.corrected(self.counted.as_ref()?)?;
         match core::mem::replace(&mut self.look, Look::No) {
             Look::No => {}
+            search @ Look::Search(..) => self.look = search,
             Look::Track(centre, mut track) => {
                 let solver = AttitudeSolver { geometry: &self.geometry, centre: &centre };
                 match track.advance(&solver, &lengths, CableSet::ALL) {
@@ -245,12 +243,12 @@ impl<T: Real> SlipDetector<T> {
             }
             Look::See(attitude) => {
                 self.attitude = Some(attitude);
-                let mut pose = self.information(&attitude, &lengths)?;
-                pose.add_scatter(self.joint.scatter_mm2() / self.variance_mm2);
-                self.see(&attitude, pose);
+                let pose = self.scattered(&attitude, &lengths)?;
+                self.see(&attitude, &pose);
             }
-            Look::Add(rotation, pose) => {
-                self.evidence.add(&rotation, &pose);
+            Look::Add(attitude) => {
+                let pose = self.scattered(&attitude, &lengths)?;
+                self.evidence.add(&rotation_of(&attitude), &pose);
                 if self.evidence.samples() >= SAMPLES && self.span >= T::of(SPAN_RAD) {
                     self.look = Look::Judge;
                 }
@@ -266,8 +264,20 @@ impl<T: Real> SlipDetector<T> {
         MarginalInformation::new(&self.joint.jacobian(&self.geometry, &self.centre, &rotation, lengths)).ok()
     }
 
+    /// The same, the joint's scatter eliminated too.
+    fn scattered(&self, attitude: &UnitQuaternion<T>, lengths: &CableLengths<T>) -> Option<MarginalInformation<T>> {
+        let mut pose = self.information(attitude, lengths)?;
+        pose.add_scatter(self.joint.scatter_mm2() / self.variance_mm2);
+        Some(pose)
+    }
+
+    /// The lengths without what was found with the centre.
+    fn corrected(&self, lengths: &CableLengths<T>) -> Option<CableLengths<T>> {
+        lengths.corrected_by(&self.found, &self.home_mm).ok()
+    }
+
     /// Takes in χ² of a sample; suspicion begins, or goes on.
-    fn see(&mut self, attitude: &UnitQuaternion<T>, pose: MarginalInformation<T>) {
+    fn see(&mut self, attitude: &UnitQuaternion<T>, pose: &MarginalInformation<T>) {
         let chi_square = pose.squares_mm2() / (self.variance_mm2 * T::of(3.0));
         self.chi_square += (chi_square - self.chi_square) * T::of(SHARE);
         if self.state == DetectorState::Quiet {
@@ -283,7 +293,7 @@ impl<T: Real> SlipDetector<T> {
             DetectorState::Suspicious => {
                 let turned = (attitude.scaled_axis() - self.first).norm();
                 self.span = self.span.max(turned);
-                self.look = Look::Add(rotation_of(attitude), pose);
+                self.look = Look::Add(*attitude);
             }
             DetectorState::Quiet | DetectorState::Warned => {}
         }
@@ -292,19 +302,21 @@ impl<T: Real> SlipDetector<T> {
     /// Tries the next assembly mode of the sample that the search began with. After the last one the best counts, and the next
     /// samples are tracked from it: the arm has moved by a few degrees meanwhile at most.
     fn search(&mut self, lengths: &CableLengths<T>) {
-        let (lengths, search) = match &mut self.search {
-            Some(search) => search,
-            none => {
-                let Ok(lengths) = lengths.corrected_by(&self.found, &self.home_mm) else { return };
-                none.insert((lengths, AttitudeSearch::new()))
-            }
+        let (lengths, mut search) = match self.look {
+            Look::Search(lengths, search) => (lengths, search),
+            _ => match self.corrected(lengths) {
+                Some(lengths) => (lengths, AttitudeSearch::new()),
+                None => return,
+            },
         };
         // About a fixed centre: a moving one is included when the next samples are tracked.
         let solver = AttitudeSolver { geometry: &self.geometry, centre: &self.centre };
-        if search.advance(&solver, lengths, CableSet::ALL) {
+        self.look = if search.advance(&solver, &lengths, CableSet::ALL) {
             self.attitude = search.best().map(|fit| fit.attitude);
-            self.search = None;
-        }
+            Look::No
+        } else {
+            Look::Search(lengths, search)
+        };
     }
 
     fn has_moved(&self, lengths: &CableLengths<T>) -> bool {

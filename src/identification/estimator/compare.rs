@@ -143,13 +143,7 @@ impl<T: Real> Compare<T> {
 
 impl<T: Real> Sum<T> {
     /// The next pose's rotation, or the next columns or rows of its equations; false after the last pose.
-    fn advance(
-        &mut self,
-        fit: &mut Fit<T>,
-        ball: &Model<'_, T>,
-        centre: &JointCentre<T>,
-        poses: &[Pose<T>],
-    ) -> bool {
+    fn advance(&mut self, fit: &mut Fit<T>, ball: &Model<'_, T>, centre: &JointCentre<T>, poses: &[Pose<T>]) -> bool {
         if let Some(in_work) = fit.scratch.pose() {
             if !self.has_columns {
                 self.has_columns = in_work.add_columns(ball);

@@ -12,6 +12,7 @@ use crate::identification::pose::{Pose, PoseState};
 use crate::identification::pose_in_work::PoseInWork;
 use crate::identification::refusal::Refusal;
 use crate::identification::settings::{EstimatorSettings, Noise};
+use crate::identification::uncertainty::{RESULT_PACKED, packed};
 use crate::identification::weights::Weights;
 use crate::kinematics::rotation::turned;
 use crate::kinematics::{AttitudeSearch, AttitudeSolver, CableLengths, CableSet, JointCentre, LengthJacobian};
@@ -39,7 +40,7 @@ pub(super) struct Fit<T: Real> {
     /// What is worked on between two slices.
     pub scratch: Scratch<T>,
     /// Information on O and C of the last pass with all other unknowns taken as known, for a noise of 1 mm.
-    pub centre_information: Matrix6<T>,
+    pub centre_information: [T; RESULT_PACKED],
     /// It is not the machine that looks like a moving centre.
     pub is_compared: bool,
     /// Why the ball was refused, once it was.
@@ -99,7 +100,7 @@ impl<T: Real> Fit<T> {
             joint: Joint::Ball,
             equations: Equations::new(0),
             scratch: Scratch::Free,
-            centre_information: Matrix6::zeros(),
+            centre_information: [T::zero(); RESULT_PACKED],
             is_compared: false,
             ball_refusal: None,
             held: None,
@@ -200,6 +201,30 @@ impl<T: Real> Fit<T> {
         true
     }
 
+    /// The next columns of the pose in work by the fit's own model; true when all are known.
+    pub fn add_columns(&mut self, machine: &Machine<T>) -> bool {
+        self.scratch.pose().is_none_or(|in_work| {
+            let features = in_work.features();
+            in_work.add_columns(&Model { machine, estimate: &self.estimate, joint: &self.joint, features })
+        })
+    }
+
+    /// The next rows of the pose in work go into the equations; true when all are in.
+    pub fn add_rows(&mut self) -> bool {
+        let are_in = self.scratch.pose().is_none_or(|in_work| in_work.add_rows(&mut self.equations));
+        if are_in {
+            self.scratch = Scratch::Free;
+        }
+        are_in
+    }
+
+    /// Whitens one of the rows.
+    pub fn whiten_row(&mut self, row: usize) {
+        if let Some(row) = self.scratch.rows_mut().get_mut(row) {
+            self.equations.whiten(row);
+        }
+    }
+
     /// Goes on searching for a pose's rotation; true when that is over.
     fn search(&self, search: &mut AttitudeSearch<T>, machine: &Machine<T>, pose: &mut Pose<T>) -> bool {
         let lengths = self.estimate.corrected(machine, pose.lengths());
@@ -285,7 +310,7 @@ impl<T: Real> Fit<T> {
     /// [`Singular`] when the poses leave some combination of the unknowns undetermined.
     pub fn factor(&mut self) -> Result<bool, Singular> {
         if self.equations.is_unfactored() {
-            self.centre_information = self.equations.trailing_matrix();
+            self.centre_information = packed(&self.equations.trailing_matrix());
         }
         self.equations.factor_some(PRODUCTS_A_SLICE)?;
         Ok(self.equations.is_factored())

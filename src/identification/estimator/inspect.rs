@@ -61,20 +61,20 @@ pub(super) struct Inspect<T: Real> {
     /// Σ of the variance of the predicted centre across the arm and in all, mm².
     across_mm2: T,
     all_mm2: T,
-    step: Step<T>,
+    step: Step,
 }
 
 /// Where a pose stands.
 #[derive(Clone, Copy, Debug)]
-enum Step<T> {
+enum Step {
     /// The next one is to be looked at.
     See,
     /// The columns of its equations.
-    Columns(SeenPose<T>),
-    /// It is added.
-    Add(SeenPose<T>),
+    Columns,
+    /// What they share with the other unknowns is added.
+    Add,
     /// The covariance of the centre that is predicted in it, a row a slice.
-    Path(Matrix3<T>, usize),
+    Path(usize),
     /// The split before it, a row a slice.
     Split(usize),
 }
@@ -104,27 +104,28 @@ impl<T: Real> Inspect<T> {
                 let pose = poses.get(index).filter(|pose| pose.is_used())?;
                 let (seen, in_work) = fit.seen(machine, pose)?;
                 self.seen += 1;
+                self.add(&seen);
                 fit.scratch = Scratch::Pose(in_work);
-                Step::Columns(seen)
+                Step::Columns
             }
-            Step::Columns(seen) => {
-                if fit.add_columns(machine) { Step::Add(seen) } else { Step::Columns(seen) }
-            }
-            Step::Add(seen) => {
+            Step::Columns if !fit.add_columns(machine) => Step::Columns,
+            Step::Columns => Step::Add,
+            Step::Add => {
+                let rotation = poses.get(self.next)?.rotation();
                 let sensitivity = fit.scratch.pose().map(|in_work| in_work.sensitivity());
                 if let Some(sensitivity) = &sensitivity {
-                    self.add(fit, &seen, sensitivity);
+                    self.add_shared(fit.equations.unknowns(), &rotation, sensitivity);
                 }
-                let rows = fit.path_rows(&seen.rotation);
+                let rows = fit.path_rows(&rotation);
                 fit.scratch.put_rows(&rows);
-                Step::Path(seen.rotation, 0)
+                Step::Path(0)
             }
-            Step::Path(rotation, row) if row < 3 => {
+            Step::Path(row) if row < 3 => {
                 fit.whiten_row(row);
-                Step::Path(rotation, row + 1)
+                Step::Path(row + 1)
             }
-            Step::Path(rotation, _) => {
-                self.add_path(fit, &rotation);
+            Step::Path(_) => {
+                self.add_path(fit, &poses.get(self.next)?.rotation());
                 let side = MIN_SIDE.max(fit.residuals.used / SIDE_SHARE);
                 if self.seen >= side && fit.residuals.used >= side + self.seen {
                     fit.scratch.put_rows(&self.shared);
@@ -145,7 +146,8 @@ impl<T: Real> Inspect<T> {
         None
     }
 
-    fn add(&mut self, fit: &Fit<T>, seen: &SeenPose<T>, sensitivity: &Rows<T>) {
+    /// Adds what a pose says of ΔO and ΔC.
+    fn add(&mut self, seen: &SeenPose<T>) {
         let SeenPose { rotation, information, gradient_mm: gradient, .. } = seen;
         let turned = information * rotation;
         let in_platform = rotation.tr_mul(&turned);
@@ -161,10 +163,15 @@ impl<T: Real> Inspect<T> {
             self.split.add_to_gradient(i, gradient[i]);
             self.split.add_to_gradient(3 + i, -gradient_in_platform[i]);
         }
-        // Of unknown u: Kᵤᵀ and -(Rᵀ Kᵤ)ᵀ.
+        let own = seen.own_centre_mm;
+        self.residual += own * own.transpose();
+    }
+
+    /// Adds what it says of them together with the other unknowns: of unknown u, Kᵤᵀ and -(Rᵀ Kᵤ)ᵀ.
+    fn add_shared(&mut self, unknowns: usize, rotation: &Matrix3<T>, sensitivity: &Rows<T>) {
         let [x, y, z] = sensitivity;
         let [a, b, c, d, e, f] = &mut self.shared;
-        let columns = x.iter().zip(y).zip(z).take(fit.equations.unknowns());
+        let columns = x.iter().zip(y).zip(z).take(unknowns);
         let shared = a.iter_mut().zip(b).zip(c).zip(d).zip(e).zip(f);
         for (((x, y), z), (((((a, b), c), d), e), f)) in columns.zip(shared) {
             let column = Vector3::new(*x, *y, *z);
@@ -176,8 +183,6 @@ impl<T: Real> Inspect<T> {
             *e += of_platform.y;
             *f += of_platform.z;
         }
-        let own = seen.own_centre_mm;
-        self.residual += own * own.transpose();
     }
 
     /// Adds how well the centre is predicted in a pose: its rows are whitened.

@@ -1,8 +1,5 @@
-//! Memory for one thing at a time: 2 KB would be needed if each had its own.
+//! Memory for one thing at a time: 1 KB more would be needed if each had its own.
 
-use super::fit::Fit;
-use super::model::Model;
-use crate::identification::machine::Machine;
 use crate::identification::parameters::MAX_UNKNOWNS;
 use crate::identification::pose_in_work::PoseInWork;
 use crate::scalar::Real;
@@ -56,32 +53,6 @@ impl<T: Real> Scratch<T> {
         match self {
             Self::Rows(rows) => rows,
             Self::Free | Self::Pose(_) => &mut [],
-        }
-    }
-}
-
-impl<T: Real> Fit<T> {
-    /// The next columns of the pose in work by the fit's own model; true when all are known.
-    pub(super) fn add_columns(&mut self, machine: &Machine<T>) -> bool {
-        self.scratch.pose().is_none_or(|in_work| {
-            let features = in_work.features();
-            in_work.add_columns(&Model { machine, estimate: &self.estimate, joint: &self.joint, features })
-        })
-    }
-
-    /// The next rows of the pose in work go into the equations; true when all are in.
-    pub(super) fn add_rows(&mut self) -> bool {
-        let are_in = self.scratch.pose().is_none_or(|in_work| in_work.add_rows(&mut self.equations));
-        if are_in {
-            self.scratch = Scratch::Free;
-        }
-        are_in
-    }
-
-    /// Whitens one of the rows.
-    pub(super) fn whiten_row(&mut self, row: usize) {
-        if let Some(row) = self.scratch.rows_mut().get_mut(row) {
-            self.equations.whiten(row);
         }
     }
 }

@@ -12,7 +12,7 @@ use crate::identification::parameters::{CENTRE_UNKNOWNS, MAX_UNKNOWNS, Rows};
 use crate::identification::pose::Pose;
 use crate::identification::verification::{CentrePrediction, VerifiedPose};
 use crate::kinematics::rotation::{rotation_of, turned};
-use crate::kinematics::{AttitudeSearch, AttitudeSolver, AttitudeTrack, CableSet};
+use crate::kinematics::{AttitudeSearch, AttitudeSolver, AttitudeTrack, CableLengths, CableSet};
 use crate::linear_algebra::{inverse_of_positive_definite, rounding};
 use crate::scalar::Real;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
@@ -35,13 +35,13 @@ enum Step<T: Real> {
     /// Its rotation about the estimated centre is to be found.
     Place,
     /// From the one that the platform has, or from the best of the search.
-    Track { placed: Pose<T>, track: AttitudeTrack<T>, start: UnitQuaternion<T>, is_last: bool },
+    Track { track: AttitudeTrack<T>, start: UnitQuaternion<T>, is_last: bool },
     /// The centre moves with the rotation: so many Gauss-Newton steps more, with that included.
-    Turn { placed: Pose<T>, left: u8, is_last: bool },
-    /// From nothing.
-    Search { placed: Pose<T>, search: AttitudeSearch<T> },
+    Turn { attitude: UnitQuaternion<T>, left: u8, is_last: bool },
+    /// From nothing. A moving centre is taken where the rotation so far has it.
+    Search { before: UnitQuaternion<T>, search: AttitudeSearch<T> },
     /// It is there: what does it say of the centre?
-    See(Pose<T>),
+    See(UnitQuaternion<T>),
     /// The columns of its equations.
     Columns(Evidence<T>),
     /// Their covariance, a row a slice.
@@ -57,8 +57,8 @@ struct Evidence<T> {
 }
 
 impl<T: Real> Step<T> {
-    fn track(placed: Pose<T>, start: UnitQuaternion<T>, is_last: bool) -> Self {
-        Self::Track { placed, track: AttitudeTrack::new(start), start, is_last }
+    fn track(start: UnitQuaternion<T>, is_last: bool) -> Self {
+        Self::Track { track: AttitudeTrack::new(start), start, is_last }
     }
 }
 
@@ -94,15 +94,17 @@ impl<T: Real> Estimator<T> {
                 if !pose.is_placed() {
                     placed.place(machine.platform());
                 }
-                Step::track(placed, *placed.attitude(), false)
+                Step::track(*placed.attitude(), false)
             }
             Step::Track { .. } | Step::Turn { .. } | Step::Search { .. } => {
-                match fit.place_slice(step, machine, pose) {
+                match fit.place_slice(step, machine, pose.lengths()) {
                     Some(next) => next,
                     None => return Some(None),
                 }
             }
-            Step::See(placed) => {
+            Step::See(attitude) => {
+                let mut placed = *pose;
+                placed.set_attitude(attitude);
                 let Some((seen, in_work)) = fit.seen(machine, &placed) else { return Some(None) };
                 fit.scratch = Scratch::Pose(in_work);
                 Step::Columns(Evidence::of(&seen))
@@ -153,43 +155,41 @@ impl<T: Real> Estimator<T> {
 
 impl<T: Real> Fit<T> {
     /// A slice of what [`place_about_centre`](Self::place_about_centre) does; `None` when no rotation fits.
-    fn place_slice(&self, now: &Step<T>, machine: &Machine<T>, pose: &Pose<T>) -> Option<Step<T>> {
-        let lengths = self.estimate.corrected(machine, pose.lengths());
+    fn place_slice(&self, now: &Step<T>, machine: &Machine<T>, lengths: &CableLengths<T>) -> Option<Step<T>> {
+        let lengths = self.estimate.corrected(machine, lengths);
         let geometry = self.estimate.geometry();
         // What comes when one start has led to nothing.
-        let without =
-            |placed: Pose<T>, is_last: bool| (!is_last).then(|| Step::Search { placed, search: AttitudeSearch::new() });
+        let without = |before: UnitQuaternion<T>, is_last: bool| {
+            (!is_last).then(|| Step::Search { before, search: AttitudeSearch::new() })
+        };
         match *now {
-            Step::Track { mut placed, mut track, start, is_last } => {
+            Step::Track { mut track, start, is_last } => {
                 let centre = self.joint.centre_at(&self.centre, &rotation_of(&start));
                 let solver = AttitudeSolver { geometry, centre: &centre };
                 match track.advance(&solver, &lengths, CableSet::ALL) {
-                    None => Some(Step::Track { placed, track, start, is_last }),
-                    Some(None) => without(placed, is_last),
-                    Some(Some(fit)) => {
-                        placed.set_attitude(fit.attitude);
-                        Some(match self.joint {
-                            Joint::Moving(_) => Step::Turn { placed, left: TURNS, is_last },
-                            Joint::Ball | Joint::Held(_) => Step::See(placed),
-                        })
-                    }
+                    None => Some(Step::Track { track, start, is_last }),
+                    Some(None) => without(start, is_last),
+                    Some(Some(fit)) => Some(match self.joint {
+                        Joint::Moving(_) => Step::Turn { attitude: fit.attitude, left: TURNS, is_last },
+                        Joint::Ball | Joint::Held(_) => Step::See(fit.attitude),
+                    }),
                 }
             }
-            Step::Turn { mut placed, left, is_last } => {
-                let jacobian = self.jacobian(&placed.rotation(), &lengths);
-                let Ok(information) = MarginalInformation::new(&jacobian) else { return without(placed, is_last) };
-                placed.set_attitude(turned(placed.attitude(), &information.turn));
+            Step::Turn { attitude, left, is_last } => {
+                let jacobian = self.jacobian(&rotation_of(&attitude), &lengths);
+                let Ok(information) = MarginalInformation::new(&jacobian) else { return without(attitude, is_last) };
+                let attitude = turned(&attitude, &information.turn);
                 Some(match left {
-                    0 | 1 => Step::See(placed),
-                    _ => Step::Turn { placed, left: left - 1, is_last },
+                    0 | 1 => Step::See(attitude),
+                    _ => Step::Turn { attitude, left: left - 1, is_last },
                 })
             }
-            Step::Search { placed, mut search } => {
-                let centre = self.joint.centre_at(&self.centre, &placed.rotation());
+            Step::Search { before, mut search } => {
+                let centre = self.joint.centre_at(&self.centre, &rotation_of(&before));
                 if search.advance(&AttitudeSolver { geometry, centre: &centre }, &lengths, CableSet::ALL) {
-                    return Some(Step::track(placed, search.best()?.attitude, true));
+                    return Some(Step::track(search.best()?.attitude, true));
                 }
-                Some(Step::Search { placed, search })
+                Some(Step::Search { before, search })
             }
             done => Some(done),
         }

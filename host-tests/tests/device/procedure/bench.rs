@@ -305,11 +305,13 @@ impl Bench {
         self.request(opcode as u8, self.device.procedure().run_id(), 0)
     }
 
-    /// Accepts the new centre by the name under which it was shown.
+    /// Accepts the new centre by the name under which it was shown; the next tick stores it.
     pub fn accept(&mut self) -> Answer {
         let naming = self.naming().expect("the new centre was not named");
         self.nonce = self.nonce.wrapping_add(1).max(1);
-        self.raw(Request::naming(Opcode::Accept, self.nonce, &naming).pack(BaseId::DEFAULT.command()))
+        let answer = self.raw(Request::naming(Opcode::Accept, self.nonce, &naming).pack(BaseId::DEFAULT.command()));
+        self.event(Event::Tick);
+        answer
     }
 
     /// What the last report named the new centre.
