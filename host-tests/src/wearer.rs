@@ -21,6 +21,7 @@ mod cables;
 mod encoder;
 mod joint;
 mod motion;
+mod roaming;
 
 use glenoid::rig::{CABLES, Parameters, Rig};
 use nalgebra::{Rotation3, Unit, Vector3};
@@ -31,6 +32,7 @@ pub use arm::FittedArm;
 pub use cables::Cables;
 pub use encoder::Encoder;
 use joint::MovingJoint;
+pub use roaming::Roaming;
 
 /// What is random about the wearer, and how much.
 #[derive(Debug, Clone, Copy, PartialEq)]

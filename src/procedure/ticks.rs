@@ -15,6 +15,7 @@ impl Run {
         Self {
             id: 0,
             by_command_only: false,
+            in_motion: false,
             phase: Phase::Only,
             attempts: 0,
             attempted_poses: 0,
@@ -66,7 +67,7 @@ impl Procedure {
         if self.fails_by_lost_count(now_ms) {
             return None;
         }
-        let notice = self.capture_when_held(now_ms);
+        let notice = self.capture_by_itself(now_ms);
         let taken = notice.is_some_and(|notice| notice.reason == Reason::Fine);
         let overdue = self.is_overdue(now_ms, self.limits.settings().collecting_timeout_ms);
         let can_try = self.has_something_new() && (overdue && !self.run.by_command_only || self.poses.is_full());
@@ -164,7 +165,7 @@ impl Procedure {
             self.judge_one(now_ms);
             return None;
         }
-        let notice = self.capture_when_held(now_ms);
+        let notice = self.capture_by_itself(now_ms);
         let wanted = self.limits.settings().verification_poses;
         let complete = self.held_out.count() >= wanted && !self.run.by_command_only;
         if complete || self.held_out.is_full() {
@@ -213,8 +214,11 @@ impl Procedure {
         }
     }
 
-    /// A pose is captured when the arm comes to rest, once a rest.
-    fn capture_when_held(&mut self, now_ms: u32) -> Option<PoseNotice> {
+    /// A pose is captured when the arm comes to rest, once a rest; or on its way, far enough from the others.
+    fn capture_by_itself(&mut self, now_ms: u32) -> Option<PoseNotice> {
+        if self.run.in_motion && self.arm.ready(now_ms).is_err() {
+            return self.take_pose_in_motion(now_ms);
+        }
         let held = self.arm.ready(now_ms).is_ok();
         if self.run.by_command_only || !self.run.moved || !held {
             return None;

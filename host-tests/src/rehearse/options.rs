@@ -77,6 +77,10 @@ pub struct Options {
     #[arg(long, requires = "shoulder")]
     pub two_phase: bool,
 
+    /// The arm moves slowly and freely, and the board captures its poses on the way. All of it must be done within a minute.
+    #[arg(long, requires = "shoulder")]
+    pub free_motion: bool,
+
     /// Print one JSON object on stdout and nothing else there.
     #[arg(long)]
     pub json: bool,
