@@ -4,7 +4,7 @@
 //! mm/rad. It is fixed by a prior on T = tr(A)/3 of the direction's part of A, and by a prior on C from poses in which
 //! the shoulder blade was held.
 
-use super::arm_frame::{ArmFrame, FEATURES};
+use super::arm_frame::{ArmFrame, FEATURES, SHOWN_FEATURES};
 use super::scatter::Scatter;
 use crate::identification::parameters::Equations;
 use crate::linear_algebra::non_negative_root;
@@ -13,6 +13,13 @@ use nalgebra::{Matrix3, Vector3};
 
 /// Unknowns of A.
 pub const MAX_JOINT: usize = 3 * FEATURES;
+
+/// Of them those without a prior, but for the one combination that [`MovingCentre::add_prior`] rules.
+pub const FREE_OF_JOINT: usize = 3 * SHOWN_FEATURES;
+
+/// 1σ of the columns of the trefoils, mm/rad³. Those of living shoulders are up to 2; from 1 to 4 mm/rad³ the path is the same
+/// to 0.05 mm.
+const TREFOIL: f64 = 2.0;
 
 /// The isotropic part of A against the norm N of the rest, mm/rad: T = SLOPE max(N - FROM, 0), with a standard
 /// deviation of √((SHARE N)² + FLOOR²). Measured over three anatomies (bone pins; scapulohumeral rhythm of de Groot and
@@ -84,8 +91,16 @@ impl<T: Real> MovingCentre<T> {
         (isotropic, expected, share * share + unruled * unruled + T::of(FLOOR * FLOOR))
     }
 
-    /// The prior on T, one more equation (A₁₁ + A₂₂ + A₃₃)/3 = μ ± σ, times the noise's variance, mm².
+    /// The prior on T, one more equation (A₁₁ + A₂₂ + A₃₃)/3 = μ ± σ, and on the trefoils' columns, times the noise's
+    /// variance, mm².
     pub fn add_prior(&self, equations: &mut Equations<T>, first: usize, variance_mm2: T) {
+        let of_trefoils = self.gains.iter().skip(SHOWN_FEATURES).flat_map(|gain| gain.iter());
+        let weight_of_trefoil = variance_mm2 * T::of(1.0 / (TREFOIL * TREFOIL));
+        for (unknown, gain) in (first + FREE_OF_JOINT..).zip(of_trefoils) {
+            equations.add_to_entry(unknown, unknown, weight_of_trefoil);
+            equations.add_to_gradient(unknown, -*gain * weight_of_trefoil);
+            equations.add_squares(*gain * *gain * weight_of_trefoil);
+        }
         let (isotropic, expected, variance) = self.isotropic_part();
         let weight = variance_mm2 / variance;
         let third = T::of(1.0 / 3.0);
