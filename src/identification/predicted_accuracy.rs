@@ -76,7 +76,7 @@ impl<T: Real> PredictedAccuracy<T> {
         let Ok(information) = MarginalInformation::new(&jacobian) else { return };
         let at = PoseAt { rotation: &rotation, lengths: pose.lengths(), jacobian: &jacobian };
         let model = Model { machine, estimate: &self.estimate, joint: &Joint::Ball, features: None };
-        add_pose(&mut self.information, &model, &at, &information, T::one() / pose.relative_variance);
+        add_pose(&mut self.information, &model, &at, &information, T::one() / machine.relative_variance(pose.samples));
         self.poses += 1;
     }
 

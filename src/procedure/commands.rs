@@ -14,6 +14,10 @@ use crate::kinematics::{CableLengths, PlatformError};
 /// So many poses more would have to gain a tenth, or there are enough.
 const MORE_POSES: usize = 10;
 
+/// Between two poses in motion at least so much time passes, ms: whatever slides for a moment beside what the arm's direction
+/// explains is then not counted twice, nor taken for a slip.
+const PAUSE_IN_MOTION_MS: u32 = 450;
+
 /// The answer to a command.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -188,6 +192,9 @@ impl Procedure {
     /// Captures the pose through which the arm has just moved slowly, if there is one and it is far enough from the others.
     pub(super) fn take_pose_in_motion(&mut self, now_ms: u32) -> Option<PoseNotice> {
         let taken = self.arm.pose_in_motion(now_ms, &self.rig)?;
+        if now_ms.wrapping_sub(self.run.since_ms) < PAUSE_IN_MOTION_MS {
+            return None;
+        }
         let mut distance_rad = None;
         // On the way from pose to pose most are too near: nobody is told.
         self.try_pose(taken, &mut distance_rad).ok()?;
@@ -247,7 +254,7 @@ impl Procedure {
             PlatformError::Length(error) => NotReady { reason: Reason::LengthImpossible, cable: error.cable },
             PlatformError::DoesNotClose => refused(Reason::PlatformDoesNotClose),
         })?;
-        let pose = pose.averaged_over(&self.machine, samples);
+        let pose = pose.averaged_over(samples);
         // A pose of the second set that repeats one of the first would verify nothing.
         let distances = [self.poses.nearest_rad(&pose), self.held_out.nearest_rad(&pose)];
         *distance_rad = distances.into_iter().flatten().reduce(f32::min);

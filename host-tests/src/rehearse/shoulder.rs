@@ -146,9 +146,9 @@ fn judge(transcript: &Transcript, rig: &Rig<f32>, options: &Options) -> Result<(
     let refused = |refusal: Refusal| format!("the host refuses what the board accepted: {}", refusal.text());
     let held = match &transcript.held[..] {
         [] => None,
-        poses => Some(held_phase::identify(&machine, rig, settings, as_taken(&machine, poses)?).map_err(refused)?),
+        poses => Some(held_phase::identify(&machine, rig, settings, as_taken(poses)?).map_err(refused)?),
     };
-    let estimation = estimate_poses(&machine, rig, settings, held, as_taken(&machine, &transcript.free)?);
+    let estimation = estimate_poses(&machine, rig, settings, held, as_taken(&transcript.free)?);
     let identified = estimation.outcome.map_err(refused)?;
     let estimator = &estimation.estimator;
     let host = match estimator.joint() {
@@ -173,7 +173,7 @@ fn judge(transcript: &Transcript, rig: &Rig<f32>, options: &Options) -> Result<(
         reasons.push("the centre in use after a restart is not the one that was accepted".to_string());
     }
 
-    let second = as_taken(&machine, &transcript.second)?;
+    let second = as_taken(&transcript.second)?;
     let model = transcript.motion.map(|motion| motion.model());
     let mut sums = Sums::default();
     for (captured, mut pose) in transcript.second.iter().zip(second) {
@@ -278,10 +278,10 @@ impl Sums {
 }
 
 /// The poses as the board took them.
-fn as_taken(machine: &Machine<f32>, captured: &[Captured]) -> Result<Vec<Pose<f32>>, String> {
+fn as_taken(captured: &[Captured]) -> Result<Vec<Pose<f32>>, String> {
     let pose = |captured: &Captured| {
         let lengths = CableLengths::new(captured.lengths_mm).map_err(|error| error.fault.text().to_string())?;
-        Ok(Pose::new(lengths).averaged_over(machine, captured.samples))
+        Ok(Pose::new(lengths).averaged_over(captured.samples))
     };
     captured.iter().map(pose).collect()
 }

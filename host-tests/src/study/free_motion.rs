@@ -24,7 +24,8 @@ const WORN: [(&str, f64); 3] = [("thorax", 0.0), ("half", 0.5), ("blade", 1.0)];
 const GRANTED: f64 = 1.3;
 
 fn run(plan: &Plan) -> Result<Findings, Problem> {
-    let columns = ["base", "phases", "poses", "right", "seconds", "path", "said", "across", "said", "live", "99 % covers"];
+    let columns =
+        ["base", "phases", "poses", "right", "seconds", "path", "said", "across", "said", "live", "99 % covers"];
     let mut table = Table::new("free-motion", "Path of the centre in the second set, mm rms", &columns);
     let (mut targets, mut remarks) = (Vec::new(), Vec::new());
     for (base, follow) in WORN {
@@ -38,7 +39,8 @@ fn run(plan: &Plan) -> Result<Findings, Problem> {
                 let figures = Figures::of(&reports);
                 let how = if in_motion { "moving" } else { "held" };
                 table.push(figures.row(base, phases, how));
-                remarks.extend(figures.objections.iter().map(|objection| format!("{base}, {phases}, {how}: {objection}")));
+                remarks
+                    .extend(figures.objections.iter().map(|objection| format!("{base}, {phases}, {how}: {objection}")));
                 if in_motion {
                     targets.extend(figures.targets(&format!("{base}, {phases} phases"), base, phases));
                 }
@@ -59,8 +61,19 @@ const METHOD: &str = "A trial is a person drawn around the scapulohumeral rhythm
 /// One person through the procedure.
 fn rehearsal(person: u64, follow: f64, two_phases: bool, in_motion: bool) -> Result<Report, Problem> {
     let (person, follow) = (person.to_string(), follow.to_string());
-    let mut arguments =
-        vec!["rehearse", "--shoulder", &person, "--follow", &follow, "--seed", &person, "--poses", "60", "--tilt", "45"];
+    let mut arguments = vec![
+        "rehearse",
+        "--shoulder",
+        &person,
+        "--follow",
+        &follow,
+        "--seed",
+        &person,
+        "--poses",
+        "60",
+        "--tilt",
+        "45",
+    ];
     arguments.extend(two_phases.then_some("--two-phase"));
     arguments.extend(in_motion.then_some("--free-motion"));
     let options = Options::parse_from(arguments);
@@ -119,7 +132,8 @@ impl Figures {
             Target::between(format!("{name}: 99 % bar covers"), (0.96, 1.0), self.covered()),
         ];
         if base == "thorax" {
-            let [path, across] = [self.rms(|shoulder| shoulder.path_error_mm), self.rms(|shoulder| shoulder.across_error_mm)];
+            let [path, across] =
+                [self.rms(|shoulder| shoulder.path_error_mm), self.rms(|shoulder| shoulder.across_error_mm)];
             targets.push(Target::at_most(format!("{name}: path (mm)"), GRANTED * path_mm, path));
             targets.push(Target::at_most(format!("{name}: across the arm (mm)"), GRANTED * across_mm, across));
         }

@@ -164,5 +164,5 @@ fn add<T: Real>(
     let jacobian = LengthJacobian::new(ball.estimate.geometry(), centre, &rotation, &lengths);
     let Ok(information) = MarginalInformation::new(&jacobian) else { return };
     let at = PoseAt { rotation: &rotation, lengths: &lengths, jacobian: &jacobian };
-    add_pose_of_pass(equations, sums, ball, &at, &information, T::one() / pose.relative_variance);
+    add_pose_of_pass(equations, sums, ball, &at, &information, T::one() / ball.machine.relative_variance(pose.samples));
 }

@@ -16,14 +16,18 @@ impl<T: Real> Estimator<T> {
     /// Verifies a pose: its residuals about the estimated centre, tested against the noise and the covariance of the
     /// estimate. `None` when no rotation fits its lengths.
     ///
-    /// With g = S δ̂ of the pose and K the derivative of g with the unknowns, χ² = gᵀ (σ² S + K Σ Kᵀ)⁻¹ g.
+    /// With g = S δ̂ of the pose, K the derivative of g with the unknowns and λ² the variance that the joint's model does not
+    /// explain, χ² = gᵀ (σ² S + K Σ Kᵀ + λ² S²)⁻¹ g.
     pub fn verify(&self, machine: &Machine<T>, pose: &Pose<T>) -> Option<VerifiedPose<T>> {
         let fit = &self.fit;
         let placed = fit.place_about_centre(machine, pose)?;
         let SeenPose { scattered, sensitivity, squares_mm2, .. } = fit.seen(machine, &placed)?;
-        let variance = fit.result_variance_mm2() * pose.relative_variance;
+        let variance = fit.result_variance_mm2() * machine.relative_variance(pose.samples);
         let g = scattered.gradient_mm();
-        let expected = scattered.information() * variance + fit.covariance_of(&sensitivity);
+        let (lack_of_fit, factor) = (fit.joint.lack_of_fit_mm2(), fit.joint.variance_factor());
+        let information = scattered.information();
+        let expected =
+            information * variance + fit.covariance_of(&sensitivity) * factor + information * information * lack_of_fit;
         let chi_square = g.dot(&(inverse_of_positive_definite(&expected, rounding())? * g));
         Some(VerifiedPose { squares_mm2, chi_square })
     }
@@ -38,7 +42,7 @@ impl<T: Real> Estimator<T> {
         let centre = fit.joint.centre_at(&fit.centre, rotation).in_base_mm;
         let (lack_of_fit, factor) = (fit.joint.lack_of_fit_mm2(), fit.joint.variance_factor());
         let of_pose = inverse_of_positive_definite(&seen.unscattered, rounding())?;
-        let variance = fit.result_variance_mm2() * pose.relative_variance;
+        let variance = fit.result_variance_mm2() * machine.relative_variance(pose.samples);
         Some(CentrePrediction {
             predicted_mm: centre,
             predicted_covariance_mm2: fit.covariance_of(&fit.path_rows(rotation)) * factor
