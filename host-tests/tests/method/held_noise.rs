@@ -80,7 +80,7 @@ fn the_standard_deviation_and_the_second_set_go_by_the_poses_own_noise() {
     let (wide, chi_square) = ratios(&rig::<f64>(&shoulder()), 40);
     assert!(wide < 0.55 && chi_square < 0.3, "{wide} {chi_square}");
     let frictional = stated().with_noise(FRICTION_MM, 0.0).unwrap();
-    let refused = (0..40).filter(|seed| identify(&frictional, &mut set(7700 + seed, &frictional).0).1.is_err()).count();
+    let refused = (0..40).filter(|seed| identify(&frictional, &mut set(7700 + seed).0).1.is_err()).count();
     // Of sound sets one in 10 000 is.
     assert!(refused >= 3, "{refused}");
 }
