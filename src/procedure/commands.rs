@@ -16,7 +16,7 @@ const MORE_POSES: usize = 10;
 
 /// Between two poses in motion at least so much time passes, ms: whatever slides for a moment beside what the arm's direction
 /// explains is then not counted twice, nor taken for a slip.
-const PAUSE_IN_MOTION_MS: u32 = 450;
+const PAUSE_IN_MOTION_MS: u32 = 540;
 
 /// The answer to a command.
 #[derive(Debug, Clone, Copy, PartialEq)]

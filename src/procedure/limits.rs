@@ -137,7 +137,10 @@ pub struct Limits {
 }
 
 /// The fastest cable of a motion that gives poses, mm/s: an arm that turns by 45 degrees a second.
-const SLOW_MM_PER_S: f32 = 80.0;
+const SLOW_MM_PER_S: f32 = 100.0;
+/// By so much of the noise of a length may acceleration have put off the mean of a window. The noise of the window's thirds is half
+/// of that.
+const NOISES: f32 = 1.5;
 
 impl Limits {
     /// Checked limits for a rig.
@@ -194,7 +197,7 @@ impl Limits {
     pub fn slow_motion(&self) -> SlowMotionLimits {
         SlowMotionLimits {
             counts_per_s: SLOW_MM_PER_S / self.mm_per_count,
-            error_counts: self.noise_mm / self.mm_per_count,
+            error_counts: NOISES * self.noise_mm / self.mm_per_count,
         }
     }
 

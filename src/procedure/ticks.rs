@@ -199,7 +199,8 @@ impl Procedure {
         }
         let poses = judging.next;
         let deviation_mm = libm::sqrtf(judging.squares_mm2 / f32::from(poses.max(1)) / 3.0);
-        let limit_mm = rms_limit_mm(deviation_mm, judging.chi_square, usize::from(poses), identified.noise_mm);
+        let joint = self.work.estimator().joint();
+        let limit_mm = rms_limit_mm(deviation_mm, judging.chi_square, usize::from(poses), identified.noise_mm, joint);
         let verification = Verification { deviation_mm, limit_mm, poses };
         let (run_id, boot, wearer) = (self.run.id, self.boot, self.wearer);
         let (identified, motion) = (identified.clone(), *motion);

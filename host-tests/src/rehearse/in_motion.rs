@@ -37,9 +37,12 @@ impl Motion {
 }
 
 impl Session<'_> {
-    /// The arm begins to move freely.
-    pub(super) fn begin_motion(&mut self) -> Motion {
-        Motion { roaming: Roaming::new(self.wearer), way: Vec::new() }
+    /// The arm goes to where it will begin to move freely.
+    pub(super) fn begin_motion(&mut self) -> Result<Motion, SessionError> {
+        let mut roaming = Roaming::new(self.wearer);
+        let first = roaming.next(self.wearer, PERIOD_MS);
+        self.move_to(first)?;
+        Ok(Motion { roaming, way: Vec::new() })
     }
 
     /// Moves on until the board has captured at least `count` poses of a set, and comes to rest. Where the arm was in each
@@ -53,7 +56,6 @@ impl Session<'_> {
         let stage = self.display.counted("poses in motion", u64::from(count));
         let began_s = motion.seconds();
         let mut at = motion.roaming.next(self.wearer, PERIOD_MS);
-        self.move_to(at)?;
         let is_meant = |report: &&PoseReport| report.reason == Reason::Fine && report.set == set;
         while self.client.inbox.poses.iter().filter(is_meant).count() < usize::from(count) {
             if motion.seconds() - began_s > LONGEST_S {

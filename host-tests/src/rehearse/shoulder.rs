@@ -76,9 +76,9 @@ impl Session<'_> {
     fn shoulder(&mut self, options: &Options) -> Result<Transcript, SessionError> {
         let bit = |asked: bool, bit: u16| if asked { bit } else { 0 };
         let start = BY_COMMAND_ONLY | bit(options.two_phase, HELD_FIRST) | bit(options.free_motion, IN_MOTION);
+        let mut motion = if options.free_motion { Some(self.begin_motion()?) } else { None };
         let (_, run_id) = self.begin(0, start)?;
         let began_ms = self.client.elapsed_ms;
-        let mut motion = options.free_motion.then(|| self.begin_motion());
         let held = if options.two_phase { self.held_phase(run_id, &mut motion)? } else { Vec::new() };
         let mut free = self.collect_either(&mut motion, PoseSet::Identification, options.poses)?;
         self.identify()?;
