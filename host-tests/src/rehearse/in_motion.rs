@@ -56,6 +56,8 @@ impl Session<'_> {
         let stage = self.display.counted("poses in motion", u64::from(count));
         let began_s = motion.seconds();
         let mut at = motion.roaming.next(self.wearer, PERIOD_MS);
+        // a shoulder blade that was let go meanwhile does not leap
+        self.move_to(at)?;
         let is_meant = |report: &&PoseReport| report.reason == Reason::Fine && report.set == set;
         while self.client.inbox.poses.iter().filter(is_meant).count() < usize::from(count) {
             if motion.seconds() - began_s > LONGEST_S {

@@ -10,8 +10,8 @@ use std::f64::consts::TAU;
 const TILT_RAD_PER_S: f64 = 0.7;
 const DIRECTION_RAD_PER_S: f64 = 0.31;
 const TORSION_RAD_PER_S: f64 = 0.57;
-/// How fast the head slides to and fro in its socket along each axis, rad/s.
-const SLIDE_RAD_PER_S: [f64; 3] = [0.9, 1.4, 2.1];
+/// How fast the head slides to and fro in its socket along each axis, rad/s (assumed): within half a second it is elsewhere.
+const SLIDE_RAD_PER_S: [f64; 3] = [4.3, 5.9, 7.7];
 
 /// The way of the arm.
 #[derive(Debug, Clone)]

@@ -10,7 +10,7 @@ mod shown_motion;
 pub use arm_frame::{ArmFrame, FEATURES, Features, SHOWN_FEATURES};
 pub use held::{HeldCentre, MIN_HELD_POSES};
 pub use motion::{ArmMotion, MIN_MOVING_POSES, MissingMotion};
-pub use moving_centre::{FREE_OF_JOINT, MAX_JOINT, MovingCentre};
+pub use moving_centre::{FREE_OF_JOINT, MAX_JOINT, MovingCentre, persistence};
 pub use scatter::Scatter;
 pub use shown_motion::{MOTION_PARTS, ShownMotion};
 
@@ -117,7 +117,7 @@ impl<T: Real> Joint<T> {
     pub fn variance_factor(&self) -> T {
         match self {
             Self::Ball | Self::Held(_) => T::one(),
-            Self::Moving(_) => MovingCentre::<T>::variance_factor(),
+            Self::Moving(moving) => moving.variance_factor(),
         }
     }
 

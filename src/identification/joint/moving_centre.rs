@@ -44,6 +44,19 @@ const VARIANCE_FACTOR: f64 = 1.5;
 /// Of the scatter's variance, what is taken for motion that φ does not explain.
 const LACK_OF_FIT: f64 = 0.64;
 
+/// Of the correlation of a pose's scatter with that of the next, what chance makes of none: two standard deviations with 60
+/// poses.
+const BY_CHANCE: f64 = 0.15;
+/// The largest correlation that is reckoned with.
+const MAX_CORRELATION: f64 = 0.8;
+
+/// How much larger the variance of a mean is where each value is correlated with the next like this, (1 + ρ) / (1 - ρ) of a
+/// first-order autoregression (Bartlett 1946); 1 where chance explains the correlation.
+pub fn persistence<T: Real>(correlation: T) -> T {
+    let rho = (correlation - T::of(BY_CHANCE)).max(T::zero()).min(T::of(MAX_CORRELATION));
+    (T::one() + rho) / (T::one() - rho)
+}
+
 /// How the joint centre moves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MovingCentre<T> {
@@ -53,12 +66,14 @@ pub struct MovingCentre<T> {
     pub gains: [Vector3<T>; FEATURES],
     /// The scatter of a pose's own centre.
     pub scatter: Scatter<T>,
+    /// By how much the variances of the fit are larger because the scatter of a pose persists in the next; 1 where it does not.
+    pub persistence: T,
 }
 
 impl<T: Real> MovingCentre<T> {
     /// A centre that does not move yet.
     pub fn new(frame: ArmFrame<T>) -> Self {
-        Self { frame, gains: [Vector3::zeros(); FEATURES], scatter: Scatter::default() }
+        Self { frame, gains: [Vector3::zeros(); FEATURES], scatter: Scatter::default(), persistence: T::one() }
     }
 
     /// A φ(R): displacement of the centre from O0 at a rotation ({P} to {B}), mm.
@@ -122,9 +137,9 @@ impl<T: Real> MovingCentre<T> {
         self.scatter.variance_mm2() * T::of(LACK_OF_FIT)
     }
 
-    /// By how much the covariance of the fit is widened for what φ does not explain.
-    pub fn variance_factor() -> T {
-        T::of(VARIANCE_FACTOR)
+    /// By how much the covariance of the fit is widened for what φ does not explain, and for a scatter that persists.
+    pub fn variance_factor(&self) -> T {
+        T::of(VARIANCE_FACTOR) * self.persistence
     }
 
     /// Moves A by a step.

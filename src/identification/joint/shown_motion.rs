@@ -80,7 +80,7 @@ impl ShownMotion {
             *gain = Vector3::from(part.map(|number| f32::from(number) * (1.0 / STEPS)));
         }
         let frame = ArmFrame::of_mean(rotation_of(&UnitQuaternion::new_unchecked(mean)));
-        MovingCentre { frame, gains, scatter: Scatter::of_sigma(self.sigmas_mm()[0]) }
+        MovingCentre { frame, gains, scatter: Scatter::of_sigma(self.sigmas_mm()[0]), persistence: 1.0 }
     }
 
     /// Scatter along an axis, 1σ of the path across the arm, and in all, mm.
@@ -104,7 +104,7 @@ mod tests {
     fn moving(turn: Vector3<f32>) -> MovingCentre<f32> {
         let frame = ArmFrame::of_mean(Rotation3::new(turn).into_inner());
         let gains = core::array::from_fn(|j| Vector3::new(j as f32 - 20.0, 31.27 - j as f32, 0.503));
-        MovingCentre { frame, gains, scatter: Scatter::of_sigma(0.35) }
+        MovingCentre { frame, gains, scatter: Scatter::of_sigma(0.35), persistence: 1.0 }
     }
 
     #[test]
