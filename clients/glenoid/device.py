@@ -146,10 +146,7 @@ class Device:
         self._nonce = self._nonce % 0xFFFF + 1
         frame = encode_command(opcode, run, argument, self._nonce, boot & 0xFF)
         for _ in range(TRIES):
-            try:
-                self.bus.send(frame, timeout=1.0)
-            except Exception as error:
-                raise self._gone(error) from error
+            self.send(frame)
             end = time.monotonic() + ANSWER_S
             while (left := end - time.monotonic()) > 0:
                 message = self._receive(left)
@@ -157,12 +154,23 @@ class Device:
                     return message
         raise NoAnswer(f"no answer to {opcode} on {self.called}: is the board still on, is the bus still connected?")
 
-    def _receive(self, limit_s: float) -> Message | None:
-        """One frame, kept for `listen` as well."""
+    def send(self, frame: can.Message) -> None:
+        """Sends a frame. Raises `DeviceError` when the bus is gone."""
         try:
-            frame = self.bus.recv(limit_s)
+            self.bus.send(frame, timeout=1.0)
         except Exception as error:
             raise self._gone(error) from error
+
+    def receive(self, limit_s: float) -> can.Message | None:
+        """The next frame, whosoever it is; None when there is none in time. Raises `DeviceError` when the bus is gone."""
+        try:
+            return self.bus.recv(limit_s)
+        except Exception as error:
+            raise self._gone(error) from error
+
+    def _receive(self, limit_s: float) -> Message | None:
+        """One frame, kept for `listen` as well."""
+        frame = self.receive(limit_s)
         message = decode(frame) if frame is not None else None
         if message is None:
             return None

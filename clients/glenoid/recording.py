@@ -49,6 +49,20 @@ class Run:
         ]
 
 
+def gaps(poses: dict[tuple[bool, int], Pose]) -> list[str]:
+    """What is not in the recording of a run, a line a pose: lengths that were lost, and poses of which nothing is left."""
+    told = []
+    for second in (False, True):
+        last = max((index for held_out, index in poses if held_out == second), default=-1)
+        for index in range(last + 1):
+            pose = poses.get((second, index))
+            lost = [f"L{k + 1}" for k in range(CABLES) if pose is None or pose.lengths_mm[k] is None]
+            if lost:
+                what = "no length" if len(lost) == CABLES else "not " + ", ".join(lost)
+                told.append(f"pose {index} of set {second + 1} is left out: {what} of it is in the recording")
+    return told
+
+
 def read_messages(path: str | Path) -> Iterable[Message]:
     """The device's messages in a recording, in order."""
     path = Path(path)

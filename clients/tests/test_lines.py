@@ -142,6 +142,19 @@ def test_a_recording_whose_adapter_is_pulled_out_keeps_what_was_heard(adapters: 
     assert len(open(path).readlines()) > 5
 
 
+def test_parameters_of_a_board_whose_adapter_is_pulled_out(adapters: type[Adapter]) -> None:
+    adapter = adapters()
+    process = client(adapter, "parameters", "list")
+    # it asks for the first one, and nobody answers
+    end = time.monotonic() + 60
+    while not any(line.startswith(b"t698") for line in adapter.heard):
+        assert time.monotonic() < end, "the client does not ask"
+        time.sleep(0.05)
+    adapter.unplug()
+    said, _ = process.communicate(timeout=60)
+    assert process.returncode == 1 and "is gone" in said and "Traceback" not in said, said
+
+
 def test_a_board_of_another_vocabulary_is_not_talked_to(adapters: type[Adapter]) -> None:
     adapter = adapters(protocol=glenoid.PROTOCOL + 1)
     process = client(adapter, "calibrate")

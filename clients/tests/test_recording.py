@@ -106,6 +106,23 @@ def test_a_recording_that_was_cut_gives_what_stands_before_the_cut(tmp_path: Pat
     assert 1 < len(glenoid.read_poses(path, held_out=None)) < 6
 
 
+def test_a_recording_with_gaps_says_which_pose_lacks_what(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    def lost(frame: can.Message) -> bool:
+        """Two lengths of pose 1, all of pose 2, one of the first pose that verifies."""
+        pose, cable = frame.data[2:3], frame.data[3:4]
+        return pose == b"\2" and cable < b"\x10" or bytes(pose + cable) in (b"\1\2", b"\1\5", b"\0\x16")
+
+    path = write(tmp_path / "run.log", [frame for frame in run_frames(3, 5, 2) if not lost(frame)])
+    assert main(["poses", str(path), "--set", "both"]) == 0
+    table, told = capsys.readouterr()
+    assert [line.split(",")[:2] for line in table.splitlines()[1:]] == [["1", "0"], ["1", "3"], ["1", "4"], ["2", "1"]]
+    assert told.splitlines()[1:] == [
+        f"{path}: pose 1 of set 1 is left out: not L2, L5 of it is in the recording",
+        f"{path}: pose 2 of set 1 is left out: no length of it is in the recording",
+        f"{path}: pose 0 of set 2 is left out: not L6 of it is in the recording",
+    ]
+
+
 def test_a_recorded_run_identifies_the_centre_that_the_board_found(
     board: Board, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
