@@ -9,7 +9,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NoReturn
 
 from . import __doc__ as package_doc
 from .ask import Asker
@@ -37,13 +37,25 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return TROUBLE
     except BrokenPipeError:
         return TROUBLE
+    except OSError as error:
+        # a file that cannot be written, a folder that is not there
+        print(f"glenoid: {error}", file=sys.stderr)
+        return TROUBLE
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
         return INTERRUPTED
 
 
+class _Parser(argparse.ArgumentParser):
+    """Ends with 1: 2 is the exit status of a run that ended without an accepted centre."""
+
+    def error(self, message: str) -> NoReturn:
+        self.print_usage(sys.stderr)
+        self.exit(TROUBLE, f"{self.prog}: {message}\n")
+
+
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="python -m glenoid", description=(package_doc or "").split("\n")[0])
+    parser = _Parser(prog="python -m glenoid", description=(package_doc or "").split("\n")[0])
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
     def command(name: str, run: object, text: str, bus: bool = True) -> argparse.ArgumentParser:

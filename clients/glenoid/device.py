@@ -17,7 +17,7 @@ from .vocabulary import FIRST_ID, PROTOCOL, Message, decode, encode_command
 #: The heartbeat comes every 100 ms; after so long without one the device is called silent, s.
 SILENCE_S = 2.0
 #: Longest wait for an answer before the command is sent again, s, and how often it is sent.
-ANSWER_S, TRIES = 0.4, 10
+ANSWER_S, TRIES = 0.4, 20
 
 
 class DeviceError(Exception):
@@ -63,6 +63,8 @@ def open_device(
 
 
 def _hint(interface: str, channel: str) -> str:
+    if interface not in can.VALID_INTERFACES:
+        return f"python-can knows {', '.join(sorted(can.VALID_INTERFACES))}."
     if channel.startswith("socket://"):
         return "Is the emulated board running (cargo emulate --wearer)?"
     if interface == "socketcan":
@@ -98,7 +100,7 @@ class Device:
             with contextlib.suppress(Exception):
                 self.bus.shutdown()
 
-    def meet(self, limit_s: float = 3.0) -> None:
+    def meet(self, limit_s: float = 5.0) -> None:
         """Waits for a heartbeat and checks the vocabulary's version."""
         end = time.monotonic() + limit_s
         while self.heartbeat is None:

@@ -80,17 +80,24 @@ def read_messages(path: str | Path) -> Iterable[Message]:
         raise
     except ValueError as error:
         if frames == 0:
-            raise DeviceError(f"{path}: not a recording that python-can reads ({error})") from error
+            raise _no_recording(path, error) from error
         if ours == 0:
             raise DeviceError(f"{path}: damaged after {frames} frames ({error})") from error
         # A recording that was cut: what stands before the cut is sound.
     except Exception as error:
         if frames == 0:
-            raise DeviceError(f"{path}: not a recording that python-can reads ({error})") from error
+            raise _no_recording(path, error) from error
     if frames == 0:
         raise DeviceError(f"{path}: no frame in it; is it a recording of the bus?")
     if ours == 0:
         raise DeviceError(f"{path}: {frames} frames, but none of the board (identifiers {FIRST_ID:X} to {LAST_ID:X})")
+
+
+def _no_recording(path: Path, error: Exception) -> DeviceError:
+    return DeviceError(
+        f"{path}: not a recording that python-can reads ({error}). The name's ending says which it is: .log of candump, "
+        ".asc, .blf, .trc, .csv, .db"
+    )
 
 
 def read_runs(path: str | Path) -> list[Run]:

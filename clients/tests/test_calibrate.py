@@ -24,20 +24,34 @@ def live_run(board: Board) -> int | None:
     """The run whose centre is in use."""
     with glenoid.open_device("slcan", board.channel) as device:
         device.ask("Query")
-        for message in device.listen(1):
+        for message in device.listen(20):
             if message.name == "LiveCentre":
                 return int(message["run_id"])
-    return None
+            if message.name == "Heartbeat" and not message["live"]:
+                return None
+    raise AssertionError("the board says that a centre is in use, but not which")
 
 
 def checksum_shown(board: Board) -> int:
     """The LED of the emulated board is not seen: how often it winks follows from this."""
     with glenoid.open_device("slcan", board.channel) as device:
         device.ask("Query")
-        for message in device.listen(1):
+        for message in device.listen(20):
             if message.name == "CandidateNaming":
                 return int(message["checksum"])
     raise AssertionError("no new centre is shown")
+
+
+def accept_by_button(board: Board) -> None:
+    """As somebody at the arm would: once more, if the LED does not change. A busy machine may swallow a press."""
+    checksum = checksum_shown(board)
+    for _ in range(3):
+        board.accept_by_button(checksum)
+        end = time.monotonic() + 10
+        while time.monotonic() < end:
+            if live_run(board) == 1:
+                return
+    raise AssertionError("the button did not accept")
 
 
 def centre_said(client: Client) -> list[float]:
@@ -117,11 +131,11 @@ def test_a_board_that_is_reset_loses_the_run_and_the_client_says_so(board: Board
 
 
 def test_the_button_starts_and_accepts_and_the_client_joins_and_sees_it(board: Board) -> None:
-    board.press(1.6)
+    board.press(2.2)
     client = Client(board)
     client.wait_for("joined")
     client.wait_for("nobody answers here: decide with the button")
-    board.accept_by_button(checksum_shown(board))
+    accept_by_button(board)
     assert client.end() == 0, client.said
     assert_near_truth(centre_said(client), board)
 
@@ -139,7 +153,7 @@ def test_two_clients_follow_one_run(board: Board) -> None:
 def test_a_run_that_failed_before_is_told_and_does_not_stop_the_next(board: Board) -> None:
     with glenoid.open_device("slcan", board.channel) as device:
         parameters = glenoid.Parameters(device)
-        parameters.set("collecting_timeout", 8_000)
+        parameters.set("collecting_timeout", 12_000)
         parameters.save()
     client = Client(board, "--yes")
     client.wait_for("pose 2 taken")
@@ -173,7 +187,7 @@ def test_encoders_that_fall_silent_in_a_run_are_told_and_waited_for(board: Board
 def test_the_button_aborts_the_run_of_a_client(board: Board) -> None:
     client = Client(board, "--yes")
     client.wait_for("pose 3 taken")
-    board.press(4.6)
+    board.press(6)
     assert client.end() == 2, client.said
     assert "run 1 ended with Aborted" in client.said and live_run(board) is None
 
@@ -181,10 +195,7 @@ def test_the_button_aborts_the_run_of_a_client(board: Board) -> None:
 def test_the_button_accepts_the_run_of_a_client_that_waits_for_an_answer(board: Board) -> None:
     client = Client(board, answers=True)
     client.wait_for("Accept this centre?")
-    board.accept_by_button(checksum_shown(board))
-    end = time.monotonic() + 20
-    while live_run(board) != 1:
-        assert time.monotonic() < end, "the button did not accept"
+    accept_by_button(board)
     # what is answered now comes too late, and changes nothing
     client.answer("n")
     assert client.end() == 0, client.said

@@ -20,6 +20,7 @@ import pytest
 from conftest import ROOT
 
 import glenoid
+from glenoid.__main__ import _parser, main
 from glenoid.vocabulary import DATABASE
 
 
@@ -164,8 +165,37 @@ def test_a_board_of_another_vocabulary_is_not_talked_to(adapters: type[Adapter])
     assert not any(line.startswith(b"t680801") for line in adapter.heard), "it was told to start"
 
 
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ("calibrate --frobnicate", "unrecognized arguments: --frobnicate"),
+        ("parameters set hold_time", "the following arguments are required: value"),
+        ("parameters set hold_time long", "invalid float value: 'long'"),
+        ("", "the following arguments are required: COMMAND"),
+    ],
+)
+def test_a_wrong_command_line_is_told_and_is_not_the_end_of_a_run(
+    line: str, told: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(line.split())
+    assert ended.value.code == 1 and told in capsys.readouterr().err
+
+
+def test_the_bus_may_be_named_before_or_behind_what_is_to_be_done() -> None:
+    for line in ("parameters -c x list", "parameters list -c x"):
+        options = _parser().parse_args(line.split())
+        assert (options.channel, options.interface) == ("x", "slcan")
+
+
+def test_a_recording_that_cannot_be_written_is_told(adapters: type[Adapter], tmp_path: object) -> None:
+    for path, told in ((f"{tmp_path}/nowhere/run.log", "cannot be written"), (f"{tmp_path}/run", "take a name that ends in")):
+        said, _ = (process := client(adapters(), "record", path)).communicate(timeout=60)
+        assert process.returncode == 1 and told in said and "Traceback" not in said, said
+
+
 def test_a_device_that_is_not_there_says_so(tmp_path: object) -> None:
     with pytest.raises(glenoid.DeviceError, match="Is the adapter plugged in, and may this user open it"):
         glenoid.open_device("slcan", f"{tmp_path}/ttyACM0")
-    with pytest.raises(glenoid.DeviceError, match="cannot open nonsense"):
+    with pytest.raises(glenoid.DeviceError, match="cannot open nonsense.*python-can knows .*slcan, socketcan"):
         glenoid.open_device("nonsense", "can0")
