@@ -6,6 +6,7 @@ import io
 import json
 import struct
 import subprocess
+import time
 from pathlib import Path
 
 import can
@@ -129,6 +130,11 @@ def test_a_recorded_run_identifies_the_centre_that_the_board_found(
     """What `record` wrote during a run: `poses` and `cargo identify` give the board's own centre."""
     path = tmp_path / "run.log"
     recorder = Client(board, str(path), command="record")
+    # it has opened the bus before it opens its file: no pose is missed
+    end = time.monotonic() + 60
+    while not path.exists():
+        assert time.monotonic() < end and recorder.process.poll() is None, recorder.said
+        time.sleep(0.05)
     client = Client(board, "--yes")
     assert client.end() == 0, client.said
     recorder.process.send_signal(2)

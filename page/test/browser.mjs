@@ -154,9 +154,19 @@ async function numbering(page, board) {
   await page.locator("#numbering").getByRole("button", { name: "Close" }).click();
 }
 
+/** Start; while the last pulled cable still swings the board asks to try again. */
+async function start(page) {
+  for (let tries = 0; tries < 20; tries += 1) {
+    await press(page, "Start");
+    await page.waitForTimeout(1000);
+    if (await page.getByText("Start was not obeyed").count() === 0) break;
+  }
+  await says(page, "Collecting poses");
+}
+
 /** A person with a moving shoulder: start, follow, look, accept. */
 async function wholeCalibration(page) {
-  await press(page, "Start");
+  await start(page);
   await collected(page, 6);
   const rate = await frameRate(page, 3);
   console.log(`${rate.toFixed(0)} frames a second while collecting`);
@@ -195,7 +205,7 @@ async function isTheTrueCentre(page, board) {
 
 /** Encoders that fall silent in mid-run: the page says what and what to do. */
 async function refusal(page, board) {
-  await press(page, "Start");
+  await start(page);
   await collected(page, 2);
   board.order("silent");
   await says(page, "No encoder counts arrive");

@@ -143,9 +143,10 @@ impl Encoders {
     }
 
     /// The time in which a cable may have moved, ms. A long pause between two samples does not make a long jump
-    /// believable; samples that arrive together were not taken together, but a mean period apart.
+    /// believable; samples that arrive together were not taken together, but a mean period apart. A clock of milliseconds knows
+    /// no shorter time than one.
     fn elapsed(&self, from_ms: u32, to_ms: u32) -> u32 {
-        let period_ms = self.period_ms_16 / 16;
+        let period_ms = (self.period_ms_16 / 16).max(1);
         let between_ms = to_ms.wrapping_sub(from_ms).min(self.limits.silence_ms).max(period_ms);
         between_ms.saturating_add(self.limits.jitter_ms.min(period_ms))
     }
@@ -274,6 +275,18 @@ mod tests {
         let mut encoders = rested(100);
         // 60 s would be enough for 90 m of cable; half a second for 33 000 counts
         assert!(!encoders.sample(60_000, &[40_000, 0, 0, 0, 0, 0], &drum()));
+    }
+
+    /// An arm at 1 m/s is no fault at any rate of sampling, 20 samples a millisecond included.
+    #[test]
+    fn samples_within_one_millisecond_are_no_jump() {
+        for samples_a_ms in [1, 4, 20] {
+            let mut encoders = rested(0);
+            for step in 1..=100 * samples_a_ms {
+                let counts = [43 * step / samples_a_ms; CABLES];
+                assert!(encoders.sample((step / samples_a_ms) as u32, &counts, &drum()), "{samples_a_ms}: {step}");
+            }
+        }
     }
 
     #[test]

@@ -24,7 +24,7 @@ const PERIOD_MS: u32 = 10;
 /// Time between two samples while it moves, ms: as often as the board sends telemetry.
 const MOVING_PERIOD_MS: u32 = 20;
 
-/// Samples that a pull of a cable takes, and how fast it is pulled: 12 mm in 0.2 s on the shoulder's drums.
+/// Samples that a pull of a cable takes, one with each telemetry, and how fast it is pulled: 12 mm in 0.4 s on the shoulder's drums.
 const PULL_SAMPLES: i32 = 40;
 const PULL_COUNTS_A_SAMPLE: i32 = 26;
 
@@ -183,7 +183,7 @@ impl Play {
     /// Holds the pose; then moves on if the board wants that.
     fn go_on(&mut self) -> io::Result<()> {
         for _ in 0..(self.person.hold_ms / PERIOD_MS).max(1) {
-            self.wait_for_the_board(|_| true);
+            self.wait_for_the_board(if self.link.pulls() { ends_telemetry } else { |_| true });
             self.sample(self.at)?;
         }
         if self.is_to_move() {
@@ -269,6 +269,11 @@ struct Link {
 }
 
 impl Link {
+    /// Is a cable being pulled?
+    fn pulls(&self) -> bool {
+        self.pulled.is_some_and(|(_, left)| left > 0)
+    }
+
     /// Obeys what was ordered, and sends one sample when its time has come.
     fn sample(&mut self, counts: &[i32; CABLES]) -> io::Result<()> {
         thread::sleep(self.next.saturating_duration_since(Instant::now()));

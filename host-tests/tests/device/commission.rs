@@ -169,6 +169,36 @@ fn logs_that_determine_nothing_are_refused_by_name() {
     }
 }
 
+/// Three logs; the second is of a machine whose home lengths are others.
+#[test]
+fn a_log_of_another_rig_is_refused_by_its_line() {
+    let mut bench = Bench::new("mixed");
+    for (name, centre) in
+        [("a.csv", [10.0, 0.0, 150.0]), ("b.csv", [-15.0, 10.0, 140.0]), ("c.csv", [5.0, -15.0, 160.0])]
+    {
+        bench.log(name, centre, 100, WIDE);
+    }
+    let path = bench.folder.join("b.csv");
+    let mut other = String::new();
+    for (index, line) in std::fs::read_to_string(&path).unwrap().lines().enumerate() {
+        let off = [9.0, -7.0, 0.0, 12.0, -8.0, 5.0];
+        let lengths = line.split(',').zip(off).map(|(length, off)| match length.parse::<f64>() {
+            Ok(length) if index > 0 => (length + off).to_string(),
+            _ => length.to_owned(),
+        });
+        let _ = writeln!(other, "{}", lengths.collect::<Vec<_>>().join(","));
+    }
+    std::fs::write(&path, other).unwrap();
+    let logs = ["a.csv", "b.csv", "c.csv"].map(|log| format!("[[log]]\nfile = \"{log}\"\n")).concat();
+    let reason = bench.refusal(&format!("rig = \"rig.toml\"\n{logs}"));
+    assert!(
+        reason.contains("commission.toml, line 5: ")
+            && reason.contains("b.csv: ")
+            && reason.contains("another rig or another homing"),
+        "{reason}"
+    );
+}
+
 #[test]
 fn a_place_in_another_frame_is_refused_by_its_line() {
     let mut bench = Bench::new("frame");
