@@ -16,6 +16,8 @@ const root = join(dirname(fileURLToPath(import.meta.url)), "..", "..");
 const pictures = process.argv[2] ?? join(root, "target", "page");
 /** What docs/page.md shows. */
 const documented = ["collecting", "review", "refusal", "numbering", "parameters", "recording"];
+/** Who sits at the arm. */
+const person = process.env.GLENOID_PERSON ?? "moving";
 const browser = ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"].find(existsSync);
 
 /** Starts `cargo view` and waits for its address. */
@@ -200,7 +202,9 @@ async function isTheTrueCentre(page, board) {
   const off = Math.hypot(...centre.map((value, k) => value - truth[k]));
   console.log(`centre ${centre.map((value) => value.toFixed(3))} ± ${sigma.toFixed(3)}, true ${truth}: ${off.toFixed(3)} mm apart`);
   assert.ok(sigma > 0 && sigma < 3, `σ of ${sigma} mm`);
-  assert.ok(off < 4 * sigma, "not the person's centre");
+  // how far along the arm a moving centre lies is known to 3.4 mm (docs/figures.md), whatever its σ is in this run
+  const limit = person === "ball" ? 4 * sigma : Math.max(4 * sigma, 2 * 3.4);
+  assert.ok(off < limit, `not the person's centre: ${off} mm off, limit ${limit}`);
 }
 
 /** Encoders that fall silent in mid-run: the page says what and what to do. */
@@ -302,7 +306,7 @@ const watched = async () => {
   page.on("console", (message) => { if (message.type() === "error") errors.push(message.text()); });
   return page;
 };
-const board = await view("--person", process.env.GLENOID_PERSON ?? "moving", "--hold", "400");
+const board = await view("--person", person, "--hold", "400");
 try {
   const page = await watched();
   await firstDrawing(page, board);
