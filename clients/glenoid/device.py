@@ -16,8 +16,9 @@ from .vocabulary import FIRST_ID, PROTOCOL, Message, decode, encode_command
 
 #: The heartbeat comes every 100 ms; after so long without one the device is called silent, s.
 SILENCE_S = 2.0
-#: Longest wait for an answer before the command is sent again, s, and how often it is sent.
-ANSWER_S, TRIES = 0.4, 20
+#: Longest wait for an answer before the command is sent again, s, and how often it is sent: an emulated board on a busy machine
+#: stands still for seconds.
+ANSWER_S, TRIES = 0.4, 30
 
 
 class DeviceError(Exception):

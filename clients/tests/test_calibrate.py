@@ -113,7 +113,7 @@ def test_ctrl_c_of_one_who_joined_leaves_the_run_alone_and_says_how_to_join(boar
     second.process.send_signal(signal.SIGINT)
     assert second.end() == 130, second.said
     assert "goes on at the board: start python -m glenoid calibrate again to join it" in second.said
-    assert state(board) == "Collecting"
+    assert state(board) in ("Collecting", "Identifying", "Verifying", "Review")
     first.process.kill()
 
 
@@ -185,7 +185,8 @@ def test_encoders_that_fall_silent_in_a_run_are_told_and_waited_for(board: Board
 
 
 def test_the_button_aborts_the_run_of_a_client(board: Board) -> None:
-    client = Client(board, "--yes")
+    # nobody accepts meanwhile
+    client = Client(board)
     client.wait_for("pose 3 taken")
     board.press(6)
     assert client.end() == 2, client.said

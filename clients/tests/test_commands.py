@@ -28,7 +28,7 @@ COMMANDS = r"cargo |python -m |clients/\S+\.py|\.ci/|board-model/run|npm |node |
 #: Scripts of the tree.
 SCRIPTS = (".ci/", "board-model/run", "npm ", "node ")
 #: cargo's own commands.
-CARGO = ("test", "build", "run", "bench", "doc", "fuzz", "+nightly")
+CARGO = ("fmt", "test", "build", "run", "bench", "doc", "fuzz", "+nightly")
 
 
 def lines(document: Path) -> list[str]:
