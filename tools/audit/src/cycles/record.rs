@@ -25,7 +25,7 @@ pub const ERROR_LIMIT_WITH_MACHINE_NM: u64 = 500_000;
 /// long.
 pub const SLICE_LIMIT: u64 = 10_000;
 /// The same with the machine's own parameters: one row of their normal equations is not divided further yet.
-pub const SLICE_LIMIT_WITH_MACHINE: u64 = 12_500;
+pub const SLICE_LIMIT_WITH_MACHINE: u64 = 12_700;
 
 /// The limit of the longest piece of a path, if it has one beside the growth.
 fn piece_limit(path: &str) -> Option<u64> {
