@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 from conftest import Board, Client
 
 import glenoid
@@ -21,6 +23,8 @@ def pull_all(board: Board) -> Client:
         numbering.wait_for(f"pull cable {cable} ")
         board.order(f"pull {cable}")
         numbering.wait_for(f"cable {cable} is where it belongs")
+        # let go, before another one is pulled
+        time.sleep(0.6)
     return numbering
 
 

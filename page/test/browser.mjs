@@ -150,6 +150,8 @@ async function numbering(page, board) {
   for (let cable = 1; cable <= 6; cable += 1) {
     await says(page, `Pull cable ${cable}: `);
     if (cable === 4) await snap(page, "numbering");
+    // the cable before has been let go
+    await page.waitForTimeout(600);
     board.order(`pull ${cable}`);
   }
   await says(page, "Every cable is at its own encoder.");
