@@ -52,6 +52,8 @@ pub struct WearerSettings {
     pub noise_mm: f64,
     /// Each cable's home length is wrong by up to this much, uniformly, the same in all poses, mm.
     pub zero_error_mm: f64,
+    /// In a free movement the head slides slowly, to and fro in 3 to 7 s, not in one.
+    pub slow_slides: bool,
 }
 
 impl Default for WearerSettings {
@@ -65,6 +67,7 @@ impl Default for WearerSettings {
             cuff_offset_mm: 10.0,
             noise_mm: 0.0,
             zero_error_mm: 0.0,
+            slow_slides: false,
         }
     }
 }

@@ -12,6 +12,8 @@ const DIRECTION_RAD_PER_S: f64 = 0.31;
 const TORSION_RAD_PER_S: f64 = 0.57;
 /// How fast the head slides to and fro in its socket along each axis, rad/s (assumed): within half a second it is elsewhere.
 const SLIDE_RAD_PER_S: [f64; 3] = [4.3, 5.9, 7.7];
+/// The same where it slides slowly.
+const SLOW_SLIDE_RAD_PER_S: [f64; 3] = [0.9, 1.4, 2.1];
 
 /// The way of the arm.
 #[derive(Debug, Clone)]
@@ -21,13 +23,16 @@ pub struct Roaming {
     phases: [f64; 3],
     /// The same of the slides along each axis.
     slides: [[f64; 3]; 3],
+    slide_rad_per_s: [f64; 3],
 }
 
 impl Roaming {
     /// Begins somewhere.
     pub fn new(wearer: &mut Wearer) -> Self {
         let mut three = || std::array::from_fn(|_| symmetric(&mut wearer.random, TAU / 2.0));
-        Self { seconds: 0.0, phases: three(), slides: [three(), three(), three()] }
+        let (phases, slides) = (three(), [three(), three(), three()]);
+        let slide_rad_per_s = if wearer.settings.slow_slides { SLOW_SLIDE_RAD_PER_S } else { SLIDE_RAD_PER_S };
+        Self { seconds: 0.0, phases, slides, slide_rad_per_s }
     }
 
     /// The arm after `period_ms` more, with fresh noise of every cable.
@@ -59,7 +64,7 @@ impl Roaming {
     /// Along each axis three waves of a third of the variance.
     fn slide_mm(&self) -> Vector3<f64> {
         let wave = |phases: &[f64; 3]| -> f64 {
-            phases.iter().zip(SLIDE_RAD_PER_S).map(|(phase, speed)| libm::sin(phase + speed * self.seconds)).sum()
+            phases.iter().zip(self.slide_rad_per_s).map(|(phase, speed)| libm::sin(phase + speed * self.seconds)).sum()
         };
         Vector3::from_fn(|axis, _| wave(&self.slides[axis])) * (SCATTER_MM * libm::sqrt(2.0 / 3.0))
     }
