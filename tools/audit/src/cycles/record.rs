@@ -21,21 +21,35 @@ pub const ERROR_LIMIT_WITH_NOISE_NM: u64 = 110_000;
 /// The same where the machine's own parameters are estimated too.
 pub const ERROR_LIMIT_WITH_MACHINE_NM: u64 = 500_000;
 
+/// The same of a shoulder in one phase, which leaves open where the centre is along the arm: `cargo study shoulder` judges it.
+pub const ERROR_LIMIT_OF_SHOULDER_NM: u64 = 10_000_000;
+
 /// Most instructions of a slice of the estimator, however hard the set: a control loop that shares the main loop waits so
 /// long.
 pub const SLICE_LIMIT: u64 = 10_000;
 /// The same with the machine's own parameters: one row of their normal equations is not divided further yet.
 pub const SLICE_LIMIT_WITH_MACHINE: u64 = 12_700;
 
+/// The same with a moving centre beside them: what tells a slip from it is not divided yet, a pose a slice.
+pub const SLICE_LIMIT_OF_SHOULDER: u64 = 106_000;
+
 /// The limit of the longest piece of a path, if it has one beside the growth.
 fn piece_limit(path: &str) -> Option<u64> {
-    let limit = if path.contains("machine") { SLICE_LIMIT_WITH_MACHINE } else { SLICE_LIMIT };
+    let limit = if path.contains("shoulder") {
+        SLICE_LIMIT_OF_SHOULDER
+    } else if path.contains("machine") {
+        SLICE_LIMIT_WITH_MACHINE
+    } else {
+        SLICE_LIMIT
+    };
     path.ends_with("-slice").then_some(limit)
 }
 
 /// The limit for a path by its name in the speed image.
 fn error_limit_nm(path: &str) -> u64 {
-    if path.contains("machine") {
+    if path.contains("shoulder") {
+        ERROR_LIMIT_OF_SHOULDER_NM
+    } else if path.contains("machine") {
         ERROR_LIMIT_WITH_MACHINE_NM
     } else if path.contains("noise") || path.contains("outlier") {
         ERROR_LIMIT_WITH_NOISE_NM
