@@ -54,12 +54,14 @@ def aliases() -> dict[str, str]:
     return dict(re.findall(r'^([\w-]+) = "(.*)"$', text.split("[alias]")[1], re.M))
 
 
-def help_of(name: str) -> str:
-    """What `cargo NAME --help` prints; "" for an alias that is cargo's own build or run of an image."""
+def help_of(name: str, words: list[str]) -> str:
+    """What `cargo NAME --help` prints, that of a subcommand with it; "" for an alias that is cargo's own build or run of an
+    image."""
     alias = aliases()[name]
     if not alias.startswith("run --quiet --release") or "thumbv7em" in alias:
         return ""
-    return subprocess.run(["cargo", name, "--help"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    ask = ["cargo", name, *words, "--help"]
+    return subprocess.run(ask, cwd=ROOT, capture_output=True, text=True, check=True).stdout
 
 
 _HELP: dict[str, str] = {}
@@ -75,7 +77,11 @@ def test_cargo_lines_name_options_that_exist(document: str, line: str) -> None:
     assert name in aliases(), f"{document}: cargo {name} is no command"
     options = [word.split("=")[0] for word in words[1:] if word.startswith("--") and word != "--"]
     if options:
-        known = _HELP.setdefault(name, help_of(name))
+        subcommand = [word for word in words[1:2] if name == "campaign"]
+        key = " ".join([name, *subcommand])
+        if key not in _HELP:
+            _HELP[key] = help_of(name, subcommand)
+        known = _HELP[key]
         for option in options:
             assert not known or option in known, f"{document}: cargo {name} has no {option}"
 
