@@ -32,8 +32,6 @@ const WITHIN_99: f64 = 11.345;
 /// An error beyond this many σ and this much, mm, is wrong.
 const SIGMAS: f64 = 5.0;
 const GRANTED_MM: f64 = 0.05;
-/// A free movement, from the start to the new centre, takes no longer, s.
-const LONGEST_S: f64 = 60.0;
 
 /// What the session has brought to light.
 struct Transcript {
@@ -192,9 +190,6 @@ fn judge(transcript: &Transcript, rig: &Rig<f32>, options: &Options) -> Result<(
         transcript.motion.map_or([0.0; 3], |motion| motion.sigmas_mm().map(f64::from));
     let report =
         sums.report(options, transcript, [scatter_mm, across_sigma_mm, path_sigma_mm], difference_mm, survives_restart);
-    if options.free_motion && transcript.seconds > LONGEST_S {
-        reasons.push(format!("the wearer has moved for {:.0} s, more than a minute", transcript.seconds));
-    }
     if transcript.motion.is_some() && !(report.covered >= 0.8) {
         reasons.push(format!("only {:.0} % of the poses lie within the 99 % region", report.covered * 100.0));
     }

@@ -24,6 +24,8 @@ const WORN: [(&str, f64); 3] = [("thorax", 0.0), ("half", 0.5), ("blade", 1.0)];
 const MOVING: &str = "moving";
 const SLOW_SLIDES: &str = "slow slides";
 const HELD: &str = "held";
+/// From the start to the new centre, s.
+const A_MINUTE_S: f64 = 60.0;
 /// A free movement may be worse than poses held still by this factor.
 const GRANTED: f64 = 1.3;
 
@@ -135,6 +137,8 @@ impl Figures {
             Target::at_least(format!("{name}: share right"), 0.95, self.right as f64 / self.sets as f64),
             Target::between(format!("{name}: 99 % bar covers"), (0.96, 1.0), self.covered()),
         ];
+        let longest_s = self.found.iter().map(|shoulder| shoulder.wearer_s).fold(0.0, f64::max);
+        targets.push(Target::at_most(format!("{name}: longest (s)"), A_MINUTE_S, longest_s));
         if base == "thorax" {
             let [path, across] =
                 [self.rms(|shoulder| shoulder.path_error_mm), self.rms(|shoulder| shoulder.across_error_mm)];
