@@ -14,7 +14,7 @@ use crate::kinematics::{CableLengths, PlatformError};
 /// So many poses more would have to gain a tenth, or there are enough.
 const MORE_POSES: usize = 10;
 
-/// Between two poses in motion at least so much time passes, ms: whatever slides for a moment beside what the arm's direction
+/// Between two poses in motion at least so much time passes, ms, six windows: whatever slides for a moment beside what the arm's direction
 /// explains is then not counted twice, nor taken for a slip.
 const PAUSE_IN_MOTION_MS: u32 = 540;
 
@@ -196,7 +196,7 @@ impl Procedure {
             return None;
         }
         let mut distance_rad = None;
-        // On the way from pose to pose most are too near: nobody is told.
+        // On the way from pose to pose most are too near: no notice is sent.
         self.try_pose(taken, &mut distance_rad).ok()?;
         Some(self.note_pose(now_ms, Ok(()), distance_rad))
     }

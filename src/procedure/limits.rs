@@ -136,7 +136,8 @@ pub struct Limits {
     noise_mm: f32,
 }
 
-/// The fastest cable of a motion that gives poses, mm/s: an arm that turns by 45 degrees a second.
+/// The fastest cable of a motion that gives poses, mm/s: an arm that turns by 40 degrees a second, at the shoulder's nominal radius
+/// of 141 mm.
 const SLOW_MM_PER_S: f32 = 100.0;
 /// By so much of the noise of a length may acceleration have put off the mean of a window. The noise of the window's thirds is half
 /// of that.

@@ -3,16 +3,16 @@
 //!
 //! All six counts of a sample are of one instant, and the mean of a window is the pose at its middle, but for what the
 //! cables' speeds change within it: with the acceleration L̈ over the window's time T the mean is too large by L̈ T² / 24. Both
-//! that and the speed are measured, from the means of the window's three thirds. A window in which that error could reach the noise
-//! that the rig states of one length anyway gives no pose, so the standard deviation of the result covers it: what is
-//! left of noise and acceleration together is smaller than what the estimator reckons with.
+//! that and the speed are measured, from the means of the window's three thirds. A window in which that error could exceed
+//! one and a half times the noise that the rig states of one length gives no pose. That the standard deviation of the result covers
+//! what is left, `cargo study free-motion` shows.
 
 use super::stillness::HeldCounts;
 use crate::rig::CABLES;
 
 /// How long a window lasts, ms.
 const WINDOW_MS: u32 = 90;
-/// Fewest samples in each of its thirds.
+/// Minimum number of samples in each of its thirds.
 const MIN_SAMPLES: u16 = 2;
 /// Share of the second difference of the thirds' means by which the whole mean is off: (T² / 24) / (T / 3)².
 const SHARE_OF_CURVATURE: f32 = 0.375;

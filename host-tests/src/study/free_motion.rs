@@ -21,9 +21,22 @@ pub const STUDY: Study = Study {
 /// How the base is worn: the share of the shoulder blade's motion that it makes.
 const WORN: [(&str, f64); 3] = [("thorax", 0.0), ("half", 0.5), ("blade", 1.0)];
 /// How the poses are captured: in motion, the head sliding to and fro within a second or in 3 to 7; or held still.
-const MOVING: &str = "moving";
-const SLOW_SLIDES: &str = "slow slides";
-const HELD: &str = "held";
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum How {
+    Moving,
+    SlowSlides,
+    Held,
+}
+
+impl How {
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Moving => "moving",
+            Self::SlowSlides => "slow slides",
+            Self::Held => "held",
+        }
+    }
+}
 /// From the start to the new centre, s.
 const A_MINUTE_S: f64 = 60.0;
 /// A free movement may be worse than poses held still by this factor.
@@ -36,18 +49,20 @@ fn run(plan: &Plan) -> Result<Findings, Problem> {
     let (mut targets, mut remarks) = (Vec::new(), Vec::new());
     for (base, follow) in WORN {
         for phases in [1, 2] {
-            for how in [MOVING, SLOW_SLIDES, HELD] {
-                let name = format!("free motion {follow} {phases}");
-                let reports = trials::run(plan.seed, &name, plan.trials, |trial, _| {
+            for how in [How::Moving, How::SlowSlides, How::Held] {
+                let people = format!("free motion {follow} {phases}");
+                let reports = trials::run(plan.seed, &people, plan.trials, |trial, _| {
                     rehearsal(plan.seed * 1_000_000 + trial, follow, phases == 2, how)
                 });
                 let reports = reports.into_iter().collect::<Result<Vec<_>, _>>()?;
                 let figures = Figures::of(&reports);
-                table.push(figures.row(base, phases, how));
-                remarks
-                    .extend(figures.objections.iter().map(|objection| format!("{base}, {phases}, {how}: {objection}")));
-                if how != HELD {
-                    targets.extend(figures.targets(&format!("{base}, {phases} phases, {how}"), base, phases));
+                let name = how.name();
+                table.push(figures.row(base, phases, name));
+                remarks.extend(
+                    figures.objections.iter().map(|objection| format!("{base}, {phases}, {name}: {objection}")),
+                );
+                if how != How::Held {
+                    targets.extend(figures.targets(&format!("{base}, {phases} phases, {name}"), base, phases));
                 }
             }
         }
@@ -64,7 +79,7 @@ const METHOD: &str = "A trial is a person drawn around the scapulohumeral rhythm
     wearer's, from the start to the new centre.";
 
 /// One person through the procedure.
-fn rehearsal(person: u64, follow: f64, two_phases: bool, how: &str) -> Result<Report, Problem> {
+fn rehearsal(person: u64, follow: f64, two_phases: bool, how: How) -> Result<Report, Problem> {
     let (person, follow) = (person.to_string(), follow.to_string());
     let mut arguments = vec![
         "rehearse",
@@ -80,8 +95,8 @@ fn rehearsal(person: u64, follow: f64, two_phases: bool, how: &str) -> Result<Re
         "45",
     ];
     arguments.extend(two_phases.then_some("--two-phase"));
-    arguments.extend((how != HELD).then_some("--free-motion"));
-    arguments.extend((how == SLOW_SLIDES).then_some("--slow-slides"));
+    arguments.extend((how != How::Held).then_some("--free-motion"));
+    arguments.extend((how == How::SlowSlides).then_some("--slow-slides"));
     let options = Options::parse_from(arguments);
     let (rig, single) = (Rig::<f64>::shoulder(150.0)?, Rig::<f32>::shoulder(150.0)?);
     let mut bench = InProcess::new(Config::for_rig(single));

@@ -17,8 +17,7 @@ pub const MAX_JOINT: usize = 3 * FEATURES;
 /// Of them those without a prior, but for the one combination that [`MovingCentre::add_prior`] rules.
 pub const FREE_OF_JOINT: usize = 3 * SHOWN_FEATURES;
 
-/// 1σ of the columns of the trefoils, mm/rad³. Those of living shoulders are up to 2; from 1 to 4 mm/rad³ the path is the same
-/// to 0.05 mm.
+/// 1σ of the columns of the trefoils, mm/rad³ (assumed: 0.7 mm at 45 degrees of tilt).
 const TREFOIL: f64 = 2.0;
 
 /// The isotropic part of A against the norm N of the rest, mm/rad: T = SLOPE max(N - FROM, 0), with a standard
@@ -37,7 +36,7 @@ const SHARE_ALONG: f64 = 0.6;
 const UNRULED: f64 = 1.0;
 
 /// What φ does not explain is no white scatter, and biases C and A as well: their variances are this many times those
-/// of the fit. With it and [`LACK_OF_FIT`] a 99 % region covers 97.8 to 99.9 % of the path (`cargo study shoulder --seed 6`,
+/// of the fit. With it and [`LACK_OF_FIT`] a 99 % region covers 98.6 to 100.0 % of the path (`cargo study shoulder --seed 6`,
 /// `--seed 7`; chosen on seed 1).
 const VARIANCE_FACTOR: f64 = 1.5;
 

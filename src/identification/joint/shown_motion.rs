@@ -21,7 +21,7 @@ const FRAME_STEPS: f32 = 64.0 * STEPS;
 const MAX: f32 = 16_383.0;
 
 /// How a joint centre moves with the arm, O(R) = O0 + A φ(R), with the scatter about that and how well the path is known. Of φ
-/// the trefoils are not shown: they are smaller than the scatter.
+/// the trefoils are not shown.
 ///
 /// | part | its three numbers |
 /// |---|---|
