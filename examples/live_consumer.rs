@@ -1,8 +1,8 @@
 //! A controller's side of the bus: takes the centre in use from `LiveSet`, and rejects stale, repeated, lost and mixed
 //! frames.
 //!
-//! It reads lines of `candump -t a` style, `milliseconds identifier#data`, from its input and says what a controller would
-//! do after each set. Try it: `cargo run --example live_consumer < recording`.
+//! It reads what `candump -l` or `python -m glenoid record run.log` writes from its input, and says whenever a controller
+//! would go by another centre than before. Try it: `cargo run --example live_consumer < run.log`.
 
 use glenoid::can::live_set::{LIVE_SET_ID, LIVE_SET_LEN};
 use glenoid::can::set::{Received, Receiver};
@@ -39,7 +39,7 @@ impl Consumer {
     /// The centre that may be used now, mm; None: stop, or hold.
     fn centre(&mut self, now_ms: u64) -> Option<[f32; 3]> {
         let (live, at_ms) = self.live?;
-        if now_ms - at_ms > STALE_MS {
+        if now_ms.saturating_sub(at_ms) > STALE_MS {
             // the sender may have started anew, and counts from elsewhere then
             self.receiver.restart();
             self.live = None;
@@ -50,18 +50,27 @@ impl Consumer {
     }
 }
 
+/// Time (ms), identifier and data of a line `(seconds) can0 identifier#data`.
+fn frame(line: &str) -> Option<(u64, &str, &str)> {
+    let (seconds, rest) = line.strip_prefix('(')?.split_once(')')?;
+    let (id, data) = rest.split_whitespace().nth(1)?.split_once('#')?;
+    Some(((seconds.parse::<f64>().ok()? * 1e3) as u64, id, data))
+}
+
 fn main() {
     let mut consumer = Consumer { receiver: Receiver::new(LIVE_SET_ID), live: None };
     let id = format!("{:03X}", BaseId::DEFAULT.raw() + LIVE_SET);
+    let mut said = None;
     for line in std::io::stdin().lock().lines().map_while(Result::ok) {
-        let Some((time, frame)) = line.split_once(' ') else { continue };
-        let (Ok(now_ms), Some((of, data))) = (time.parse(), frame.split_once('#')) else { continue };
-        let bytes = u64::from_str_radix(data, 16).map(u64::to_be_bytes);
-        if let Ok(piece) = bytes
+        let Some((now_ms, of, data)) = frame(&line) else { continue };
+        if let Ok(piece) = u64::from_str_radix(data, 16).map(u64::to_be_bytes)
             && of == id
         {
             consumer.take(now_ms, piece);
         }
-        println!("{now_ms}: {:?}", consumer.centre(now_ms));
+        let centre = consumer.centre(now_ms);
+        if said.replace(centre) != Some(centre) {
+            println!("{now_ms}: {}", centre.map_or("no centre".to_owned(), |mm| format!("centre {mm:?}")));
+        }
     }
 }

@@ -12,12 +12,15 @@ const here = dirname(fileURLToPath(import.meta.url));
 const dist = join(here, "dist");
 const target = "wasm32-unknown-unknown";
 
+// a target folder may be shared with other checkouts
+const metadata = execFileSync("cargo", ["metadata", "--format-version", "1", "--no-deps"], { cwd: join(here, "..") });
+const built = join(JSON.parse(metadata).target_directory, target, "wasm", "page_wasm.wasm");
 execFileSync("cargo", ["build", "--quiet", "--package", "page-wasm", "--profile", "wasm", "--target", target], {
   cwd: join(here, ".."),
   stdio: "inherit",
 });
 mkdirSync(dist, { recursive: true });
-copyFileSync(join(here, "..", "target", target, "wasm", "page_wasm.wasm"), join(dist, "page.wasm"));
+copyFileSync(built, join(dist, "page.wasm"));
 copyFileSync(join(here, "index.html"), join(dist, "index.html"));
 copyFileSync(join(here, "style.css"), join(dist, "style.css"));
 await build({

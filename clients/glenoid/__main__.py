@@ -9,16 +9,17 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
+from typing import Any, NoReturn
 
 from . import __doc__ as package_doc
 from .ask import Asker
 from .calibration import calibrate
-from .device import Device, DeviceError, NoAnswer, open_device
+from .device import Device, DeviceError, open_device
 from .interrupt import after_interrupt
 from .lock import read_key, set_key, unlock
 from .numbering import check_numbering
-from .parameters import Parameters
-from .recording import read_poses, read_runs, write_csv
+from .parameters import Parameters, Refused
+from .recording import gaps, read_poses, read_runs, write_csv
 from .rig import parameters_of
 from .vocabulary import FIRST_ID
 from .watching import record, watch
@@ -36,29 +37,32 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return TROUBLE
     except BrokenPipeError:
         return TROUBLE
+    except OSError as error:
+        # a file that cannot be written, a folder that is not there
+        print(f"glenoid: {error}", file=sys.stderr)
+        return TROUBLE
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
         return INTERRUPTED
 
 
+class _Parser(argparse.ArgumentParser):
+    """Ends with 1: 2 is the exit status of a run that ended without an accepted centre."""
+
+    def error(self, message: str) -> NoReturn:
+        self.print_usage(sys.stderr)
+        self.exit(TROUBLE, f"{self.prog}: {message}\n")
+
+
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="python -m glenoid", description=(package_doc or "").split("\n")[0])
+    parser = _Parser(prog="python -m glenoid", description=(package_doc or "").split("\n")[0])
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
     def command(name: str, run: object, text: str, bus: bool = True) -> argparse.ArgumentParser:
         sub = commands.add_parser(name, help=text, description=text)
         sub.set_defaults(run=run)
         if bus:
-            sub.add_argument("-i", "--interface", default="slcan", help="python-can's interface (default: slcan)")
-            sub.add_argument(
-                "-c", "--channel", default="socket://127.0.0.1:5601",
-                help="its channel (default: the emulated board, socket://127.0.0.1:5601)",
-            )
-            sub.add_argument("-b", "--bitrate", type=int, default=500_000, help="bit/s (default: 500000)")
-            sub.add_argument(
-                "--base-id", type=lambda text: int(text, 0), default=FIRST_ID, metavar="ID",
-                help=f"first identifier of the board, where the parameter base_id is not {FIRST_ID:#x}",
-            )
+            _add_bus(sub)
         return sub
 
     sub = command("calibrate", _calibrate, "Run a calibration, or join the one under way, and decide on its result.")
@@ -78,19 +82,26 @@ def _parser() -> argparse.ArgumentParser:
 
     sub = command("parameters", _parameters, "The board's parameters: read, set, saved.")
     actions = sub.add_subparsers(required=True, metavar="ACTION", dest="action")
-    actions.add_parser("list", help="all of them, with unit, range and default")
-    actions.add_parser("get", help="the value in use").add_argument("name")
-    setting = actions.add_parser("set", help="prepare a value; nothing changes before save")
+
+    def action(name: str, text: str) -> argparse.ArgumentParser:
+        one = actions.add_parser(name, help=text, description=text)
+        # before the action or behind it
+        _add_bus(one, given=False)
+        return one
+
+    action("list", "all of them, with unit, range and default")
+    action("get", "the value in use").add_argument("name")
+    setting = action("set", "prepare a value; nothing changes before save")
     setting.add_argument("name")
     setting.add_argument("value", type=float)
-    loading = actions.add_parser("load", help="prepare what a rig's file says; nothing changes before save")
+    loading = action("load", "prepare what a rig's file says; nothing changes before save")
     loading.add_argument("file", help="RIG.toml, as cargo identify reads it")
-    actions.add_parser("save", help="check the prepared values together and store them; the board starts anew")
-    actions.add_parser("discard", help="forget the prepared values")
-    opening = actions.add_parser("unlock", help="open the lock for ten minutes")
+    action("save", "check the prepared values together and store them; the board starts anew")
+    action("discard", "forget the prepared values")
+    opening = action("unlock", "open the lock for ten minutes")
     opening.add_argument("key", help="file with the key: 32 hexadecimal digits")
-    actions.add_parser("lock", help="close the lock")
-    keying = actions.add_parser("key", help="prepare another key of the lock; it holds after save")
+    action("lock", "close the lock")
+    keying = action("key", "prepare another key of the lock; it holds after save")
     keying.add_argument("key", help="file with the key: 32 hexadecimal digits; all 0: no lock")
 
     sub = command("poses", _poses, "The poses of a recorded run as a table for cargo identify.", bus=False)
@@ -99,6 +110,24 @@ def _parser() -> argparse.ArgumentParser:
     sub.add_argument("--set", choices=("1", "2", "both"), default="1", help="1 identifies (default), 2 verifies")
     sub.add_argument("--run", dest="number", type=int, help="number of the run (default: the last with poses)")
     return parser
+
+
+def _add_bus(parser: argparse.ArgumentParser, given: bool = True) -> None:
+    """The bus that a command talks to; not `given`: only what is named, the rest is given elsewhere."""
+
+    def add(*names: str, default: object, **keys: Any) -> None:
+        parser.add_argument(*names, default=default if given else argparse.SUPPRESS, **keys)
+
+    add("-i", "--interface", default="slcan", help="python-can's interface (default: slcan)")
+    add(
+        "-c", "--channel", default="socket://127.0.0.1:5601",
+        help="its channel (default: the emulated board, socket://127.0.0.1:5601)",
+    )
+    add("-b", "--bitrate", type=int, default=500_000, help="bit/s (default: 500000)")
+    add(
+        "--base-id", type=lambda text: int(text, 0), default=FIRST_ID, metavar="ID",
+        help=f"first identifier of the board, where the parameter base_id is not {FIRST_ID:#x}",
+    )
 
 
 def _open(options: argparse.Namespace) -> Device:
@@ -152,9 +181,7 @@ def _record(options: argparse.Namespace) -> int:
 def _shown(parameters: Parameters, name: str, operation: str) -> str:
     try:
         return f"{parameters.get(name, operation):g}"
-    except NoAnswer:
-        raise
-    except DeviceError:
+    except Refused:
         # the key of the lock cannot be read
         return "-"
 
@@ -208,9 +235,12 @@ def _poses(options: argparse.Namespace) -> int:
         write_csv(poses, sys.stdout)
     chosen = options.number or runs[-1].number
     others = f", the last of {len(runs)} runs" if len(runs) > 1 and not options.number else ""
-    centre = next(run.centre_mm for run in reversed(runs) if run.number == chosen)
+    run = next(run for run in reversed(runs) if run.number == chosen)
+    centre = run.centre_mm
     found = "; the board found " + " ".join(repr(centre[axis]) for axis in "xyz") + " mm" if len(centre) == 3 else ""
     print(f"{options.recording}: run {chosen}{others}, {len(poses)} poses{found}", file=sys.stderr)
+    for gap in gaps(run.poses):
+        print(f"{options.recording}: {gap}", file=sys.stderr)
     return 0
 
 

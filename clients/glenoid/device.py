@@ -16,8 +16,9 @@ from .vocabulary import FIRST_ID, PROTOCOL, Message, decode, encode_command
 
 #: The heartbeat comes every 100 ms; after so long without one the device is called silent, s.
 SILENCE_S = 2.0
-#: Longest wait for an answer before the command is sent again, s, and how often it is sent.
-ANSWER_S, TRIES = 0.4, 10
+#: Longest wait for an answer before the command is sent again, s, and how often it is sent: an emulated board on a busy machine
+#: stands still for seconds.
+ANSWER_S, TRIES = 0.4, 30
 
 
 class DeviceError(Exception):
@@ -63,6 +64,8 @@ def open_device(
 
 
 def _hint(interface: str, channel: str) -> str:
+    if interface not in can.VALID_INTERFACES:
+        return f"python-can knows {', '.join(sorted(can.VALID_INTERFACES))}."
     if channel.startswith("socket://"):
         return "Is the emulated board running (cargo emulate --wearer)?"
     if interface == "socketcan":
@@ -98,7 +101,7 @@ class Device:
             with contextlib.suppress(Exception):
                 self.bus.shutdown()
 
-    def meet(self, limit_s: float = 3.0) -> None:
+    def meet(self, limit_s: float = 5.0) -> None:
         """Waits for a heartbeat and checks the vocabulary's version."""
         end = time.monotonic() + limit_s
         while self.heartbeat is None:
@@ -146,10 +149,7 @@ class Device:
         self._nonce = self._nonce % 0xFFFF + 1
         frame = encode_command(opcode, run, argument, self._nonce, boot & 0xFF)
         for _ in range(TRIES):
-            try:
-                self.bus.send(frame, timeout=1.0)
-            except Exception as error:
-                raise self._gone(error) from error
+            self.send(frame)
             end = time.monotonic() + ANSWER_S
             while (left := end - time.monotonic()) > 0:
                 message = self._receive(left)
@@ -157,12 +157,23 @@ class Device:
                     return message
         raise NoAnswer(f"no answer to {opcode} on {self.called}: is the board still on, is the bus still connected?")
 
-    def _receive(self, limit_s: float) -> Message | None:
-        """One frame, kept for `listen` as well."""
+    def send(self, frame: can.Message) -> None:
+        """Sends a frame. Raises `DeviceError` when the bus is gone."""
         try:
-            frame = self.bus.recv(limit_s)
+            self.bus.send(frame, timeout=1.0)
         except Exception as error:
             raise self._gone(error) from error
+
+    def receive(self, limit_s: float) -> can.Message | None:
+        """The next frame, whosoever it is; None when there is none in time. Raises `DeviceError` when the bus is gone."""
+        try:
+            return self.bus.recv(limit_s)
+        except Exception as error:
+            raise self._gone(error) from error
+
+    def _receive(self, limit_s: float) -> Message | None:
+        """One frame, kept for `listen` as well."""
+        frame = self.receive(limit_s)
         message = decode(frame) if frame is not None else None
         if message is None:
             return None

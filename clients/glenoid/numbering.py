@@ -21,7 +21,7 @@ _WAITING = ("CableNotPulled", "ArmMoving", "CableLoose", "EncoderSilent", "Encod
 def check_numbering(device: Device, say: Callable[[str], None]) -> bool:
     """Asks for every cable in turn; True when each moved its own encoder. Raises `DeviceError` when nobody pulls."""
     for cable, run in enumerate(RUNS, 1):
-        say(f"pull cable {cable} ({run}) by a finger's breadth, and let go; hold the arm and the other cables still")
+        told = ""
         end = time.monotonic() + PATIENCE_S
         while (code := (answer := device.ask("CheckCable", argument=cable))["code"]) != "Fine":
             if code == "WrongCable":
@@ -34,6 +34,13 @@ def check_numbering(device: Device, say: Callable[[str], None]) -> bool:
                 raise DeviceError(f"the board does not look at cable {cable}: {code}, see docs/reasons.md")
             if time.monotonic() > end:
                 raise DeviceError(f"cable {cable} was not pulled within {PATIENCE_S:.0f} s ({code})")
+            # only now has the board noted where the cables are
+            if code != told:
+                say(
+                    f"pull cable {cable} ({run}) by a finger's breadth, and let go; hold the arm and the other cables still"
+                    if code == "CableNotPulled" else f"do not pull yet: {code}, see docs/reasons.md"
+                )
+            told = code
             for _ in device.listen(LOOK_S):
                 pass
         say(f"cable {cable} is where it belongs")

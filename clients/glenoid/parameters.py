@@ -23,6 +23,10 @@ _OPERATIONS = {str(name): code for code, name in _REQUEST.get_signal_by_name("op
 _PLAIN = "plain"
 
 
+class Refused(DeviceError):
+    """The board does not do what was asked for. The text names its reason."""
+
+
 @dataclass(frozen=True)
 class Parameter:
     """One parameter as the DBC describes it."""
@@ -92,7 +96,7 @@ class Parameters:
         self.ask("Discard")
 
     def ask(self, operation: str, index: int = 0, value: bytes = bytes(4), name: str = "") -> bytes:
-        """Sends a request and returns the four bytes of its answer. Raises `DeviceError` for a refusal."""
+        """Sends a request and returns the four bytes of its answer. Raises `Refused` for a refusal."""
         while (answer := self._ask_once(operation, index, value, name)) is None:
             # the board remembers 64 requests of a second
             time.sleep(0.2)
@@ -104,10 +108,10 @@ class Parameters:
         head = struct.pack("<HBB", _OPERATIONS[operation] | index << 4, self._nonce, 0)
         frame = can.Message(arbitration_id=_REQUEST.frame_id, is_extended_id=False, data=head + value)
         for _ in range(TRIES):
-            self.device.bus.send(frame, timeout=1.0)
+            self.device.send(frame)
             end = time.monotonic() + ANSWER_S
             while (left := end - time.monotonic()) > 0:
-                heard = self.device.bus.recv(left)
+                heard = self.device.receive(left)
                 if heard is None or heard.arbitration_id != _ANSWER.frame_id or len(heard.data) != 8:
                     continue
                 first, nonce, code = struct.unpack("<HBB", heard.data[:4])
@@ -117,6 +121,6 @@ class Parameters:
                     return None
                 if code != 0:
                     about = f" {name}" if name else ""
-                    raise DeviceError(f"{operation}{about} was refused: {_CODES.get(code, code)}, see docs/reasons.md")
+                    raise Refused(f"{operation}{about} was refused: {_CODES.get(code, code)}, see docs/reasons.md")
                 return bytes(heard.data[4:])
         raise NoAnswer(f"no answer to {operation} on {self.device.called}")

@@ -49,6 +49,20 @@ class Run:
         ]
 
 
+def gaps(poses: dict[tuple[bool, int], Pose]) -> list[str]:
+    """What is not in the recording of a run, a line a pose: lengths that were lost, and poses of which nothing is left."""
+    told = []
+    for second in (False, True):
+        last = max((index for held_out, index in poses if held_out == second), default=-1)
+        for index in range(last + 1):
+            pose = poses.get((second, index))
+            lost = [f"L{k + 1}" for k in range(CABLES) if pose is None or pose.lengths_mm[k] is None]
+            if lost:
+                what = "no length" if len(lost) == CABLES else "not " + ", ".join(lost)
+                told.append(f"pose {index} of set {second + 1} is left out: {what} of it is in the recording")
+    return told
+
+
 def read_messages(path: str | Path) -> Iterable[Message]:
     """The device's messages in a recording, in order."""
     path = Path(path)
@@ -66,17 +80,24 @@ def read_messages(path: str | Path) -> Iterable[Message]:
         raise
     except ValueError as error:
         if frames == 0:
-            raise DeviceError(f"{path}: not a recording that python-can reads ({error})") from error
+            raise _no_recording(path, error) from error
         if ours == 0:
             raise DeviceError(f"{path}: damaged after {frames} frames ({error})") from error
         # A recording that was cut: what stands before the cut is sound.
     except Exception as error:
         if frames == 0:
-            raise DeviceError(f"{path}: not a recording that python-can reads ({error})") from error
+            raise _no_recording(path, error) from error
     if frames == 0:
         raise DeviceError(f"{path}: no frame in it; is it a recording of the bus?")
     if ours == 0:
         raise DeviceError(f"{path}: {frames} frames, but none of the board (identifiers {FIRST_ID:X} to {LAST_ID:X})")
+
+
+def _no_recording(path: Path, error: Exception) -> DeviceError:
+    return DeviceError(
+        f"{path}: not a recording that python-can reads ({error}). The name's ending says which it is: .log of candump, "
+        ".asc, .blf, .trc, .csv, .db"
+    )
 
 
 def read_runs(path: str | Path) -> list[Run]:

@@ -36,6 +36,8 @@ def record(bus: can.BusABC | MovedBus, path: str | Path, seconds: float | None =
         raise DeviceError(f"{path} is there already; it is not overwritten")
     try:
         logger = can.Logger(str(path))
+    except OSError as error:
+        raise DeviceError(f"{path} cannot be written: {error}") from error
     except ValueError as error:
         raise DeviceError(f"{path}: {error}; take a name that ends in .log, .asc, .blf, .trc or .csv") from error
     frames, end = 0, None if seconds is None else time.monotonic() + seconds

@@ -65,7 +65,7 @@ class Board:
         for _ in range(checksum % 3 + 2):
             self.press(0.3)
             time.sleep(0.4)
-        self.press(1.6)
+        self.press(2.2)
 
     def stall(self, seconds: float) -> None:
         """The emulator gets no processor for so long, as on a machine that has too much to do."""

@@ -24,20 +24,34 @@ def live_run(board: Board) -> int | None:
     """The run whose centre is in use."""
     with glenoid.open_device("slcan", board.channel) as device:
         device.ask("Query")
-        for message in device.listen(1):
+        for message in device.listen(20):
             if message.name == "LiveCentre":
                 return int(message["run_id"])
-    return None
+            if message.name == "Heartbeat" and not message["live"]:
+                return None
+    raise AssertionError("the board says that a centre is in use, but not which")
 
 
 def checksum_shown(board: Board) -> int:
     """The LED of the emulated board is not seen: how often it winks follows from this."""
     with glenoid.open_device("slcan", board.channel) as device:
         device.ask("Query")
-        for message in device.listen(1):
+        for message in device.listen(20):
             if message.name == "CandidateNaming":
                 return int(message["checksum"])
     raise AssertionError("no new centre is shown")
+
+
+def accept_by_button(board: Board) -> None:
+    """As somebody at the arm would: once more, if the LED does not change. A busy machine may swallow a press."""
+    checksum = checksum_shown(board)
+    for _ in range(3):
+        board.accept_by_button(checksum)
+        end = time.monotonic() + 10
+        while time.monotonic() < end:
+            if live_run(board) == 1:
+                return
+    raise AssertionError("the button did not accept")
 
 
 def centre_said(client: Client) -> list[float]:
@@ -99,7 +113,7 @@ def test_ctrl_c_of_one_who_joined_leaves_the_run_alone_and_says_how_to_join(boar
     second.process.send_signal(signal.SIGINT)
     assert second.end() == 130, second.said
     assert "goes on at the board: start python -m glenoid calibrate again to join it" in second.said
-    assert state(board) == "Collecting"
+    assert state(board) in ("Collecting", "Identifying", "Verifying", "Review")
     first.process.kill()
 
 
@@ -117,11 +131,11 @@ def test_a_board_that_is_reset_loses_the_run_and_the_client_says_so(board: Board
 
 
 def test_the_button_starts_and_accepts_and_the_client_joins_and_sees_it(board: Board) -> None:
-    board.press(1.6)
+    board.press(2.2)
     client = Client(board)
     client.wait_for("joined")
     client.wait_for("nobody answers here: decide with the button")
-    board.accept_by_button(checksum_shown(board))
+    accept_by_button(board)
     assert client.end() == 0, client.said
     assert_near_truth(centre_said(client), board)
 
@@ -139,7 +153,7 @@ def test_two_clients_follow_one_run(board: Board) -> None:
 def test_a_run_that_failed_before_is_told_and_does_not_stop_the_next(board: Board) -> None:
     with glenoid.open_device("slcan", board.channel) as device:
         parameters = glenoid.Parameters(device)
-        parameters.set("collecting_timeout", 8_000)
+        parameters.set("collecting_timeout", 12_000)
         parameters.save()
     client = Client(board, "--yes")
     client.wait_for("pose 2 taken")
@@ -171,9 +185,10 @@ def test_encoders_that_fall_silent_in_a_run_are_told_and_waited_for(board: Board
 
 
 def test_the_button_aborts_the_run_of_a_client(board: Board) -> None:
-    client = Client(board, "--yes")
+    # nobody accepts meanwhile
+    client = Client(board)
     client.wait_for("pose 3 taken")
-    board.press(4.6)
+    board.press(6)
     assert client.end() == 2, client.said
     assert "run 1 ended with Aborted" in client.said and live_run(board) is None
 
@@ -181,10 +196,7 @@ def test_the_button_aborts_the_run_of_a_client(board: Board) -> None:
 def test_the_button_accepts_the_run_of_a_client_that_waits_for_an_answer(board: Board) -> None:
     client = Client(board, answers=True)
     client.wait_for("Accept this centre?")
-    board.accept_by_button(checksum_shown(board))
-    end = time.monotonic() + 20
-    while live_run(board) != 1:
-        assert time.monotonic() < end, "the button did not accept"
+    accept_by_button(board)
     # what is answered now comes too late, and changes nothing
     client.answer("n")
     assert client.end() == 0, client.said
@@ -245,25 +257,38 @@ def test_another_version_of_the_vocabulary_is_refused(board: Board, monkeypatch:
         glenoid.open_device("slcan", board.channel)
 
 
-#: The client with a clock that goes fifty times as fast, for its own time limits: what takes 0.8 s takes 40 s.
-HURRIED = """
+#: The client with a clock that leaps by 40 s at every pose, in which the board was heard all the while.
+LEAPING = """
 import sys, time
-real = time.monotonic
-time.monotonic = lambda *_: 50 * real()
 from glenoid.__main__ import main
-sys.exit(main(sys.argv[1:]))
+from glenoid.device import Device
+real, receive, leapt = time.monotonic, Device._receive, 0.0
+time.monotonic = lambda *_: real() + leapt
+def receive_and_leap(device, limit_s):
+    global leapt
+    message = receive(device, limit_s)
+    if message is not None and message.name == "Pose":
+        leapt += 40.0
+        device._heard = time.monotonic()
+    return message
+Device._receive = receive_and_leap
+status = main(sys.argv[1:])
+print(f"{leapt:.0f} s by its clock")
+sys.exit(status)
 """
 
 
 def test_forty_seconds_a_pose_by_the_clients_own_clock(boards: Callable[..., Board]) -> None:
-    """17 poses of 40 s, by its clock: the client has no time limit beside the device's. That the device has 120 s for a pose is
-    tested without one (tests of the procedure); both together, in real time, below."""
+    """17 poses of 40 s and more, by its clock: the client has no time limit beside the device's. That the device has 120 s for
+    a pose is tested without one (tests of the procedure); both together, in real time, below."""
     board = boards("--hold", "450", "--move", "400", quick=False)
     client = subprocess.run(
-        [sys.executable, "-c", HURRIED, "calibrate", "-c", board.channel, "--yes"],
+        [sys.executable, "-c", LEAPING, "calibrate", "-c", board.channel, "--yes"],
         cwd=ROOT / "clients", capture_output=True, text=True, timeout=120, check=False,
     )
     assert client.returncode == 0, client.stdout + client.stderr
+    leapt = float(client.stdout.splitlines()[-1].split(" s by its clock")[0])
+    assert leapt >= 17 * 40, client.stdout
     assert live_run(board) == 1
 
 

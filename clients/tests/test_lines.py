@@ -20,6 +20,7 @@ import pytest
 from conftest import ROOT
 
 import glenoid
+from glenoid.__main__ import _parser, main
 from glenoid.vocabulary import DATABASE
 
 
@@ -142,6 +143,19 @@ def test_a_recording_whose_adapter_is_pulled_out_keeps_what_was_heard(adapters: 
     assert len(open(path).readlines()) > 5
 
 
+def test_parameters_of_a_board_whose_adapter_is_pulled_out(adapters: type[Adapter]) -> None:
+    adapter = adapters()
+    process = client(adapter, "parameters", "list")
+    # it asks for the first one, and nobody answers
+    end = time.monotonic() + 60
+    while not any(line.startswith(b"t698") for line in adapter.heard):
+        assert time.monotonic() < end, "the client does not ask"
+        time.sleep(0.05)
+    adapter.unplug()
+    said, _ = process.communicate(timeout=60)
+    assert process.returncode == 1 and "is gone" in said and "Traceback" not in said, said
+
+
 def test_a_board_of_another_vocabulary_is_not_talked_to(adapters: type[Adapter]) -> None:
     adapter = adapters(protocol=glenoid.PROTOCOL + 1)
     process = client(adapter, "calibrate")
@@ -151,8 +165,37 @@ def test_a_board_of_another_vocabulary_is_not_talked_to(adapters: type[Adapter])
     assert not any(line.startswith(b"t680801") for line in adapter.heard), "it was told to start"
 
 
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ("calibrate --frobnicate", "unrecognized arguments: --frobnicate"),
+        ("parameters set hold_time", "the following arguments are required: value"),
+        ("parameters set hold_time long", "invalid float value: 'long'"),
+        ("", "the following arguments are required: COMMAND"),
+    ],
+)
+def test_a_wrong_command_line_is_told_and_is_not_the_end_of_a_run(
+    line: str, told: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(line.split())
+    assert ended.value.code == 1 and told in capsys.readouterr().err
+
+
+def test_the_bus_may_be_named_before_or_behind_what_is_to_be_done() -> None:
+    for line in ("parameters -c x list", "parameters list -c x"):
+        options = _parser().parse_args(line.split())
+        assert (options.channel, options.interface) == ("x", "slcan")
+
+
+def test_a_recording_that_cannot_be_written_is_told(adapters: type[Adapter], tmp_path: object) -> None:
+    for path, told in ((f"{tmp_path}/nowhere/run.log", "cannot be written"), (f"{tmp_path}/run", "take a name that ends in")):
+        said, _ = (process := client(adapters(), "record", path)).communicate(timeout=60)
+        assert process.returncode == 1 and told in said and "Traceback" not in said, said
+
+
 def test_a_device_that_is_not_there_says_so(tmp_path: object) -> None:
     with pytest.raises(glenoid.DeviceError, match="Is the adapter plugged in, and may this user open it"):
         glenoid.open_device("slcan", f"{tmp_path}/ttyACM0")
-    with pytest.raises(glenoid.DeviceError, match="cannot open nonsense"):
+    with pytest.raises(glenoid.DeviceError, match="cannot open nonsense.*python-can knows .*slcan, socketcan"):
         glenoid.open_device("nonsense", "can0")

@@ -21,10 +21,10 @@ def pull_all(board: Board) -> Client:
     numbering = Client(board, command="numbering")
     for cable in range(1, 7):
         numbering.wait_for(f"pull cable {cable} ")
-        # the board must have been asked before somebody pulls
-        time.sleep(0.5)
         board.order(f"pull {cable}")
         numbering.wait_for(f"cable {cable} is where it belongs")
+        # let go, before another one is pulled
+        time.sleep(0.6)
     return numbering
 
 
@@ -53,7 +53,6 @@ def test_a_client_that_needs_no_answer_accepts_once_the_cables_were_pulled(board
 def test_another_cable_than_the_named_one_is_named(board: Board) -> None:
     numbering = Client(board, command="numbering")
     numbering.wait_for("pull cable 1 (P1 to B1)")
-    time.sleep(0.5)
     board.order("pull 5")
     assert numbering.end() == 2, numbering.said
     assert "cable 1 was to be pulled, but encoder 5 moved" in numbering.said

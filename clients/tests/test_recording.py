@@ -107,6 +107,35 @@ def test_a_recording_that_was_cut_gives_what_stands_before_the_cut(tmp_path: Pat
     assert 1 < len(glenoid.read_poses(path, held_out=None)) < 6
 
 
+def test_a_recording_with_gaps_says_which_pose_lacks_what(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    def lost(frame: can.Message) -> bool:
+        """Two lengths of pose 1, all of pose 2, one of the first pose that verifies."""
+        pose, cable = frame.data[2:3], frame.data[3:4]
+        return pose == b"\2" and cable < b"\x10" or bytes(pose + cable) in (b"\1\2", b"\1\5", b"\0\x16")
+
+    path = write(tmp_path / "run.log", [frame for frame in run_frames(3, 5, 2) if not lost(frame)])
+    assert main(["poses", str(path), "--set", "both"]) == 0
+    table, told = capsys.readouterr()
+    assert [line.split(",")[:2] for line in table.splitlines()[1:]] == [["1", "0"], ["1", "3"], ["1", "4"], ["2", "1"]]
+    assert told.splitlines()[1:] == [
+        f"{path}: pose 1 of set 1 is left out: not L2, L5 of it is in the recording",
+        f"{path}: pose 2 of set 1 is left out: no length of it is in the recording",
+        f"{path}: pose 0 of set 2 is left out: not L6 of it is in the recording",
+    ]
+
+
+def centre_in_use(board: Board) -> list[float]:
+    with glenoid.open_device("slcan", board.channel) as device:
+        device.ask("Query")
+        values: dict[str, float] = {}
+        for message in device.listen(20):
+            if message.name == "LiveCentre":
+                values[message["axis"]] = message["value"]
+            if len(values) == 3:
+                return [values[axis] for axis in "xyz"]
+    raise AssertionError(f"of the centre in use only {values} is told")
+
+
 def test_a_recorded_run_identifies_the_centre_that_the_board_found(
     board: Board, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -122,10 +151,7 @@ def test_a_recorded_run_identifies_the_centre_that_the_board_found(
     assert client.end() == 0, client.said
     recorder.process.send_signal(2)
     assert recorder.end() == 0, recorder.said
-    with glenoid.open_device("slcan", board.channel) as device:
-        device.ask("Query")
-        live = {m["axis"]: m["value"] for m in device.listen(1) if m.name == "LiveCentre"}
-    centre = [live[axis] for axis in "xyz"]
+    centre = centre_in_use(board)
     identify = ROOT / "target" / "release" / "identify"
     # the recording itself: the board's own arithmetic once more, and what the board showed, to the last digit
     ran = subprocess.run([identify, path, "--json"], capture_output=True, text=True)
@@ -143,3 +169,47 @@ def test_a_recorded_run_identifies_the_centre_that_the_board_found(
     assert ran.returncode == 0, ran
     found = json.loads(ran.stdout)["centre_mm"]
     assert all(abs(a - b) < 2e-4 for a, b in zip(found, centre, strict=True)), (found, centre)
+
+
+def consumer(lines: list[str]) -> list[str]:
+    """What the example of a consumer says to a recording."""
+    command = ["cargo", "run", "--quiet", "--release", "--example", "live_consumer"]
+    ran = subprocess.run(command, cwd=ROOT, input="\n".join(lines), capture_output=True, text=True, check=True)
+    return [line.split(": ", 1)[1] for line in ran.stdout.splitlines()]
+
+
+def test_a_consumer_goes_by_the_centre_in_use_and_by_no_broken_set(board: Board, tmp_path: Path) -> None:
+    client = Client(board, "--yes")
+    assert client.end() == 0, client.said
+    path = tmp_path / "run.log"
+    recorder = Client(board, str(path), "--seconds", "4", command="record")
+    assert recorder.end() == 0, recorder.said
+    lines = path.read_text().splitlines()
+    pieces = [at for at, line in enumerate(lines) if " 69A#" in line]
+    assert len(pieces) > 16 * 10
+    told = consumer(lines)
+    # before the first set is whole there is no centre; then there is one, the one in use, and nothing else is said
+    assert told[0] == "no centre" and len(told) == 2, told
+    used = [float(word) for word in told[1].removeprefix("centre [").rstrip("]").split(", ")]
+    centre = centre_in_use(board)
+    assert all(abs(a - b) < 1e-4 for a, b in zip(used, centre, strict=True)), (used, centre)
+
+    first = next(k for k, at in enumerate(pieces) if int(lines[at].split("#")[1][:2], 16) & 0x1F == 0)
+    sets = [pieces[k : k + 16] for k in range(first, len(pieces) - 15, 16)]
+    piece = lambda of, at: lines[sets[of][at]].split("#")[1].split()[0]  # noqa: E731
+    damaged = list(lines)
+    # a set whose end is another one's, one with another byte, one that lacks a piece, one that comes again
+    for at in range(8, 16):
+        damaged[sets[3][at]] = damaged[sets[3][at]].replace(piece(3, at), piece(2, at))
+    byte = piece(5, 9)
+    damaged[sets[5][9]] = damaged[sets[5][9]].replace(byte, byte[:-1] + format(int(byte[-1], 16) ^ 1, "X"))
+    damaged[sets[7][4]] = ""
+    for at in range(16):
+        damaged[sets[9][at]] = damaged[sets[9][at]].replace(piece(9, at), piece(8, at))
+    told = consumer(damaged)
+    assert [line for line in told if line.startswith("centre")] == [f"centre {used}"], told
+    assert any("refused" in line for line in told) and any("repeated" in line for line in told), told
+    assert any("sets lost" in line for line in told), told
+    # silence: what was good is stale
+    later = [f"({float(lines[-1][1:].split(')')[0]) + 0.6:.6f}) can0 001#00"]
+    assert consumer([*lines, *later])[-1] == "no centre"

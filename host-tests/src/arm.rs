@@ -59,12 +59,12 @@ fn ball(file: &BallFile) -> Result<Identified, InputError> {
     let rig = &file.rig.rig;
     let log = LengthsFile::read(&file.log)?.with_repeated_rows_merged(file.rig.row_noise_mm());
     let machine = file.rig.machine(rig);
-    let poses = log.poses(log.rows().iter(), rig, &machine, file.rig.samples_a_row)?;
+    let poses = log.poses(log.rows().iter(), rig, file.rig.samples_a_row)?;
     let posture = file.posture.corrected(rig).map_err(|error| InputError::Request(error.fault.text().to_owned()))?;
     let noise = Noise::Known(rig.length_noise_mm());
     let settings = EstimatorSettings { noise, ..EstimatorSettings::for_rig(rig) };
     let estimation = estimate_poses(&machine, rig, settings, None, poses);
-    let posture = Pose::new(posture).averaged_over(&machine, file.rig.samples_a_row.unwrap_or(1));
+    let posture = Pose::new(posture).averaged_over(file.rig.samples_a_row.unwrap_or(1));
     Ok(Identified { machine, estimation, posture })
 }
 

@@ -3,6 +3,7 @@
 mod error;
 mod log;
 mod record_file;
+mod watcher;
 
 pub use error::EmulatorError;
 
@@ -17,6 +18,7 @@ use std::process::{Child, ChildStderr, ChildStdout, Command, ExitStatus, Stdio};
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
+use watcher::Watcher;
 
 /// The emulator's program.
 const PROGRAM: &str = "qemu-system-arm";
@@ -74,6 +76,8 @@ pub struct Emulator {
     image: PathBuf,
     options: Options,
     child: Child,
+    /// Until the emulator has ended.
+    watcher: Option<Watcher>,
     can: SocketAddr,
     rig: SocketAddr,
     debugger: Option<SocketAddr>,
@@ -127,6 +131,7 @@ impl Emulator {
             .stderr(Stdio::piped())
             .spawn()
             .map_err(EmulatorError::Start)?;
+        let watcher = Watcher::over(&child).ok();
         let log = Arc::new(Log::default());
         let readers = [
             child.stdout.take().map(|out: ChildStdout| follow(out, Arc::clone(&log), options.show_log)),
@@ -134,7 +139,7 @@ impl Emulator {
         ];
         let readers = readers.into_iter().flatten().collect();
         let (image, options) = (image.to_owned(), options.clone());
-        let mut emulator = Self { image, options, child, can, rig, debugger, monitor, log, readers, record };
+        let mut emulator = Self { image, options, child, watcher, can, rig, debugger, monitor, log, readers, record };
         emulator.wait_for_log(READY, BOOT_LIMIT)?;
         Ok(emulator)
     }
@@ -174,9 +179,7 @@ impl Emulator {
     /// # Errors
     /// [`EmulatorError`]; the board is then off.
     pub fn power_cycle(&mut self) -> Result<(), EmulatorError> {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-        self.finish_reading();
+        self.end();
         let same_flash = Options { record: Some(self.record().to_owned()), ..self.options.clone() };
         let mut next = Self::start(&self.image, &same_flash)?;
         // the file goes with the board that made it
@@ -253,7 +256,19 @@ impl Emulator {
 
     /// How the emulator ended, if it has.
     pub fn exit_status(&mut self) -> Option<ExitStatus> {
-        self.child.try_wait().ok().flatten()
+        let ended = self.child.try_wait().ok().flatten();
+        if ended.is_some() {
+            self.watcher = None;
+        }
+        ended
+    }
+
+    /// Ends the emulator.
+    fn end(&mut self) {
+        self.watcher = None;
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+        self.finish_reading();
     }
 
     fn finish_reading(&mut self) {
@@ -265,9 +280,7 @@ impl Emulator {
 
 impl Drop for Emulator {
     fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-        self.finish_reading();
+        self.end();
     }
 }
 

@@ -9,6 +9,7 @@ mod charts;
 mod client;
 mod display;
 mod expected;
+mod in_motion;
 mod inbox;
 mod judgement;
 mod machine;

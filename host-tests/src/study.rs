@@ -11,6 +11,7 @@ mod commissioning;
 mod cramer_rao;
 mod degenerate;
 mod findings;
+mod free_motion;
 mod machine;
 pub mod output;
 pub mod scene;
@@ -65,6 +66,7 @@ pub const ALL: &[Study] = &[
     machine::STUDY,
     commissioning::STUDY,
     shoulder::STUDY,
+    free_motion::STUDY,
     elbow::STUDY,
     arm::STUDY,
     pulley::STUDY,

@@ -21,6 +21,7 @@ mod cables;
 mod encoder;
 mod joint;
 mod motion;
+mod roaming;
 
 use glenoid::rig::{CABLES, Parameters, Rig};
 use nalgebra::{Rotation3, Unit, Vector3};
@@ -31,6 +32,7 @@ pub use arm::FittedArm;
 pub use cables::Cables;
 pub use encoder::Encoder;
 use joint::MovingJoint;
+pub use roaming::Roaming;
 
 /// What is random about the wearer, and how much.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,6 +52,8 @@ pub struct WearerSettings {
     pub noise_mm: f64,
     /// Each cable's home length is wrong by up to this much, uniformly, the same in all poses, mm.
     pub zero_error_mm: f64,
+    /// In a free movement the head slides slowly, to and fro in 3 to 7 s, not in one.
+    pub slow_slides: bool,
 }
 
 impl Default for WearerSettings {
@@ -63,6 +67,7 @@ impl Default for WearerSettings {
             cuff_offset_mm: 10.0,
             noise_mm: 0.0,
             zero_error_mm: 0.0,
+            slow_slides: false,
         }
     }
 }

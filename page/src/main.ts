@@ -32,6 +32,8 @@ class Page {
   private playing: number | null = null;
   private found: Identification | null = null;
   private computed = -1;
+  /** The centre in use as it is in the picture. */
+  private shown = "";
   private drawn = "";
   private placed: number[] | null = null;
   private heard = performance.now();
@@ -189,11 +191,17 @@ class Page {
     if (model.lengths !== null && model.lengths !== this.placed) {
       this.placed = model.lengths;
       const placed = this.library.place(model.lengths);
-      if (placed !== null) this.scene?.follow(placed);
+      if (placed !== null) this.scene?.follow(placed, model.now?.centre ?? null);
     }
     if (this.computed !== model.evidence) {
       this.computed = model.evidence;
       this.compute();
+      this.shown = "";
+    }
+    const live = model.live.every((value) => value !== null) ? model.live.map((value) => value!.value) : null;
+    if (this.shown !== String(live)) {
+      this.shown = String(live);
+      this.scene?.show(this.found, live);
     }
     const state = JSON.stringify([model.revision, situation, this.notice, this.computed]);
     if (state !== this.drawn) {
@@ -208,8 +216,6 @@ class Page {
     const last = [...this.model.whole(false), ...this.model.whole(true)].at(-1);
     const placed = last === undefined ? this.library.machine.home : this.library.place(last.lengths as number[]);
     if (placed !== null && this.model.lengths === null) this.scene?.moveTo(placed);
-    const live = this.model.live.every((value) => value !== null) ? this.model.live.map((value) => value!.value) : null;
-    this.scene?.show(this.found, live);
     const covariance = this.found?.covariance;
     if (this.scene !== null) write("scene-note", covariance === undefined ? "" : words.scene.magnified(magnification(covariance)));
   }

@@ -36,6 +36,8 @@ export class Model {
   /** L1 to L6 now, mm, where the board sends them. */
   lengths: number[] | null = null;
   slack = 0;
+  /** The centre in use where the arm is now, mm, with its σ in its worst direction, where the board sends it. */
+  now: { centre: number[]; sigma: number } | null = null;
   readonly faults = new Map<string, Fault>();
   readonly leftOut: Message[] = [];
   /** Grows when a pose gets its last length: time to compute anew. */
@@ -67,6 +69,8 @@ export class Model {
       case "Telemetry":
         this.lengths = message["lengths"] as number[];
         this.slack = Number(message["slack"]);
+        this.now = message["centre"] === null ? null
+          : { centre: message["centre"] as number[], sigma: Number(message["sigma"]) };
         break;
       case "Pose":
         this.pose(message, run);

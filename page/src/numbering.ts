@@ -56,8 +56,9 @@ export class NumberingCheck {
     element("numbering-again").hidden = true;
     for (let cable = 0; cable < CABLES; cable += 1) {
       const seen = Array.from({ length: CABLES }, (_, k): Seen => k < cable ? "found" : k === cable ? "now" : "later");
-      this.mark(cable);
-      this.show(words.numbering.pull(cable + 1), words.numbering.how, seen);
+      // Pulled before the board has noted where the cables are, it would not be seen.
+      this.mark(null);
+      this.show(words.numbering.wait, "", seen);
       for (;;) {
         const answer = await device.ask("CheckCable", 0, cable + 1);
         if (turn !== this.turn) return;
@@ -71,8 +72,10 @@ export class NumberingCheck {
         }
         const [text, remedy] = [sentence(reason.text), sentence(reason.remedy)];
         if (!WAITING.includes(reason.name)) return this.stop(text, remedy, seen);
-        const waits = reason.name === "CableNotPulled" ? words.numbering.how : `${text} ${remedy}`;
-        this.show(words.numbering.pull(cable + 1), waits, seen);
+        const looks = reason.name === "CableNotPulled";
+        this.mark(looks ? cable : null);
+        if (looks) this.show(words.numbering.pull(cable + 1), words.numbering.how, seen);
+        else this.show(words.numbering.wait, `${text} ${remedy}`, seen);
         await new Promise((resolve) => setTimeout(resolve, LOOK_MS));
       }
     }

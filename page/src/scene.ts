@@ -42,6 +42,8 @@ export class ArmScene {
   private target = NOWHERE;
   private dirty = true;
   private marked: number | null = null;
+  /** The centre that is shown is a new one. */
+  private isNew = false;
   private machine: Machine;
   /** Size of the machine beside the shoulder. */
   private size = 1;
@@ -127,9 +129,10 @@ export class ArmScene {
     this.dirty = true;
   }
 
-  /** The arm is there: many times a second. */
-  follow(placed: Placed): void {
+  /** The arm is there, and the centre in use with it: many times a second. */
+  follow(placed: Placed, centre: number[] | null): void {
     this.target = placed;
+    if (centre !== null && !this.isNew) this.centre.position.fromArray(centre);
     if (distance(this.shown, placed) > 1e-4) {
       this.put(placed);
       this.dirty = true;
@@ -140,9 +143,10 @@ export class ArmScene {
   show(found: Identification | null, live: number[] | null): void {
     const centre = found?.centre ?? live ?? this.machine.nominal;
     this.centre.position.fromArray(centre);
-    this.old.visible = live !== null && found?.centre != null;
+    this.isNew = found?.centre != null;
+    this.old.visible = live !== null && this.isNew;
     if (live !== null) this.old.position.fromArray(live);
-    this.ellipsoid.visible = found?.centre != null && found.covariance !== undefined;
+    this.ellipsoid.visible = this.isNew && found?.covariance !== undefined;
     if (found?.covariance !== undefined && found.centre !== null) {
       this.ellipsoid.matrix.copy(ellipsoid(found.covariance, found.centre));
     }

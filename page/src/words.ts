@@ -61,6 +61,7 @@ export const words = {
     open: "Check the cables …",
     title: "Is every cable at its own encoder?",
     pull: (cable: number) => `Pull cable ${cable}: ${RUNS[cable - 1]}.`,
+    wait: "Do not pull yet.",
     how: "By a finger's breadth, then let go. Arm and other cables rest.",
     wrong: (cable: number, moved: number) => `Cable ${cable} was to be pulled, but encoder ${moved} moved.`,
     wrongRemedy: "Is it labelled as in the drawing, does it run over the drum of that number? Accept nothing before this is right.",

@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
-import { Library } from "../src/library.ts";
+import { type Identification, Library } from "../src/library.ts";
 import { bitsOf, shortest } from "../src/parameters.ts";
 
 const library = await Library.load(readFileSync("page/dist/page.wasm"));
@@ -31,16 +31,22 @@ const circle = (radius: number, degrees: number, z = 0): V => {
   return [radius * Math.cos(angle), radius * Math.sin(angle), z];
 };
 
-/** Lengths of an arm with its centre at (7, -4, 155), as singles. */
-function arm(poses: number, noise: number, seed = 1, baseRadius = 150): number[][] {
+/** The true centre with the arm turned by about this rotation vector, rad, where it moves by so much with each radian, mm. */
+const centreAt = ([x, y, z]: V, moves: number): V =>
+  [7 + moves * (y + z / 6), -4 + moves * (z / 6 - x), 155 + moves * (x + y) / 3];
+
+/** Lengths of an arm with its centre at (7, -4, 155), as singles; `moves` as there. */
+function arm(poses: number, noise: number, seed = 1, baseRadius = 150, moves = 0): number[][] {
   const next = random(seed);
   const base = [0, 120, 240].map((degrees) => circle(baseRadius, degrees));
   const ends = [60, 180, 300].map((degrees) => circle(Math.sqrt(140.8 ** 2 - 96 ** 2), degrees, 96));
   return Array.from({ length: poses }, () => {
     const [azimuth, tilt, torsion] = [next() * 2 * Math.PI, next() * 0.78, (next() - 0.5) * 1.04];
+    const [x, y] = [Math.cos(azimuth), Math.sin(azimuth)];
+    const centre = centreAt([x * tilt, y * tilt, torsion], moves);
     const moved = ends.map((end) => {
-      const turned = about([Math.cos(azimuth), Math.sin(azimuth), 0], tilt, about([0, 0, 1], torsion, end));
-      return [turned[0] + 7, turned[1] - 4, turned[2] + 155] as V;
+      const turned = about([x, y, 0], tilt, about([0, 0, 1], torsion, end));
+      return turned.map((value, k) => value + centre[k]!) as V;
     });
     const pairs = [[0, 0], [0, 1], [1, 1], [1, 2], [2, 2], [2, 0]] as const;
     return pairs.map(([end, point]) =>
@@ -55,6 +61,19 @@ test("the centre is the true one, and each pose stands where the arm stood", () 
   for (const pose of found.poses) {
     assert.ok(pose!.residuals!.every((left) => Math.abs(left) < 1e-3));
     [7, -4, 155].forEach((value, k) => assert.ok(Math.abs(pose!.centre![k]! - value) < 0.02));
+  }
+});
+
+/** The largest that any cable leaves in any pose, mm. */
+const largest = (found: Identification) => Math.max(...found.poses.flatMap((pose) => pose!.residuals!).map(Math.abs));
+
+test("what a pose leaves is held against the machine as it is estimated, of a moving joint too", () => {
+  for (const [moves, isMoving] of [[0, false], [6, true]] as const) {
+    // within the tolerance of the encoders' zeros, 0.3 mm
+    const poses = arm(40, 0.05, 2, 150, moves).map((row) => row.map((length, k) => length + (k === 2 ? 0.3 : 0)));
+    const found = library.identify(poses);
+    assert.equal(found.moving, isMoving, String(found.refusal));
+    assert.ok(largest(found) < 0.12, `${largest(found)} mm are left`);
   }
 });
 

@@ -16,6 +16,9 @@ pub const ZERO_PRIOR_STEP_MM: f32 = 1.0 / 1024.0;
 pub const BY_COMMAND_ONLY: u16 = 1;
 /// In the argument of [`Opcode::Start`]: two phases, the first with the shoulder blade held.
 pub const HELD_FIRST: u16 = 2;
+/// In the argument of [`Opcode::Start`]: poses are captured while the arm moves slowly as well, even by a run that captures
+/// the others by command only.
+pub const IN_MOTION: u16 = 4;
 /// In the argument of [`Opcode::ReadPose`]: the second set is meant.
 const HELD_OUT: u16 = 0x100;
 
@@ -25,7 +28,7 @@ const HELD_OUT: u16 = 0x100;
 #[repr(u8)]
 pub enum Opcode {
     /// Start a run. Argument bit 0: poses are captured by command only; bit 1: two phases, the first with the shoulder
-    /// blade held.
+    /// blade held; bit 2: poses are captured while the arm moves slowly as well.
     Start = 1,
     /// Take the pose in which the arm is now.
     Capture = 2,
@@ -219,9 +222,10 @@ impl Request {
             return Err(Reason::StaleRun);
         }
         let order = match (opcode, self.argument) {
-            (Opcode::Start, 0..=3) => Order::Procedure(Command::Start {
+            (Opcode::Start, 0..=7) => Order::Procedure(Command::Start {
                 by_command_only: self.argument & BY_COMMAND_ONLY != 0,
                 held_first: self.argument & HELD_FIRST != 0,
+                in_motion: self.argument & IN_MOTION != 0,
             }),
             (Opcode::ReadPose, argument) if argument < 2 * HELD_OUT => Order::ReadPose {
                 set: if argument & HELD_OUT == 0 { PoseSet::Identification } else { PoseSet::HeldOut },

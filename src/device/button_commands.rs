@@ -15,16 +15,21 @@ use crate::procedure::{Command, Reason, StateName};
 /// | failed | acknowledge | acknowledge | abort |
 pub(super) const fn command_of(press: Press, state: StateName) -> Option<Command> {
     match (press, state) {
-        (Press::VeryLong, StateName::Idle) => Some(Command::Start { by_command_only: false, held_first: true }),
+        (Press::VeryLong, StateName::Idle) => Some(start(true)),
         (Press::VeryLong, _) => Some(Command::Abort),
         (Press::Short, StateName::Collecting | StateName::Verifying) => Some(Command::Capture),
         (Press::Short | Press::Long, StateName::Failed) => Some(Command::Acknowledge),
-        (Press::Long, StateName::Idle) => Some(Command::Start { by_command_only: false, held_first: false }),
+        (Press::Long, StateName::Idle) => Some(start(false)),
         (Press::Long, StateName::Collecting) => Some(Command::Identify),
         (Press::Long, StateName::Verifying) => Some(Command::Verify),
         (Press::Long, StateName::Review) => Some(Command::Accept),
         (Press::Short, StateName::Idle | StateName::Review) | (_, StateName::Identifying) => None,
     }
+}
+
+/// Whether poses are captured in motion as well, a parameter says.
+const fn start(held_first: bool) -> Command {
+    Command::Start { by_command_only: false, held_first, in_motion: false }
 }
 
 /// Short presses in review may lie so far apart, ms, and the long one so far behind them.

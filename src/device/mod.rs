@@ -229,7 +229,7 @@ pub struct Device {
     /// The firmware stopped before this start, and nobody has asked about it yet.
     restart_is_news: bool,
     /// A repeated command is answered again and not obeyed again.
-    answered: Answered<Request, Answer, 64>,
+    answered: Answered<Request, Answer, 40>,
     /// Starts of this board, this one included.
     boot: u32,
     serial: u32,
@@ -255,7 +255,7 @@ pub struct Device {
     in_use: ParameterSet,
     prepared: ParameterSet,
     saving: Saving,
-    parameters_answered: Answered<ParameterRequest, ParameterAnswer, 64>,
+    parameters_answered: Answered<ParameterRequest, ParameterAnswer, 40>,
     parameters_wrong: bool,
     parameters_fault: FaultReporter,
 }

@@ -13,9 +13,9 @@ use crate::scalar::Real;
 use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
 
-/// Maximum number of parameters beside O and C: 36 of a machine with ends of its own for every cable; or 18 of a 3-3
-/// machine and 18 of a moving joint.
-const MAX_PARAMETERS: usize = 36;
+/// Maximum number of parameters beside O and C: 18 of a 3-3 machine and 24 of a moving joint; or 36 of a machine with ends of
+/// its own for every cable.
+const MAX_PARAMETERS: usize = 42;
 /// Maximum number of unknowns.
 pub const MAX_UNKNOWNS: usize = MAX_PARAMETERS + CENTRE_UNKNOWNS;
 

@@ -1,6 +1,5 @@
 //! A captured pose: its lengths, the platform's pose by them, and its χ².
 
-use super::machine::Machine;
 use crate::kinematics::rotation::{nearest_attitude, rotation_of};
 use crate::kinematics::{CableLengths, LengthError, PlatformError, PlatformPose, PlatformSolver};
 use crate::scalar::Real;
@@ -27,8 +26,6 @@ pub struct Pose<T: Real> {
     lengths: CableLengths<T>,
     attitude: UnitQuaternion<T>,
     origin_mm: Vector3<T>,
-    /// Variance of its lengths over that of the rig's noise; 1 by default.
-    pub relative_variance: T,
     /// Samples of the encoders that its lengths are the mean of; 1 by default.
     pub samples: u16,
     /// χ² of its lengths at the present estimate, the pose's rotation at its best: three degrees of freedom when the
@@ -47,7 +44,6 @@ impl<T: Real> Pose<T> {
             lengths,
             attitude: UnitQuaternion::identity(),
             origin_mm: Vector3::zeros(),
-            relative_variance: T::one(),
             samples: 1,
             chi_square: T::of(f64::INFINITY),
             state: PoseState::Unplaced,
@@ -82,15 +78,13 @@ impl<T: Real> Pose<T> {
 
     /// The same pose, its lengths the mean of so many samples.
     #[must_use]
-    pub fn averaged_over(mut self, machine: &Machine<T>, samples: u16) -> Self {
-        (self.samples, self.relative_variance) = (samples, machine.relative_variance(samples));
-        self
+    pub fn averaged_over(self, samples: u16) -> Self {
+        Self { samples, ..self }
     }
 
-    /// Back to the state before placing; lengths and variance stay.
+    /// Back to the state before placing; lengths and samples stay.
     pub fn reset(&mut self) {
-        let Self { relative_variance, samples, .. } = *self;
-        *self = Self { relative_variance, samples, ..Self::new(self.lengths) };
+        *self = Self { samples: self.samples, ..Self::new(self.lengths) };
     }
 
     fn set_platform(&mut self, pose: &PlatformPose<T>) {

@@ -128,7 +128,7 @@ impl<T: Real> PredictedAccuracy<T> {
         let jacobian = LengthJacobian::new(machine.geometry(), &self.centre, &rotation, pose.lengths());
         let Ok(information) = MarginalInformation::new(&jacobian) else { return };
         let at = PoseAt { rotation: &rotation, lengths: pose.lengths(), jacobian: &jacobian };
-        let weight = T::one() / pose.relative_variance;
+        let weight = T::one() / machine.relative_variance(pose.samples);
         let mut sums = CentreSums::default();
         sums.add(&rotation, &information, weight);
         sums.move_to(&mut self.information);

@@ -1,6 +1,7 @@
 //! Verification on a second set of poses, which did not identify: χ² of their residuals about the estimated centre
 //! (step 4 of the paper's procedure, with the estimator's own model).
 
+use super::joint::Joint;
 use super::statistics::{FALSE_ALARM, chi_square_quantile};
 use crate::linear_algebra::non_negative_root;
 use crate::scalar::Real;
@@ -30,9 +31,16 @@ pub struct CentrePrediction<T> {
 
 /// The root-mean-square residual at which `poses` poses with this χ² in all would be refused, mm: one false alarm in
 /// 10 000 sound sets.
-pub fn rms_limit_mm<T: Real>(rms_mm: T, chi_square: T, poses: usize, noise_mm: T) -> T {
+///
+/// Of a ball all three residuals of a pose are independent. What the model of a moving centre leaves open it leaves to
+/// neighbouring poses alike: only one of the three counts.
+pub fn rms_limit_mm<T: Real>(rms_mm: T, chi_square: T, poses: usize, noise_mm: T, joint: &Joint<T>) -> T {
     let freedom = T::of_integer(3 * poses.max(1) as i32);
-    let most = chi_square_quantile(freedom, T::of(FALSE_ALARM));
+    let independent = match joint {
+        Joint::Ball | Joint::Held(_) => freedom,
+        Joint::Moving(_) => T::of_integer(poses.max(1) as i32),
+    };
+    let most = chi_square_quantile(independent, T::of(FALSE_ALARM)) * freedom / independent;
     if chi_square > T::zero() && rms_mm > T::zero() {
         rms_mm * non_negative_root(most / chi_square)
     } else {

@@ -251,6 +251,7 @@ parameters! {
     VerifyingTimeout = 176, integer, "ms", 120000, 1000, 3600000, open, "longest time without a new pose of the second set";
     ReviewTimeout = 177, integer, "ms", 300000, 1000, 3600000, open, "longest time for the decision";
     NumberingCheck = 178, integer, "", 0, 0, 1, guarded, "1: the first centre on this machine is accepted only after every cable was pulled and found at its encoder (CheckCable)";
+    CaptureInMotion = 179, integer, "", 0, 0, 1, open, "1: poses are captured while the arm moves slowly as well, in every run";
 
     TelemetryRate = 190, integer, "Hz", 50, 0, 100, open, "sets of telemetry a second; 0 = off; acts at once";
     LivePeriod = 191, integer, "ms", 100, 0, 10000, guarded, "time between two sets of what a controller acts on; 0 = off";

@@ -4,6 +4,7 @@ use super::encoders::{EncoderFault, Encoders};
 use super::limits::Limits;
 use super::loose::LooseWatch;
 use super::reason::Reason;
+use super::slow_motion::SlowMotion;
 use super::stillness::Stillness;
 use crate::kinematics::CableLengths;
 use crate::rig::{CABLES, Drum, Rig};
@@ -30,6 +31,7 @@ pub struct Arm {
     encoders: Encoders,
     stillness: Stillness,
     loose: LooseWatch,
+    slow_motion: SlowMotion,
 }
 
 impl Arm {
@@ -40,6 +42,7 @@ impl Arm {
             encoders: Encoders::new(limits.encoders()),
             stillness: Stillness::new(stillness),
             loose: LooseWatch::new(stillness.band_counts),
+            slow_motion: SlowMotion::new(limits.slow_motion()),
         }
     }
 
@@ -47,9 +50,11 @@ impl Arm {
     pub fn sample(&mut self, now_ms: u32, counts: &[i32; CABLES], drum: &Drum<f32>) {
         if !self.encoders.sample(now_ms, counts, drum) {
             self.stillness.restart();
+            self.slow_motion.restart();
             return;
         }
         self.stillness.sample(now_ms, counts);
+        self.slow_motion.sample(now_ms, counts);
         self.loose.sample(counts);
         if self.stillness.is_still(now_ms) {
             self.loose.restart();
@@ -104,5 +109,15 @@ impl Arm {
         let impossible = |cable| NotReady { reason: Reason::LengthImpossible, cable };
         let lengths = CableLengths::from_mean_counts(rig, &held.first, &held.above);
         lengths.map(|lengths| (lengths, held.samples)).map_err(|error| impossible(error.cable))
+    }
+
+    /// The same of the pose through which the arm has just moved slowly, once; `None` when there is none that can be believed.
+    pub fn pose_in_motion(&mut self, now_ms: u32, rig: &Rig<f32>) -> Option<(CableLengths<f32>, u16)> {
+        let passed = self.slow_motion.take()?;
+        if self.fault(now_ms).is_some() || self.loose.cable().is_some() {
+            return None;
+        }
+        let lengths = CableLengths::from_mean_counts(rig, &passed.first, &passed.above).ok()?;
+        Some((lengths, passed.samples))
     }
 }

@@ -10,7 +10,11 @@ use super::transition::{Trigger, allows};
 use super::{Guidance, Judging, Procedure, Run, State, Verifying};
 use crate::identification::Pose;
 use crate::identification::estimator::PoseVerification;
-use crate::kinematics::PlatformError;
+use crate::kinematics::{CableLengths, PlatformError};
+
+/// Between two poses in motion at least so much time passes, ms, six windows: whatever slides for a moment beside what the arm's direction
+/// explains is then not counted twice, nor taken for a slip.
+const PAUSE_IN_MOTION_MS: u32 = 540;
 
 /// The answer to a command.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,7 +49,10 @@ impl Procedure {
             return Reply::refused(reason, u16::from(state.code()));
         }
         match command {
-            Command::Start { by_command_only, held_first } => self.start(now_ms, by_command_only, held_first),
+            Command::Start { by_command_only, held_first, in_motion } => {
+                let in_motion = in_motion || self.limits.settings().capture_in_motion;
+                self.start(now_ms, Run { in_motion, ..Run::new(self.run.id, by_command_only, now_ms) }, held_first)
+            }
             Command::Capture => self.capture_by_command(now_ms),
             Command::Identify => self.identify_by_command(now_ms),
             Command::Verify => self.verify_by_command(),
@@ -56,7 +63,7 @@ impl Procedure {
         }
     }
 
-    fn start(&mut self, now_ms: u32, by_command_only: bool, held_first: bool) -> Reply {
+    fn start(&mut self, now_ms: u32, run: Run, held_first: bool) -> Reply {
         // A count lost in an earlier run must not lock the device for ever; the new run begins from where the
         // encoders stand, and outliers, second set and standard deviation judge it like any other.
         let mut arm = self.arm;
@@ -66,7 +73,7 @@ impl Procedure {
         }
         if self.go(now_ms, Trigger::Start, State::Collecting) {
             self.arm = arm;
-            self.run = Run::new(self.run.id, by_command_only, now_ms);
+            self.run = run;
             if held_first {
                 self.run.phase = Phase::Held;
                 self.run.advice = Guidance::HoldBlade;
@@ -178,9 +185,28 @@ impl Procedure {
 
     /// Captures the pose in which the arm is held, or says why not.
     pub(super) fn take_pose(&mut self, now_ms: u32) -> PoseNotice {
-        let set = PoseSet::held_out_if(matches!(self.state, State::Verifying(_)));
         let mut distance_rad = None;
-        let outcome = self.try_pose(now_ms, set, &mut distance_rad);
+        let outcome = match self.arm.pose(now_ms, &self.rig) {
+            Ok(taken) => self.try_pose(taken, &mut distance_rad),
+            Err(not_ready) => Err(not_ready),
+        };
+        self.note_pose(now_ms, outcome, distance_rad)
+    }
+
+    /// Captures the pose through which the arm has just moved slowly, if there is one and it is far enough from the others.
+    pub(super) fn take_pose_in_motion(&mut self, now_ms: u32) -> Option<PoseNotice> {
+        let taken = self.arm.pose_in_motion(now_ms, &self.rig)?;
+        if now_ms.wrapping_sub(self.run.since_ms) < PAUSE_IN_MOTION_MS {
+            return None;
+        }
+        let mut distance_rad = None;
+        // On the way from pose to pose most are too near: no notice is sent.
+        self.try_pose(taken, &mut distance_rad).ok()?;
+        Some(self.note_pose(now_ms, Ok(()), distance_rad))
+    }
+
+    fn note_pose(&mut self, now_ms: u32, outcome: Result<(), NotReady>, distance_rad: Option<f32>) -> PoseNotice {
+        let set = self.current_set();
         self.run.refused_pose = outcome.err();
         let NotReady { reason, cable } = outcome.err().unwrap_or(NotReady { reason: Reason::Fine, cable: 0 });
         let taken = outcome.is_ok();
@@ -222,21 +248,24 @@ impl Procedure {
         }
     }
 
-    fn try_pose(&mut self, now_ms: u32, set: PoseSet, distance_rad: &mut Option<f32>) -> Result<(), NotReady> {
-        let (lengths, samples) = self.arm.pose(now_ms, &self.rig)?;
+    fn try_pose(
+        &mut self,
+        (lengths, samples): (CableLengths<f32>, u16),
+        distance_rad: &mut Option<f32>,
+    ) -> Result<(), NotReady> {
         let refused = |reason| NotReady { reason, cable: 0 };
         let pose = Pose::placed(self.machine.platform(), lengths).map_err(|error| match error {
             PlatformError::Length(error) => NotReady { reason: Reason::LengthImpossible, cable: error.cable },
             PlatformError::DoesNotClose => refused(Reason::PlatformDoesNotClose),
         })?;
-        let pose = pose.averaged_over(&self.machine, samples);
+        let pose = pose.averaged_over(samples);
         // A pose of the second set that repeats one of the first would verify nothing.
         let distances = [self.poses.nearest_rad(&pose), self.held_out.nearest_rad(&pose)];
         *distance_rad = distances.into_iter().flatten().reduce(f32::min);
         if distance_rad.is_some_and(|distance| distance < self.limits.settings().nearest_pose_rad) {
             return Err(refused(Reason::PoseTooNear));
         }
-        match set {
+        match self.current_set() {
             PoseSet::Identification => {
                 self.poses.push(pose).map_err(|_| refused(Reason::PosesFull))?;
                 self.spread.add(&pose.rotation());

@@ -2,6 +2,7 @@
 
 use super::encoders::EncoderLimits;
 use super::plausible::Plausibility;
+use super::slow_motion::SlowMotionLimits;
 use super::stillness::StillnessLimits;
 use crate::identification::gates::MIN_POSES;
 use crate::rig::Rig;
@@ -40,6 +41,8 @@ pub struct Settings {
     pub verification_poses: u8,
     /// Largest δE of the second set, mm.
     pub verification_deviation_mm: f32,
+    /// Poses are captured while the arm moves slowly as well, in every run.
+    pub capture_in_motion: bool,
     /// Solver runs in one run of the procedure before it gives up.
     pub max_attempts: u8,
     /// Longest time without a new pose while collecting, ms.
@@ -80,6 +83,7 @@ impl Default for Settings {
             verification_poses: 5,
             // Between the paper's 0.07 mm for a sound joint and the 4 mm of a centre that moves by 2 mm.
             verification_deviation_mm: 0.5,
+            capture_in_motion: false,
             max_attempts: 5,
             collecting_timeout_ms: 120_000,
             verifying_timeout_ms: 120_000,
@@ -129,7 +133,15 @@ impl core::error::Error for LimitsError {}
 pub struct Limits {
     settings: Settings,
     mm_per_count: f32,
+    noise_mm: f32,
 }
+
+/// The fastest cable of a motion that gives poses, mm/s: an arm that turns by 40 degrees a second, at the shoulder's nominal radius
+/// of 141 mm.
+const SLOW_MM_PER_S: f32 = 100.0;
+/// By so much of the noise of a length may acceleration have put off the mean of a window. The noise of the window's thirds is half
+/// of that.
+const NOISES: f32 = 1.5;
 
 impl Limits {
     /// Checked limits for a rig.
@@ -154,14 +166,18 @@ impl Limits {
         } else if !s.plausibility.is_sound() {
             Err(LimitsError::BadPlausibility)
         } else {
-            Ok(Self { settings, mm_per_count: rig.drum().mm_per_count() })
+            Ok(Self::unchecked(rig, settings))
         }
     }
 
     /// The default limits for a rig.
     pub fn for_rig(rig: &Rig<f32>) -> Self {
         // The defaults pass the check; a test shows it.
-        Self { settings: Settings::for_rig(rig), mm_per_count: rig.drum().mm_per_count() }
+        Self::unchecked(rig, Settings::for_rig(rig))
+    }
+
+    fn unchecked(rig: &Rig<f32>, settings: Settings) -> Self {
+        Self { settings, mm_per_count: rig.drum().mm_per_count(), noise_mm: rig.length_noise_mm() }
     }
 
     /// The settings.
@@ -175,6 +191,14 @@ impl Limits {
             band_counts: self.counts(self.settings.still_band_mm),
             hold_ms: self.settings.hold_ms,
             min_samples: self.settings.min_samples,
+        }
+    }
+
+    /// What counts as slow motion, in counts of the rig's drum.
+    pub fn slow_motion(&self) -> SlowMotionLimits {
+        SlowMotionLimits {
+            counts_per_s: SLOW_MM_PER_S / self.mm_per_count,
+            error_counts: NOISES * self.noise_mm / self.mm_per_count,
         }
     }
 

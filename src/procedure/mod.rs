@@ -45,6 +45,7 @@ mod phase;
 pub mod plausible;
 mod progress;
 pub mod reason;
+pub mod slow_motion;
 pub mod solve;
 pub mod state;
 pub mod stillness;
@@ -128,6 +129,8 @@ struct Run {
     /// 0 before the first run.
     id: u16,
     by_command_only: bool,
+    /// Poses are captured while the arm moves slowly as well.
+    in_motion: bool,
     phase: Phase,
     /// Solver runs so far, and poses in the first set at the last of them.
     attempts: u8,

@@ -45,6 +45,8 @@ pub enum Command {
         by_command_only: bool,
         /// Two phases: first poses with the shoulder blade held, then free ones.
         held_first: bool,
+        /// Poses are captured while the arm moves slowly as well.
+        in_motion: bool,
     },
     /// Capture the pose in which the arm is held.
     Capture,

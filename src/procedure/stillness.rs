@@ -14,7 +14,7 @@ pub struct StillnessLimits {
     pub band_counts: u32,
     /// How long the arm must have been in the band, ms.
     pub hold_ms: u32,
-    /// Fewest samples that a verdict can rest on.
+    /// Minimum number of samples that a verdict can rest on.
     pub min_samples: u16,
 }
 

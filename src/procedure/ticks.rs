@@ -16,6 +16,7 @@ impl Run {
         Self {
             id: 0,
             by_command_only: false,
+            in_motion: false,
             phase: Phase::Only,
             attempts: 0,
             attempted_poses: 0,
@@ -75,7 +76,7 @@ impl Procedure {
         if self.fails_by_lost_count(now_ms) {
             return None;
         }
-        let notice = self.capture_when_held(now_ms).and_then(|notice| self.assessed(notice, true));
+        let notice = self.capture_by_itself(now_ms).and_then(|notice| self.assessed(notice, true));
         if self.assessing.is_some() {
             return None;
         }
@@ -175,7 +176,7 @@ impl Procedure {
             self.judge_one(now_ms);
             return None;
         }
-        let notice = self.capture_when_held(now_ms);
+        let notice = self.capture_by_itself(now_ms);
         let wanted = self.limits.settings().verification_poses;
         let complete = self.held_out.count() >= wanted && !self.run.by_command_only;
         if complete || self.held_out.is_full() {
@@ -211,7 +212,8 @@ impl Procedure {
         }
         let poses = judging.next;
         let deviation_mm = libm::sqrtf(judging.squares_mm2 / f32::from(poses.max(1)) / 3.0);
-        let limit_mm = rms_limit_mm(deviation_mm, judging.chi_square, usize::from(poses), identified.noise_mm);
+        let joint = self.work.estimator().joint();
+        let limit_mm = rms_limit_mm(deviation_mm, judging.chi_square, usize::from(poses), identified.noise_mm, joint);
         let verification = Verification { deviation_mm, limit_mm, poses };
         let (run_id, boot, wearer) = (self.run.id, self.boot, self.wearer);
         let (identified, motion) = (identified.clone(), *motion);
@@ -226,8 +228,11 @@ impl Procedure {
         }
     }
 
-    /// A pose is captured when the arm comes to rest, once a rest.
-    fn capture_when_held(&mut self, now_ms: u32) -> Option<PoseNotice> {
+    /// A pose is captured when the arm comes to rest, once a rest; or on its way, far enough from the others.
+    fn capture_by_itself(&mut self, now_ms: u32) -> Option<PoseNotice> {
+        if self.run.in_motion && self.arm.ready(now_ms).is_err() {
+            return self.take_pose_in_motion(now_ms);
+        }
         let held = self.arm.ready(now_ms).is_ok();
         if self.run.by_command_only || !self.run.moved || !held {
             return None;

@@ -21,6 +21,9 @@ enum Campaign {
         /// Random sequences of 40 steps
         #[arg(long, value_name = "N", default_value_t = 1_000_000)]
         sequences: u64,
+        /// Number of the first one: others than last time, or one alone that has failed
+        #[arg(long, value_name = "NUMBER", default_value_t = 0)]
+        first: u64,
     },
     /// A consumer of telemetry beside 2 000 foreign frames a second: is every set that it takes whole and fresh?
     Telemetry {
@@ -36,7 +39,7 @@ enum Campaign {
 fn main() -> ExitCode {
     let began = Instant::now();
     let held = match command_line::parse::<Arguments>().campaign {
-        Campaign::Accepts { sequences } => accepts::run(sequences).map(|outcome| {
+        Campaign::Accepts { sequences, first } => accepts::run(first..first.saturating_add(sequences)).map(|outcome| {
             println!("{outcome}");
             let unseen = outcome.unseen();
             if !unseen.is_empty() {

@@ -100,7 +100,7 @@ fn introduce(can: SocketAddr, rig: SocketAddr, patient: Option<&Patient>) {
                 "person           moves when the board asks for another pose; true centre {x:.3} {y:.3} {z:.3} mm"
             );
             println!(
-                "  type           press, release (the button), silent, sound (the encoders), pull 3 (a cable), reset (the board)"
+                "  type           press, release (the button), silent, sound (the encoders), pull 3 (a cable), where (is the centre?), reset (the board)"
             );
         }
         None => {

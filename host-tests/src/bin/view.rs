@@ -74,7 +74,9 @@ fn run(arguments: &Arguments) -> Result<ExitCode, Box<dyn Error>> {
     println!("page      http://{page}");
     println!("CAN bus   socket://{can} (SLCAN), for any number of clients");
     if let Some([x, y, z]) = running.patient.as_ref().map(Patient::truth_mm) {
-        println!("person    true centre {x:.3} {y:.3} {z:.3} mm; type press, release, silent, sound, pull 3, reset");
+        println!(
+            "person    true centre {x:.3} {y:.3} {z:.3} mm; type press, release, silent, sound, pull 3, where, reset"
+        );
     }
     println!("Ctrl-C ends it.");
     running.until_the_end("cargo view")

@@ -118,8 +118,8 @@ pub fn sum(
             let jacobian = LengthJacobian::new(estimate.geometry(), centre, &rotation, &lengths);
             let Ok(information) = MarginalInformation::new(&jacobian) else { continue };
             pose.refine_attitude(turned(pose.attitude(), &information.turn));
-            pose.chi_square = information.squares_mm2() / (variance_mm2 * pose.relative_variance);
-            let weight = weights.weight(0, pose.chi_square, false) / pose.relative_variance;
+            pose.chi_square = information.squares_mm2() / (variance_mm2 * machine.relative_variance(pose.samples));
+            let weight = weights.weight(0, pose.chi_square, false) / machine.relative_variance(pose.samples);
             // Neither zero nor NaN.
             if weight > 0.0 {
                 pose.state = PoseState::Used;

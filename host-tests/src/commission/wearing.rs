@@ -72,7 +72,7 @@ impl Wearing {
             return Err(log.at(row.line, 0, complaint).into());
         }
         let log = log.with_repeated_rows_merged(rig_file.row_noise_mm());
-        let poses = log.poses(log.rows().iter(), rig, machine, samples_a_row)?;
+        let poses = log.poses(log.rows().iter(), rig, samples_a_row)?;
         let lines = log.rows().iter().map(|row| row.line).collect();
         let mut notes = log.notes().to_vec();
         notes.extend(log.note_of_correction(rig));

@@ -73,12 +73,12 @@ impl Problem<'_> {
 
     fn solve_full<'r, T: Real>(&self, rig: &Rig<T>, rows: impl Iterator<Item = &'r Row>) -> Result<Report, InputError> {
         let machine = self.machine(rig);
-        let poses = self.log.poses(rows, rig, &machine, self.samples_a_row)?;
+        let poses = self.log.poses(rows, rig, self.samples_a_row)?;
         let settings = self.settings(rig);
         let held = match self.still {
             None => None,
             Some(still) => {
-                let held = still.poses(still.rows().iter(), rig, &machine, self.samples_a_row)?;
+                let held = still.poses(still.rows().iter(), rig, self.samples_a_row)?;
                 match held_phase::identify(&machine, rig, settings, held) {
                     Ok(held) => Some(held),
                     Err(refusal) => return Ok(Report::refused(&refusal, 0, self.setting)),
@@ -95,7 +95,7 @@ impl Problem<'_> {
             report.worst_sigma_if_homed_mm = self.worst_sigma_if_homed_mm(rig, &estimation.poses, identified);
         }
         if let (Ok(identified), Some(second)) = (&estimation.outcome, self.second) {
-            let second = second.poses(second.rows().iter(), rig, &machine, self.samples_a_row)?;
+            let second = second.poses(second.rows().iter(), rig, self.samples_a_row)?;
             report.verification = Some(Verification::of(&machine, &estimation.estimator, identified, &second));
         }
         Ok(report)
@@ -140,7 +140,7 @@ impl Problem<'_> {
     fn worst_sigma_if_homed_mm<T: Real>(&self, rig: &Rig<T>, poses: &[Pose<T>], found: &Identified<T>) -> Option<f64> {
         let homed = |pose: &Pose<T>| {
             let mut homed = Pose::new(pose.lengths().less(&found.offsets_mm).ok()?);
-            homed.relative_variance = pose.relative_variance;
+            homed.samples = pose.samples;
             Some(homed)
         };
         let homed = poses.iter().map(homed).collect::<Option<Vec<_>>>()?;

@@ -19,7 +19,7 @@ mod text;
 pub use board_result::BoardResult;
 
 use super::input_error::{self, InputError};
-use glenoid::identification::{Machine, Pose};
+use glenoid::identification::Pose;
 use glenoid::kinematics::CableLengths;
 use glenoid::rig::{CABLES, Rig};
 use glenoid::scalar::Real;
@@ -170,14 +170,16 @@ impl LengthsFile {
         &self,
         rows: impl Iterator<Item = &'r Row>,
         rig: &Rig<T>,
-        machine: &Machine<T>,
         samples_a_row: Option<u16>,
     ) -> Result<Vec<Pose<T>>, InputError> {
         rows.map(|row| {
             let pose = Pose::new(self.true_lengths(row, rig)?);
-            let Some(samples_a_row) = samples_a_row else { return Ok(pose) };
+            let Some(samples_a_row) = samples_a_row else {
+                // What is said of the noise of a row is all of it: nothing is left that a single sample would add.
+                return Ok(pose.averaged_over(u16::MAX));
+            };
             let times = if self.board.is_some() { 1 } else { samples_a_row };
-            Ok(pose.averaged_over(machine, row.samples.saturating_mul(times)))
+            Ok(pose.averaged_over(row.samples.saturating_mul(times)))
         })
         .collect()
     }

@@ -85,7 +85,8 @@ impl Verification {
         }
         if checked > 0 {
             let deviation_mm = (squares_mm2 / (3 * checked) as f64).sqrt();
-            let limit = rms_limit_mm(T::of(deviation_mm), chi_square, checked, identified.noise_mm).to_f64();
+            let joint = estimator.joint();
+            let limit = rms_limit_mm(T::of(deviation_mm), chi_square, checked, identified.noise_mm, joint).to_f64();
             found.deviation_mm = Some(deviation_mm);
             found.limit_mm = Some(limit);
             found.agrees = Some(deviation_mm <= limit && found.contradicting.is_empty());

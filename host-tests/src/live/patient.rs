@@ -14,6 +14,7 @@ use rand_chacha::ChaCha8Rng;
 use std::io::{self, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::sync::mpsc::{self, Receiver, Sender, TryRecvError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -98,6 +99,7 @@ impl Order {
 pub struct Patient {
     orders: Sender<Order>,
     truth_mm: [f64; 3],
+    now_mm: Arc<Mutex<[f64; 3]>>,
 }
 
 impl Patient {
@@ -113,14 +115,22 @@ impl Patient {
         let (orders, from_outside) = mpsc::channel();
         let link =
             Link { address: rig, stream, orders: from_outside, silent: false, pulled: None, next: Instant::now() };
-        let mut play = Play { person, wearer, link, port: bus.attach(), heartbeat: None, at: Rotation3::identity() };
+        let now_mm = Arc::new(Mutex::new([x, y, z]));
+        let at = Rotation3::identity();
+        let mut play =
+            Play { person, wearer, link, port: bus.attach(), heartbeat: None, at, centre_mm: Arc::clone(&now_mm) };
         thread::spawn(move || while play.go_on().is_ok() {});
-        Ok(Self { orders, truth_mm: [x, y, z] })
+        Ok(Self { orders, truth_mm: [x, y, z], now_mm })
     }
 
     /// The true centre with the arm at home, mm, axes of {B}: what a calibration should find.
     pub fn truth_mm(&self) -> [f64; 3] {
         self.truth_mm
+    }
+
+    /// The true centre with the arm where it is now, mm, axes of {B}.
+    pub fn centre_mm(&self) -> [f64; 3] {
+        *self.now_mm.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Passes an order on.
@@ -165,6 +175,8 @@ struct Play {
     port: Port,
     heartbeat: Option<Heartbeat>,
     at: Rotation3<f64>,
+    /// The true centre where the arm is now, for others to see.
+    centre_mm: Arc<Mutex<[f64; 3]>>,
 }
 
 impl Play {
@@ -231,6 +243,9 @@ impl Play {
             PersonKind::Moving | PersonKind::Ball | PersonKind::Built => Vector3::zeros(),
         };
         let counts = self.wearer.sample(&rotation, migration_mm, None);
+        let [x, y, z, ..] = self.wearer.truth().to_array();
+        *self.centre_mm.lock().unwrap_or_else(PoisonError::into_inner) =
+            [x + migration_mm.x, y + migration_mm.y, z + migration_mm.z];
         self.link.sample(&counts)
     }
 }

@@ -78,9 +78,13 @@ impl Running {
         match (word, Order::parse(word), &self.patient) {
             ("", ..) => {}
             ("reset", ..) => self.board.reset()?,
+            ("where", _, Some(patient)) => {
+                let [x, y, z] = patient.centre_mm();
+                println!("person    true centre, with the arm where it is now: {x:.3} {y:.3} {z:.3} mm");
+            }
             (_, Some(order), Some(patient)) => patient.order(order),
-            (_, Some(_), None) => eprintln!("{word:?} needs --wearer"),
-            _ => eprintln!("{word:?}: press, release, silent, sound, pull N and reset are known"),
+            ("where", ..) | (_, Some(_), None) => eprintln!("{word:?} needs --wearer"),
+            _ => eprintln!("{word:?}: press, release, silent, sound, pull N, where and reset are known"),
         }
         Ok(())
     }

@@ -23,13 +23,15 @@ pub(super) struct Client<'a> {
     bench: &'a mut dyn Bench,
     counts: [i32; CABLES],
     nonce: u16,
+    /// Time that has passed for the wearer, ms.
+    pub(super) elapsed_ms: u32,
     pub(super) inbox: Inbox,
 }
 
 impl<'a> Client<'a> {
     /// A client that begins with these encoder counts.
     pub(super) fn new(bench: &'a mut dyn Bench, counts: [i32; CABLES]) -> Self {
-        Self { bench, counts, nonce: 0, inbox: Inbox::default() }
+        Self { bench, counts, nonce: 0, elapsed_ms: 0, inbox: Inbox::default() }
     }
 
     /// The next sample of the encoders.
@@ -48,6 +50,7 @@ impl<'a> Client<'a> {
 
     /// One sample of the encoders; takes in what the board sends meanwhile.
     fn step(&mut self) -> Result<(), SessionError> {
+        self.elapsed_ms += PERIOD_MS;
         self.bench.set_counts(&self.counts)?;
         for frame in self.bench.pass(PERIOD_MS)? {
             self.inbox.take(&frame, BaseId::DEFAULT);

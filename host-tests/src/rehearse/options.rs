@@ -77,6 +77,13 @@ pub struct Options {
     #[arg(long, requires = "shoulder")]
     pub two_phase: bool,
 
+    /// The arm moves slowly and freely, and the board captures its poses on the way. All of it must be done within a minute.
+    #[arg(long, requires = "shoulder")]
+    pub free_motion: bool,
+    /// With --free-motion: the head slides in its socket to and fro in 3 to 7 seconds, not in one
+    #[arg(long, requires = "free_motion")]
+    pub slow_slides: bool,
+
     /// Print one JSON object on stdout and nothing else there.
     #[arg(long)]
     pub json: bool,
@@ -102,6 +109,7 @@ impl Options {
             tilt_rad: self.tilt.to_radians(),
             noise_mm: self.noise,
             zero_error_mm: self.zero_error,
+            slow_slides: self.slow_slides,
             ..WearerSettings::default()
         }
     }

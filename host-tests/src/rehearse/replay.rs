@@ -20,7 +20,7 @@ pub fn identify<T: Real>(rig: &Rig<T>, taken: &[TakenPose], zero_prior_mm: f64) 
     let machine = Machine::with_offset_prior(rig, rig.offset_prior_mm(T::of(zero_prior_mm)));
     let lengths_mm: Vec<_> = taken.iter().map(|(lengths_mm, _)| *lengths_mm).collect();
     let poses = lengths(&lengths_mm)?.into_iter().zip(taken);
-    let poses = poses.map(|(lengths, (_, samples))| Pose::new(lengths).averaged_over(&machine, *samples)).collect();
+    let poses = poses.map(|(lengths, (_, samples))| Pose::new(lengths).averaged_over(*samples)).collect();
     estimate_poses(&machine, rig, EstimatorSettings::for_rig(rig), None, poses).outcome
 }
 

@@ -19,7 +19,7 @@ const SPEED_SHARE: f64 = 0.5;
 /// Shortest movement between two poses, ms.
 const SHORTEST_MOVE_MS: u32 = 150;
 /// The arm is held still this long before a capture is tried, ms.
-const SETTLE_MS: u32 = 400;
+pub(super) const SETTLE_MS: u32 = 400;
 /// Longest wait for the solver, ms. On the board it takes well under a second; an emulator on a busy host is slower.
 pub(super) const SOLVER_LIMIT_MS: u32 = 60_000;
 /// Poses that the board may refuse in a row as too near to others before the session gives up.
@@ -179,6 +179,12 @@ impl<'a> Session<'a> {
         })?;
         stage.done("the new centre is in use");
         Ok(live)
+    }
+
+    /// The arm is there at the next sample.
+    pub(super) fn sample(&mut self, pose: Pose) -> Result<(), SessionError> {
+        self.at = pose;
+        self.client.sample(pose.counts)
     }
 
     /// Moves the arm there, no faster than the drive can follow.

@@ -4,6 +4,7 @@
 use super::bench::Bench;
 use super::client::ANSWER_LIMIT_MS;
 use super::display::Display;
+use super::in_motion::Motion;
 use super::machine::KnownMachine;
 use super::options::Options;
 use super::report::{Report, Status};
@@ -14,7 +15,7 @@ use crate::estimation::estimate_poses;
 use crate::identify::held_phase;
 use crate::wearer::Wearer;
 use glenoid::can::Opcode;
-use glenoid::can::command::{BY_COMMAND_ONLY, HELD_FIRST};
+use glenoid::can::command::{BY_COMMAND_ONLY, HELD_FIRST, IN_MOTION};
 use glenoid::can::result::Parameter;
 use glenoid::identification::joint::{MovingCentre, ShownMotion};
 use glenoid::identification::verification::CentrePrediction;
@@ -34,6 +35,8 @@ const GRANTED_MM: f64 = 0.05;
 
 /// What the session has brought to light.
 struct Transcript {
+    /// From the start to the new centre.
+    seconds: f64,
     held: Vec<Captured>,
     free: Vec<Captured>,
     second: Vec<Captured>,
@@ -69,15 +72,22 @@ pub(super) fn rehearse(
 
 impl Session<'_> {
     fn shoulder(&mut self, options: &Options) -> Result<Transcript, SessionError> {
-        let start = if options.two_phase { BY_COMMAND_ONLY | HELD_FIRST } else { BY_COMMAND_ONLY };
+        let bit = |asked: bool, bit: u16| if asked { bit } else { 0 };
+        let start = BY_COMMAND_ONLY | bit(options.two_phase, HELD_FIRST) | bit(options.free_motion, IN_MOTION);
+        let mut motion = if options.free_motion { Some(self.begin_motion()?) } else { None };
         let (_, run_id) = self.begin(0, start)?;
-        let held = if options.two_phase { self.held_phase(run_id)? } else { Vec::new() };
-        let (mut free, _) = self.collect(PoseSet::Identification, options.poses)?;
+        let began_ms = self.client.elapsed_ms;
+        let held = if options.two_phase { self.held_phase(run_id, &mut motion)? } else { Vec::new() };
+        let mut free = self.collect_either(&mut motion, PoseSet::Identification, options.poses)?;
         self.identify()?;
-        let (mut second, _) = self.collect(PoseSet::HeldOut, options.verification_poses())?;
+        let mut second = self.collect_either(&mut motion, PoseSet::HeldOut, options.verification_poses())?;
         self.client.command(Opcode::Verify, 0, 0)?;
         self.client.wait_for_state(StateName::Verifying, StateName::Review, SOLVER_LIMIT_MS)?;
+        let seconds = f64::from(self.client.elapsed_ms - began_ms) / 1000.0;
         self.read_out(run_id, &mut free, &mut second)?;
+        if let Some(motion) = &motion {
+            motion.locate(&mut second);
+        }
         let parameters = self.client.wait_for("report", ANSWER_LIMIT_MS, |inbox| inbox.parameters(run_id))?;
         self.accept(run_id)?;
         // It comes before the outcome, which the accept has waited for.
@@ -87,13 +97,35 @@ impl Session<'_> {
             Some(_) => Some(self.client.wait_for("motion", ANSWER_LIMIT_MS, |inbox| inbox.live_motion(run_id))?),
             None => None,
         };
-        Ok(Transcript { held, free, second, parameters, motion, motion_after_restart, parameters_after_restart })
+        Ok(Transcript {
+            seconds,
+            held,
+            free,
+            second,
+            parameters,
+            motion,
+            motion_after_restart,
+            parameters_after_restart,
+        })
+    }
+
+    /// Poses in motion, or each held.
+    fn collect_either(
+        &mut self,
+        motion: &mut Option<Motion>,
+        set: PoseSet,
+        count: u8,
+    ) -> Result<Vec<Captured>, SessionError> {
+        match motion {
+            Some(motion) => self.collect_in_motion(motion, set, count),
+            None => self.collect(set, count).map(|(captured, _)| captured),
+        }
     }
 
     /// The first of two phases.
-    fn held_phase(&mut self, run_id: u16) -> Result<Vec<Captured>, SessionError> {
+    fn held_phase(&mut self, run_id: u16, motion: &mut Option<Motion>) -> Result<Vec<Captured>, SessionError> {
         self.wearer.hold_blade(true);
-        let (mut held, _) = self.collect(PoseSet::Identification, HELD_POSES)?;
+        let mut held = self.collect_either(motion, PoseSet::Identification, HELD_POSES)?;
         self.read_out(run_id, &mut held, &mut [])?;
         self.client.command(Opcode::Identify, 0, 0)?;
         self.client.wait_for_state(StateName::Identifying, StateName::Collecting, SOLVER_LIMIT_MS)?;
@@ -112,9 +144,9 @@ fn judge(transcript: &Transcript, rig: &Rig<f32>, options: &Options) -> Result<(
     let refused = |refusal: Refusal| format!("the host refuses what the board accepted: {}", refusal.text());
     let held = match &transcript.held[..] {
         [] => None,
-        poses => Some(held_phase::identify(&machine, rig, settings, as_taken(&machine, poses)?).map_err(refused)?),
+        poses => Some(held_phase::identify(&machine, rig, settings, as_taken(poses)?).map_err(refused)?),
     };
-    let estimation = estimate_poses(&machine, rig, settings, held, as_taken(&machine, &transcript.free)?);
+    let estimation = estimate_poses(&machine, rig, settings, held, as_taken(&transcript.free)?);
     let identified = estimation.outcome.map_err(refused)?;
     let estimator = &estimation.estimator;
     let host = match estimator.joint() {
@@ -139,7 +171,7 @@ fn judge(transcript: &Transcript, rig: &Rig<f32>, options: &Options) -> Result<(
         reasons.push("the centre in use after a restart is not the one that was accepted".to_string());
     }
 
-    let second = as_taken(&machine, &transcript.second)?;
+    let second = as_taken(&transcript.second)?;
     let model = transcript.motion.map(|motion| motion.model());
     let mut sums = Sums::default();
     for (captured, mut pose) in transcript.second.iter().zip(second) {
@@ -156,7 +188,8 @@ fn judge(transcript: &Transcript, rig: &Rig<f32>, options: &Options) -> Result<(
     }
     let [scatter_mm, across_sigma_mm, path_sigma_mm] =
         transcript.motion.map_or([0.0; 3], |motion| motion.sigmas_mm().map(f64::from));
-    let report = sums.report(options, [scatter_mm, across_sigma_mm, path_sigma_mm], difference_mm, survives_restart);
+    let report =
+        sums.report(options, transcript, [scatter_mm, across_sigma_mm, path_sigma_mm], difference_mm, survives_restart);
     if transcript.motion.is_some() && !(report.covered >= 0.8) {
         reasons.push(format!("only {:.0} % of the poses lie within the 99 % region", report.covered * 100.0));
     }
@@ -211,6 +244,7 @@ impl Sums {
     fn report(
         &self,
         options: &Options,
+        transcript: &Transcript,
         [scatter_mm, across_sigma_mm, path_sigma_mm]: [f64; 3],
         difference_mm: f64,
         survives_restart: bool,
@@ -221,6 +255,9 @@ impl Sums {
             person: options.shoulder.unwrap_or_default(),
             follow: options.follow,
             two_phases: options.two_phase,
+            in_motion: options.free_motion,
+            poses: transcript.free.len(),
+            wearer_s: transcript.seconds,
             travel_mm,
             path_error_mm: rms(self.path),
             across_error_mm: rms(self.across),
@@ -236,10 +273,10 @@ impl Sums {
 }
 
 /// The poses as the board took them.
-fn as_taken(machine: &Machine<f32>, captured: &[Captured]) -> Result<Vec<Pose<f32>>, String> {
+fn as_taken(captured: &[Captured]) -> Result<Vec<Pose<f32>>, String> {
     let pose = |captured: &Captured| {
         let lengths = CableLengths::new(captured.lengths_mm).map_err(|error| error.fault.text().to_string())?;
-        Ok(Pose::new(lengths).averaged_over(machine, captured.samples))
+        Ok(Pose::new(lengths).averaged_over(captured.samples))
     };
     captured.iter().map(pose).collect()
 }

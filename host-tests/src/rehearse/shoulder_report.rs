@@ -12,6 +12,12 @@ pub struct ShoulderReport {
     pub follow: f64,
     /// A phase with the shoulder blade held came first.
     pub two_phases: bool,
+    /// The board captured the poses while the arm moved.
+    pub in_motion: bool,
+    /// Poses of the free phase.
+    pub poses: usize,
+    /// The wearer's time from the start to the new centre, s.
+    pub wearer_s: f64,
     /// The true centre's distance from its mean.
     pub travel_mm: f64,
     /// The centre by the board's model less the true one, in all and across the arm.
@@ -39,6 +45,8 @@ impl fmt::Display for ShoulderReport {
         let mut line = |title: &str, text: String| writeln!(f, "  {title:<20} {text}");
         let phases = if self.two_phases { "two phases" } else { "one phase" };
         line("shoulder", format!("person {}, follow {}, {phases}", self.person, self.follow))?;
+        let how = if self.in_motion { "captured in motion" } else { "held" };
+        line("poses", format!("{} {how}, {:.0} s from the start to the new centre", self.poses, self.wearer_s))?;
         line("true centre", format!("moves by {:.2} mm rms: a fixed centre would be off by that", self.travel_mm))?;
         line("path", format!("off by {:.2} mm rms, 1σ by the board {:.2} mm", self.path_error_mm, self.path_sigma_mm))?;
         let (error, sigma) = (self.across_error_mm, self.across_sigma_mm);

@@ -203,7 +203,7 @@ pub fn identify(rig: &RigFile, readings: &[[f64; CABLES]], truth_mm: &Vector3<f6
     let machine = rig.machine(&rig.rig);
     let pose = |reading: &[f64; CABLES]| {
         let pose = Pose::new(CableLengths::new(*reading)?.corrected(&rig.rig)?);
-        Ok(pose.averaged_over(&machine, rig.samples_a_row.unwrap_or(1)))
+        Ok(pose.averaged_over(rig.samples_a_row.unwrap_or(1)))
     };
     let poses = readings.iter().map(pose).collect::<Result<Vec<_>, LengthError>>().ok()?;
     let noise_mm = rig.samples_a_row.map_or(NOISE_SIGMA_MM, |_| rig.rig.length_noise_mm());

@@ -9,7 +9,7 @@ const LEFT_WHEN_HELD: f64 = 0.1;
 /// Poses with the shoulder blade held tilt the arm by up to this angle, rad (30 degrees).
 const TILT_WHEN_HELD_RAD: f64 = 0.524;
 /// Slides of the head that follow nothing, 1σ along each axis, mm (Ludewig et al. 2009, from bone pins).
-const SCATTER_MM: f64 = 0.35;
+pub(super) const SCATTER_MM: f64 = 0.35;
 
 /// A shoulder, and what is done to it.
 #[derive(Debug, Clone)]

@@ -86,3 +86,15 @@ fn a_count_that_slips_midway_is_never_taken_for_a_moving_joint() {
     let names = ["slip", "neither a ball nor", "contradict", "wanders", "settle"];
     assert!(names.iter().any(|name| reason.contains(name)), "{reason}");
 }
+
+/// The arm is never held: the board captures on its way, and everything is done within a minute.
+#[test]
+fn a_free_movement_of_a_minute_is_enough() {
+    let shoulder = right(&["--shoulder", "1", "--poses", "60", "--seed", "4", "--free-motion"]);
+    assert!(shoulder.in_motion && shoulder.poses >= 60 && shoulder.wearer_s < 60.0, "{shoulder:?}");
+    let held = right(&["--shoulder", "1", "--poses", "60", "--seed", "4"]);
+    assert!(shoulder.path_sigma_mm < 1.3 * held.path_sigma_mm, "{held:?} {shoulder:?}");
+    assert!(shoulder.across_error_mm < 2.5 * shoulder.across_sigma_mm, "{shoulder:?}");
+    let two = right(&["--shoulder", "2", "--poses", "60", "--seed", "2", "--free-motion", "--two-phase"]);
+    assert!(two.wearer_s < 60.0 && two.path_error_mm < 2.5, "{two:?}");
+}

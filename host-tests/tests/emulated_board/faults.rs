@@ -1,7 +1,11 @@
 //! The end of a firmware that can no longer be trusted: brought about by the debugger, told after the restart.
 
+use std::io::{BufRead, BufReader};
+use std::net::TcpStream;
 use std::path::Path;
-use std::time::Duration;
+use std::process::{Command, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
 
 use firmware_image::ccm_code::CcmCode;
 use firmware_image::elf::Elf;
@@ -30,6 +34,32 @@ pub fn an_emulator_that_ends_is_told(_: &Path) -> Result<(), Failed> {
         Err(EmulatorError::Ended { complaint, .. }) if complaint.contains("no such image") => Ok(()),
         other => Err(format!("{other:?}").into()),
     }
+}
+
+/// `cargo emulate` is killed and can do nothing more: its emulator, and the ports that it holds, must not stay behind.
+pub fn an_emulator_whose_owner_is_killed_ends(_: &Path) -> Result<(), Failed> {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_emulate"));
+    command.args(["--yes", "--can-port", "0", "--rig-port", "0"]);
+    let mut owner = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null()).spawn()?;
+    let said = BufReader::new(owner.stdout.take().ok_or("nothing is said")?).lines();
+    let rig = said.map_while(Result::ok).find_map(|line| {
+        let address = line.strip_prefix("rig link")?.trim().split(',').next()?;
+        Some(address.to_owned())
+    });
+    let rig = rig.ok_or("no address of the rig link")?;
+    // the emulator serves it, not the one who is killed
+    let served = TcpStream::connect(&rig).map(drop);
+    owner.kill()?;
+    owner.wait()?;
+    served?;
+    let deadline = Instant::now() + PATIENCE;
+    while TcpStream::connect(&rig).is_ok() {
+        if Instant::now() > deadline {
+            return Err(format!("the rig link {rig} is still served").into());
+        }
+        thread::sleep(Duration::from_millis(50));
+    }
+    Ok(())
 }
 
 /// A board with a centre in use is hurt, and must come back: by itself, idle, with the same centre, and with a word on

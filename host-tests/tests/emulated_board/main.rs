@@ -29,7 +29,7 @@ const REQUIRED_VARIABLE: &str = "GLENOID_REQUIRE_EMULATOR";
 
 type Test = fn(&Path) -> Result<(), Failed>;
 
-const TESTS: [(&str, Test); 25] = [
+const TESTS: [(&str, Test); 26] = [
     ("python_can_opens_the_channel", can_line::python_can_opens_the_channel),
     ("a_closed_channel_is_silent", can_line::a_closed_channel_is_silent),
     ("frames_go_both_ways", can_line::frames_go_both_ways),
@@ -38,6 +38,7 @@ const TESTS: [(&str, Test); 25] = [
     ("garbage_is_survived_and_counted", can_line::garbage_is_survived_and_counted),
     ("a_client_may_vanish_and_return", can_line::a_client_may_vanish_and_return),
     ("an_emulator_that_ends_is_told", faults::an_emulator_that_ends_is_told),
+    ("an_emulator_whose_owner_is_killed_ends", faults::an_emulator_whose_owner_is_killed_ends),
     ("a_stack_overflow_restarts_the_board", faults::a_stack_overflow_restarts_the_board),
     ("the_ccm_code_is_copied_and_called", placement::the_ccm_code_is_copied_and_called),
     ("a_calibration_finds_the_centre", calibration::a_calibration_finds_the_centre),

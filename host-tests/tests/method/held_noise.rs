@@ -31,14 +31,13 @@ fn stated() -> Rig<f64> {
 }
 
 /// Thirty poses, each held for another time, and ten more.
-fn set(seed: u64, rig: &Rig<f64>) -> (Vec<Pose<f64>>, Vec<Pose<f64>>) {
+fn set(seed: u64) -> (Vec<Pose<f64>>, Vec<Pose<f64>>) {
     let mut rng = rng(seed);
-    let machine = Machine::new(rig);
     let mut poses: Vec<_> = sound(&shoulder(), seed, 40)
         .iter()
         .map(|lengths| {
             let samples = [8, 20, 40, 200][rng.random_range(0..4)];
-            Pose::new(as_cables(&held(&mut rng, lengths, samples))).averaged_over(&machine, samples)
+            Pose::new(as_cables(&held(&mut rng, lengths, samples))).averaged_over(samples)
         })
         .collect();
     let second = poses.split_off(30);
@@ -58,7 +57,7 @@ fn ratios(rig: &Rig<f64>, sets: u64) -> (f64, f64) {
     let truth = shoulder().truth().centre_mm;
     let (mut errors, mut chi_square, mut verified) = (0.0, 0.0, 0.0);
     for seed in 0..sets {
-        let (mut poses, second) = set(7700 + seed, rig);
+        let (mut poses, second) = set(7700 + seed);
         let (estimator, found) = identify(rig, &mut poses);
         let found = found.unwrap();
         let (error, sigma) = (found.parameters.centre_mm - truth, found.sigma_mm());
@@ -81,7 +80,7 @@ fn the_standard_deviation_and_the_second_set_go_by_the_poses_own_noise() {
     let (wide, chi_square) = ratios(&rig::<f64>(&shoulder()), 40);
     assert!(wide < 0.55 && chi_square < 0.3, "{wide} {chi_square}");
     let frictional = stated().with_noise(FRICTION_MM, 0.0).unwrap();
-    let refused = (0..40).filter(|seed| identify(&frictional, &mut set(7700 + seed, &frictional).0).1.is_err()).count();
+    let refused = (0..40).filter(|seed| identify(&frictional, &mut set(7700 + seed).0).1.is_err()).count();
     // Of sound sets one in 10 000 is.
     assert!(refused >= 3, "{refused}");
 }
@@ -92,7 +91,6 @@ fn the_standard_deviation_and_the_second_set_go_by_the_poses_own_noise() {
 fn an_outlier_is_judged_by_the_poses_own_noise() {
     let wrong = |samples: u16| {
         let rig = stated();
-        let machine = Machine::new(&rig);
         (0..20)
             .filter(|seed| {
                 let mut rng = rng(7900 + seed);
@@ -101,7 +99,7 @@ fn an_outlier_is_judged_by_the_poses_own_noise() {
                     let samples = if index == 11 { samples } else { 40 };
                     let mut lengths = held(&mut rng, lengths, samples);
                     lengths[2] += if index == 11 { 0.35 } else { 0.0 };
-                    poses.push(Pose::new(as_cables(&lengths)).averaged_over(&machine, samples));
+                    poses.push(Pose::new(as_cables(&lengths)).averaged_over(samples));
                 }
                 let found = identify(&rig, &mut poses).1.unwrap();
                 found.rejected.iter().any(|rejected| rejected.pose == 11)
@@ -150,7 +148,7 @@ fn the_slip_detector_goes_by_single_samples() {
 #[test]
 fn without_noise_that_averages_the_samples_do_not_matter() {
     let rig = rig::<f64>(&shoulder());
-    let (mut poses, _) = set(7990, &rig);
+    let (mut poses, _) = set(7990);
     assert!(poses.iter().any(|pose| pose.samples == 200));
     let mut plain: Vec<_> = poses.iter().map(|pose| Pose::new(*pose.lengths())).collect();
     assert_eq!(identify(&rig, &mut poses).1, identify(&rig, &mut plain).1);

@@ -7,7 +7,7 @@ use crate::common::{arm, rng};
 use glenoid::identification::Machine;
 use glenoid::identification::estimator::Model;
 use glenoid::identification::excitation::MeanRotation;
-use glenoid::identification::joint::{ArmFrame, FEATURES, Joint, MAX_JOINT, MovingCentre};
+use glenoid::identification::joint::{ArmFrame, FEATURES, Joint, MAX_JOINT, MovingCentre, persistence};
 use glenoid::identification::machine::MachineEstimate;
 use glenoid::identification::marginal_information::MarginalInformation;
 use glenoid::identification::parameters::{Column, Equations, ParameterBlock, PoseAt};
@@ -272,4 +272,30 @@ fn scatter_and_rotation_are_eliminated_as_in_the_dense_problem() {
             }
         }
     }
+}
+
+/// The variance of the mean of an autoregression, by many of them, over that of white noise. What chance makes of a
+/// correlation, up to 0.15, widens nothing.
+#[test]
+fn a_scatter_that_persists_widens_the_variance_of_a_mean_as_simulated() {
+    let mut random = rng(3);
+    let mut normal = || (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0;
+    for rho in [0.0, 0.3, 0.6] {
+        let length = 400;
+        let means: Vec<f64> = (0..4_000)
+            .map(|_| {
+                let mut value = normal();
+                let mut next = || {
+                    value = rho * value + (1.0_f64 - rho * rho).sqrt() * normal();
+                    value
+                };
+                (0..length).map(|_| next()).sum::<f64>() / f64::from(length)
+            })
+            .collect();
+        let variance = means.iter().map(|mean| mean * mean).sum::<f64>() / means.len() as f64;
+        let (found, expected) = (variance * f64::from(length), persistence(rho + 0.15));
+        assert!((found / expected - 1.0).abs() < 0.08, "{rho}: {found} {expected}");
+    }
+    assert_eq!((persistence(0.1), persistence(-0.9)), (1.0, 1.0));
+    assert!(persistence(f64::NAN) <= 9.01 && persistence(5.0) <= 9.01);
 }

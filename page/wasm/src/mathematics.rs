@@ -2,9 +2,11 @@
 
 use super::json;
 use glenoid::identification::joint::Joint;
+use glenoid::identification::machine::MachineEstimate;
+use glenoid::identification::marginal_information::MarginalInformation;
 use glenoid::identification::{Estimator, EstimatorSettings, Identified, Machine, Pose, PredictedAccuracy, Refusal};
 use glenoid::kinematics::rotation::rotation_of;
-use glenoid::kinematics::{AttitudeSolver, CableLengths, CableSet, JointCentre, LengthJacobian};
+use glenoid::kinematics::{CableLengths, JointCentre, LengthJacobian};
 use glenoid::rig::{CABLES, Rig};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
@@ -57,7 +59,11 @@ pub fn identify(rig: &Rig<f32>, bytes: &[u8]) -> String {
     // As in the board: the noise is known.
     let mut estimator = Estimator::new(&machine, rig.nominal(), EstimatorSettings::for_rig(rig));
     let outcome = estimator.run(&machine, &mut poses);
-    let found = outcome.is_ok().then(|| Found { centre: *estimator.centre(), joint: estimator.joint() });
+    let found = outcome.is_ok().then(|| Found {
+        centre: *estimator.centre(),
+        joint: estimator.joint(),
+        machine: estimator.machine_estimate(),
+    });
     let poses_json = placed.iter().map(|pose| pose_json(&machine, found.as_ref(), pose));
     format!(
         "{{\"sigma_after\":{},\"next\":{},\"poses\":{},\"moving\":{},{}}}",
@@ -73,6 +79,8 @@ pub fn identify(rig: &Rig<f32>, bytes: &[u8]) -> String {
 struct Found<'a> {
     centre: JointCentre<f32>,
     joint: &'a Joint<f32>,
+    /// Within its tolerances the machine is estimated as well: what is left is what that one leaves.
+    machine: &'a MachineEstimate<f32>,
 }
 
 fn outcome_json(outcome: &Result<Identified<f32>, Refusal>) -> String {
@@ -101,19 +109,26 @@ fn pose_json(machine: &Machine<f32>, found: Option<&Found<'_>>, pose: &Pose<f32>
     }
     let placed = pose.platform();
     let Some(found) = found else { return placed_json(&placed.rotation, &placed.origin_mm) };
+    let Found { centre, joint, machine: estimate } = found;
+    let lengths = estimate.corrected(machine, pose.lengths());
+    let track = joint.track(estimate.geometry(), centre, *pose.attitude(), &lengths);
+    let rotation = track.map_or(placed.rotation, |attitude| rotation_of(&attitude));
     // Where the joint's model has the centre in this pose, and where this pose alone, with its six lengths, has it.
-    let centre = found.joint.centre_at(&found.centre, &placed.rotation);
-    let alone = placed.rotation * centre.in_platform_mm + placed.origin_mm;
-    let solver = AttitudeSolver { geometry: machine.geometry(), centre: &centre };
-    let fit = solver.track(*pose.attitude(), pose.lengths(), CableSet::ALL);
-    let rotation = fit.map_or(placed.rotation, |fit| rotation_of(&fit.attitude));
-    let jacobian = LengthJacobian::new(machine.geometry(), &centre, &rotation, pose.lengths());
+    let path = joint.centre_at(centre, &rotation);
+    let jacobian = LengthJacobian::new(estimate.geometry(), &path, &rotation, &lengths);
     let left = jacobian.rows.map(|row| row.residual_mm);
-    let origin = centre.in_base_mm - rotation * centre.in_platform_mm;
+    let alone = path.in_base_mm + own_centre(&jacobian).unwrap_or_default();
+    let origin = path.in_base_mm - rotation * path.in_platform_mm;
     let shown = placed_json(&rotation, &origin);
-    let [left, alone, path] = [json::list(&left), json::list(alone.iter()), json::list(centre.in_base_mm.iter())];
+    let [left, alone, path] = [json::list(&left), json::list(alone.iter()), json::list(path.in_base_mm.iter())];
     let shown = shown.trim_end_matches('}');
     format!("{shown},\"residuals\":{left},\"centre\":{alone},\"path\":{path}}}")
+}
+
+/// Where this pose alone has the centre, beside the one of the model, mm.
+fn own_centre(jacobian: &LengthJacobian<f32>) -> Option<Vector3<f32>> {
+    let alone = MarginalInformation::new(jacobian).ok()?;
+    Some(alone.translation.try_inverse()? * alone.residuals_mm)
 }
 
 /// Rotation row by row, and the platform's origin.

@@ -38,7 +38,7 @@ impl<T: Real> Estimator<T> {
         let turn = inverse_of_positive_definite(&information, rounding())?;
         let at = PoseAt { rotation: &rotation, lengths: &lengths, jacobian: &jacobian };
         let rows = fit.carrying_rows(machine, &at, &(by_turn * turn));
-        let variance = fit.result.noise_mm * fit.result.noise_mm * pose.relative_variance;
+        let variance = fit.result.noise_mm * fit.result.noise_mm * machine.relative_variance(pose.samples);
         let own = by_turn * turn * by_turn.transpose() * variance + fit.covariance_of(&rows);
         let mut carried = point.moved(&rotation, fit.centre.in_base_mm + arm);
         carried.covariance_mm2 += own;

@@ -178,7 +178,7 @@ impl<T: Real> Sum<T> {
         let jacobian = LengthJacobian::new(ball.estimate.geometry(), centre, &rotation, &lengths);
         let Ok(information) = MarginalInformation::new(&jacobian) else { return };
         let at = PoseAt { rotation: &rotation, lengths: &lengths, jacobian: &jacobian };
-        let weight = T::one() / pose.relative_variance;
+        let weight = T::one() / ball.machine.relative_variance(pose.samples);
         self.centre.add(&rotation, &information, weight);
         fit.equations.add_squares(information.squares_mm2() * weight);
         fit.scratch = Scratch::Pose(PoseInWork::new(&at, &information, None, weight));

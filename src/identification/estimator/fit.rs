@@ -256,7 +256,8 @@ impl<T: Real> Fit<T> {
         let mut information = MarginalInformation::new(&jacobian);
         let Ok(information) = &mut information else { return };
         pose.refine_attitude(turned(pose.attitude(), &information.turn));
-        let variance = self.variance_mm2() * pose.relative_variance;
+        let relative_variance = machine.relative_variance(pose.samples);
+        let variance = self.variance_mm2() * relative_variance;
         if let Weights::OwnCentres { .. } = weights {
             information.become_own_centre(T::of(OWN_CENTRE_RIDGE));
             pose.chi_square = information.squares_mm2();
@@ -264,7 +265,7 @@ impl<T: Real> Fit<T> {
             information.add_scatter(self.joint.scatter_mm2() / variance);
             pose.chi_square = information.squares_mm2() / variance;
         }
-        let weight = weights.weight(index, pose.chi_square, was_used) / pose.relative_variance;
+        let weight = weights.weight(index, pose.chi_square, was_used) / relative_variance;
         // Neither zero nor NaN.
         if weight > T::zero() {
             if !matches!(weights, Weights::Without { .. }) {

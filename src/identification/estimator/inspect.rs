@@ -10,7 +10,7 @@ use super::fit::Fit;
 use super::result::Accepted;
 use super::scratch::Scratch;
 use super::seen::SeenPose;
-use crate::identification::joint::Joint;
+use crate::identification::joint::{Joint, persistence};
 use crate::identification::machine::Machine;
 use crate::identification::parameters::{MAX_UNKNOWNS, Rows};
 use crate::identification::pose::Pose;
@@ -58,6 +58,9 @@ pub(super) struct Inspect<T: Real> {
     best: Option<Split<T>>,
     /// Σ δ̂ δ̂ᵀ, mm².
     residual: Matrix3<T>,
+    /// Σ of δ̂ of each pose and the next, mm²; δ̂ of the pose before in this order, mm.
+    of_neighbours_mm2: T,
+    previous_mm: Vector3<T>,
     /// Σ of the variance of the predicted centre across the arm and in all, mm².
     across_mm2: T,
     all_mm2: T,
@@ -89,6 +92,8 @@ impl<T: Real> Inspect<T> {
             shared: [[T::zero(); MAX_UNKNOWNS]; 6],
             best: None,
             residual: Matrix3::zeros(),
+            of_neighbours_mm2: T::zero(),
+            previous_mm: Vector3::zeros(),
             across_mm2: T::zero(),
             all_mm2: T::zero(),
             step: Step::See,
@@ -165,6 +170,8 @@ impl<T: Real> Inspect<T> {
         }
         let own = seen.own_centre_mm;
         self.residual += own * own.transpose();
+        self.of_neighbours_mm2 += own.dot(&self.previous_mm);
+        self.previous_mm = own;
     }
 
     /// Adds what it says of them together with the other unknowns: of unknown u, Kᵤᵀ and -(Rᵀ Kᵤ)ᵀ.
@@ -218,10 +225,18 @@ impl<T: Real> Inspect<T> {
         match self.refusal(fit) {
             Some(refusal) => Stage::Done(Err(refusal)),
             None => {
+                if let Joint::Moving(moving) = &mut fit.joint {
+                    moving.persistence = self.persistence();
+                }
                 fit.path_sigmas_mm = [self.across_mm2, self.all_mm2].map(|sum| self.sigma_mm(fit, sum));
                 fit.accept(Accepted::Moving)
             }
         }
+    }
+
+    /// By how much variances are larger because what one pose leaves it leaves to the next as well, as in a continuous motion.
+    fn persistence(&self) -> T {
+        persistence(self.of_neighbours_mm2 / self.residual.trace().max(T::default_epsilon()))
     }
 
     /// 1σ of the path from the sum of its variances by the fit, with what the model does not explain.
@@ -238,7 +253,7 @@ impl<T: Real> Inspect<T> {
         if let Some(split) = &self.best {
             let gain = split.gain.min(freedom - T::of(7.0));
             let six = T::of(6.0);
-            if (gain / six) > (freedom - gain) / (freedom - six) * T::of(SLIP_F) {
+            if (gain / six) > (freedom - gain) / (freedom - six) * T::of(SLIP_F) * self.persistence() {
                 let (base, cuff) = (split.of_base.norm_squared(), split.of_cuff.norm_squared());
                 let size_mm = non_negative_root(base.max(cuff)).to_f32();
                 return Some(Refusal::SlippedMidway { pose: split.pose as u32, size_mm, is_cuff: cuff > base });

@@ -33,7 +33,7 @@ impl<T: Real> Isolate<T> {
             return Some(Stage::Done(Ok(())));
         };
         let noise = fit.result.noise_mm.max(machine.noise_mm());
-        let variance_mm2 = noise * noise * pose.relative_variance + fit.joint.scatter_mm2();
+        let variance_mm2 = noise * noise * machine.relative_variance(pose.samples) + fit.joint.scatter_mm2();
         let lengths = fit.estimate.corrected(machine, pose.lengths());
         let centre = fit.joint.centre_at(&fit.centre, &pose.rotation());
         let solver = AttitudeSolver { geometry: fit.estimate.geometry(), centre: &centre };

@@ -34,7 +34,7 @@ impl<T: Real> Fit<T> {
         let rotation = pose.rotation();
         let jacobian = self.jacobian(&rotation, &lengths);
         let information = MarginalInformation::new(&jacobian).ok()?;
-        let variance = self.variance_mm2() * pose.relative_variance;
+        let variance = self.variance_mm2() * machine.relative_variance(pose.samples);
         let mut scattered = information;
         scattered.add_scatter(self.joint.scatter_mm2() / variance);
         let at = PoseAt { rotation: &rotation, lengths: &lengths, jacobian: &jacobian };

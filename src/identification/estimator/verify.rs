@@ -76,7 +76,7 @@ impl<T: Real> Estimator<T> {
         let fit = &self.fit;
         let (seen, mut in_work) = fit.seen(machine, &fit.place_about_centre(machine, pose)?)?;
         fit.add_all_columns(machine, &mut in_work);
-        fit.verified(pose, &Evidence::of(&seen), &fit.covariance_of(&in_work.sensitivity()))
+        fit.verified(machine.relative_variance(pose.samples), &Evidence::of(&seen), &fit.covariance_of(&in_work.sensitivity()))
     }
 
     /// The same a slice at a time; after the last the result, or that no rotation fits.
@@ -124,7 +124,7 @@ impl<T: Real> Estimator<T> {
                 Step::Whiten(evidence, row + 1)
             }
             Step::Whiten(evidence, _) => {
-                return Some(fit.verified(pose, &evidence, &fit.covariance_of_whitened()));
+                return Some(fit.verified(machine.relative_variance(pose.samples), &evidence, &fit.covariance_of_whitened()));
             }
         };
         None
@@ -141,7 +141,7 @@ impl<T: Real> Estimator<T> {
         let centre = fit.joint.centre_at(&fit.centre, rotation).in_base_mm;
         let (lack_of_fit, factor) = (fit.joint.lack_of_fit_mm2(), fit.joint.variance_factor());
         let of_pose = inverse_of_positive_definite(&seen.unscattered, rounding())?;
-        let variance = fit.result_variance_mm2() * pose.relative_variance;
+        let variance = fit.result_variance_mm2() * machine.relative_variance(pose.samples);
         Some(CentrePrediction {
             predicted_mm: centre,
             predicted_covariance_mm2: fit.covariance_of(&fit.path_rows(rotation)) * factor
@@ -195,10 +195,19 @@ impl<T: Real> Fit<T> {
         }
     }
 
-    /// With g = S δ̂ of the pose and K Σ Kᵀ the covariance of what g loses to the estimate, χ² = gᵀ (σ² S + K Σ Kᵀ)⁻¹ g.
-    fn verified(&self, pose: &Pose<T>, evidence: &Evidence<T>, covariance: &Matrix3<T>) -> Option<VerifiedPose<T>> {
+    /// With g = S δ̂ of the pose, K Σ Kᵀ the covariance of what g loses to the estimate and λ² the variance that the joint's
+    /// model does not explain, χ² = gᵀ (σ² S + K Σ Kᵀ + λ² S²)⁻¹ g. `relative_variance`: of the pose's lengths.
+    fn verified(
+        &self,
+        relative_variance: T,
+        evidence: &Evidence<T>,
+        covariance: &Matrix3<T>,
+    ) -> Option<VerifiedPose<T>> {
         let Evidence { information, gradient_mm: g, squares_mm2 } = *evidence;
-        let expected = information * (self.result_variance_mm2() * pose.relative_variance) + covariance;
+        let (lack_of_fit, factor) = (self.joint.lack_of_fit_mm2(), self.joint.variance_factor());
+        let expected = information * (self.result_variance_mm2() * relative_variance)
+            + covariance * factor
+            + information * information * lack_of_fit;
         let chi_square = g.dot(&(inverse_of_positive_definite(&expected, rounding())? * g));
         Some(VerifiedPose { squares_mm2, chi_square })
     }

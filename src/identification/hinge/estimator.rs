@@ -15,7 +15,7 @@ use crate::linear_algebra::{Singular, non_negative_root};
 use crate::scalar::Real;
 use nalgebra::SMatrix;
 
-/// Fewest poses: four redundant lengths more than a hinge has unknowns, at four cables.
+/// Minimum number of poses: four redundant lengths more than a hinge has unknowns, at four cables.
 pub const MIN_POSES: usize = 6;
 /// Lengths that vary by less than this, in standard deviations of the noise, show no motion.
 const NO_MOTION: f64 = 4.0;

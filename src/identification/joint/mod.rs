@@ -7,10 +7,10 @@ mod moving_centre;
 mod scatter;
 mod shown_motion;
 
-pub use arm_frame::{ArmFrame, FEATURES, Features};
+pub use arm_frame::{ArmFrame, FEATURES, Features, SHOWN_FEATURES};
 pub use held::{HeldCentre, MIN_HELD_POSES};
 pub use motion::{ArmMotion, MIN_MOVING_POSES, MissingMotion};
-pub use moving_centre::{MAX_JOINT, MovingCentre};
+pub use moving_centre::{FREE_OF_JOINT, MAX_JOINT, MovingCentre, persistence};
 pub use scatter::Scatter;
 pub use shown_motion::{MOTION_PARTS, ShownMotion};
 
@@ -41,11 +41,11 @@ impl<T: Real> Joint<T> {
         }
     }
 
-    /// Parameters without a prior: of A one combination has one.
+    /// Parameters without a prior: of A one combination and the trefoils' columns have one.
     pub fn free_parameters(&self) -> i32 {
         match self {
             Self::Ball | Self::Held(_) => 0,
-            Self::Moving(_) => MAX_JOINT as i32 - 1,
+            Self::Moving(_) => FREE_OF_JOINT as i32 - 1,
         }
     }
 
@@ -117,7 +117,7 @@ impl<T: Real> Joint<T> {
     pub fn variance_factor(&self) -> T {
         match self {
             Self::Ball | Self::Held(_) => T::one(),
-            Self::Moving(_) => MovingCentre::<T>::variance_factor(),
+            Self::Moving(moving) => moving.variance_factor(),
         }
     }
 

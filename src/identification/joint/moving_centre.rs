@@ -4,7 +4,7 @@
 //! mm/rad. It is fixed by a prior on T = tr(A)/3 of the direction's part of A, and by a prior on C from poses in which
 //! the shoulder blade was held.
 
-use super::arm_frame::{ArmFrame, FEATURES};
+use super::arm_frame::{ArmFrame, FEATURES, SHOWN_FEATURES};
 use super::scatter::Scatter;
 use crate::identification::parameters::Equations;
 use crate::linear_algebra::non_negative_root;
@@ -13,6 +13,12 @@ use nalgebra::{Matrix3, Vector3};
 
 /// Unknowns of A.
 pub const MAX_JOINT: usize = 3 * FEATURES;
+
+/// Of them those without a prior, but for the one combination that [`MovingCentre::add_prior`] rules.
+pub const FREE_OF_JOINT: usize = 3 * SHOWN_FEATURES;
+
+/// 1σ of the columns of the trefoils, mm/rad³ (assumed: 0.7 mm at 45 degrees of tilt).
+const TREFOIL: f64 = 2.0;
 
 /// The isotropic part of A against the norm N of the rest, mm/rad: T = SLOPE max(N - FROM, 0), with a standard
 /// deviation of √((SHARE N)² + FLOOR²). Measured over three anatomies (bone pins; scapulohumeral rhythm of de Groot and
@@ -30,12 +36,25 @@ const SHARE_ALONG: f64 = 0.6;
 const UNRULED: f64 = 1.0;
 
 /// What φ does not explain is no white scatter, and biases C and A as well: their variances are this many times those
-/// of the fit. With it and [`LACK_OF_FIT`] a 99 % region covers 97.8 to 99.9 % of the path (`cargo study shoulder --seed 6`,
+/// of the fit. With it and [`LACK_OF_FIT`] a 99 % region covers 98.6 to 100.0 % of the path (`cargo study shoulder --seed 6`,
 /// `--seed 7`; chosen on seed 1).
 const VARIANCE_FACTOR: f64 = 1.5;
 
 /// Of the scatter's variance, what is taken for motion that φ does not explain.
 const LACK_OF_FIT: f64 = 0.64;
+
+/// Of the correlation of a pose's scatter with that of the next, what chance makes of none: two standard deviations with 60
+/// poses.
+const BY_CHANCE: f64 = 0.15;
+/// The largest correlation that is reckoned with.
+const MAX_CORRELATION: f64 = 0.8;
+
+/// How much larger the variance of a mean is where each value is correlated with the next like this, (1 + ρ) / (1 - ρ) of a
+/// first-order autoregression (Bartlett 1946); 1 where chance explains the correlation.
+pub fn persistence<T: Real>(correlation: T) -> T {
+    let rho = (correlation - T::of(BY_CHANCE)).max(T::zero()).min(T::of(MAX_CORRELATION));
+    (T::one() + rho) / (T::one() - rho)
+}
 
 /// How the joint centre moves.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,12 +65,14 @@ pub struct MovingCentre<T> {
     pub gains: [Vector3<T>; FEATURES],
     /// The scatter of a pose's own centre.
     pub scatter: Scatter<T>,
+    /// By how much the variances of the fit are larger because the scatter of a pose persists in the next; 1 where it does not.
+    pub persistence: T,
 }
 
 impl<T: Real> MovingCentre<T> {
     /// A centre that does not move yet.
     pub fn new(frame: ArmFrame<T>) -> Self {
-        Self { frame, gains: [Vector3::zeros(); FEATURES], scatter: Scatter::default() }
+        Self { frame, gains: [Vector3::zeros(); FEATURES], scatter: Scatter::default(), persistence: T::one() }
     }
 
     /// A φ(R): displacement of the centre from O0 at a rotation ({P} to {B}), mm.
@@ -84,8 +105,16 @@ impl<T: Real> MovingCentre<T> {
         (isotropic, expected, share * share + unruled * unruled + T::of(FLOOR * FLOOR))
     }
 
-    /// The prior on T, one more equation (A₁₁ + A₂₂ + A₃₃)/3 = μ ± σ, times the noise's variance, mm².
+    /// The prior on T, one more equation (A₁₁ + A₂₂ + A₃₃)/3 = μ ± σ, and on the trefoils' columns, times the noise's
+    /// variance, mm².
     pub fn add_prior(&self, equations: &mut Equations<T>, first: usize, variance_mm2: T) {
+        let of_trefoils = self.gains.iter().skip(SHOWN_FEATURES).flat_map(|gain| gain.iter());
+        let weight_of_trefoil = variance_mm2 * T::of(1.0 / (TREFOIL * TREFOIL));
+        for (unknown, gain) in (first + FREE_OF_JOINT..).zip(of_trefoils) {
+            equations.add_to_entry(unknown, unknown, weight_of_trefoil);
+            equations.add_to_gradient(unknown, -*gain * weight_of_trefoil);
+            equations.add_squares(*gain * *gain * weight_of_trefoil);
+        }
         let (isotropic, expected, variance) = self.isotropic_part();
         let weight = variance_mm2 / variance;
         let third = T::of(1.0 / 3.0);
@@ -107,9 +136,9 @@ impl<T: Real> MovingCentre<T> {
         self.scatter.variance_mm2() * T::of(LACK_OF_FIT)
     }
 
-    /// By how much the covariance of the fit is widened for what φ does not explain.
-    pub fn variance_factor() -> T {
-        T::of(VARIANCE_FACTOR)
+    /// By how much the covariance of the fit is widened for what φ does not explain, and for a scatter that persists.
+    pub fn variance_factor(&self) -> T {
+        T::of(VARIANCE_FACTOR) * self.persistence
     }
 
     /// Moves A by a step.

@@ -1,16 +1,16 @@
 //! How the joint centre moves, as it is shown, kept and used: 24 integers, so that all three are the same to the bit.
 
-use super::arm_frame::{ArmFrame, FEATURES};
+use super::arm_frame::{ArmFrame, FEATURES, SHOWN_FEATURES};
 use super::moving_centre::MovingCentre;
 use super::scatter::Scatter;
 use crate::kinematics::rotation::{nearest_attitude, rotation_of};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-/// Parts of three numbers: the six columns of A, then scatter and standard deviations, then the frame.
-pub const MOTION_PARTS: usize = FEATURES + 2;
+/// Parts of three numbers: the six columns of A that are shown, then scatter and standard deviations, then the frame.
+pub const MOTION_PARTS: usize = SHOWN_FEATURES + 2;
 /// The part of scatter and standard deviations, and that of the frame.
-const SIGMAS: usize = FEATURES;
-const FRAME: usize = FEATURES + 1;
+const SIGMAS: usize = SHOWN_FEATURES;
+const FRAME: usize = SHOWN_FEATURES + 1;
 
 /// Steps of a millimetre, or of a millimetre per unit of a feature: 128. What rounding changes in the centre, 0.01 mm,
 /// is far below its standard deviation.
@@ -20,7 +20,8 @@ const FRAME_STEPS: f32 = 64.0 * STEPS;
 /// The largest integer: 15 bits with the sign.
 const MAX: f32 = 16_383.0;
 
-/// How a joint centre moves with the arm, O(R) = O0 + A φ(R), with the scatter about that and how well the path is known.
+/// How a joint centre moves with the arm, O(R) = O0 + A φ(R), with the scatter about that and how well the path is known. Of φ
+/// the trefoils are not shown.
 ///
 /// | part | its three numbers |
 /// |---|---|
@@ -38,7 +39,7 @@ impl ShownMotion {
     /// when a number does not fit: no joint moves so far.
     pub fn new(model: &MovingCentre<f32>, across_mm: f32, all_mm: f32) -> Option<Self> {
         let mut parts = [[0; 3]; MOTION_PARTS];
-        for (part, gain) in parts.iter_mut().zip(&model.gains) {
+        for (part, gain) in parts.iter_mut().zip(&model.gains).take(SHOWN_FEATURES) {
             *part = rounded([gain.x, gain.y, gain.z], STEPS)?;
         }
         parts[SIGMAS] = rounded([model.scatter.sigma_mm(), across_mm, all_mm], STEPS)?;
@@ -75,11 +76,11 @@ impl ShownMotion {
         let double = 2.0 * scale;
         let mean = Quaternion::new((1.0 - squares) * scale, x * double, y * double, z * double);
         let mut gains = [Vector3::zeros(); FEATURES];
-        for (gain, part) in gains.iter_mut().zip(&self.parts) {
+        for (gain, part) in gains.iter_mut().zip(&self.parts).take(SHOWN_FEATURES) {
             *gain = Vector3::from(part.map(|number| f32::from(number) * (1.0 / STEPS)));
         }
         let frame = ArmFrame::of_mean(rotation_of(&UnitQuaternion::new_unchecked(mean)));
-        MovingCentre { frame, gains, scatter: Scatter::of_sigma(self.sigmas_mm()[0]) }
+        MovingCentre { frame, gains, scatter: Scatter::of_sigma(self.sigmas_mm()[0]), persistence: 1.0 }
     }
 
     /// Scatter along an axis, 1σ of the path across the arm, and in all, mm.
@@ -102,8 +103,11 @@ mod tests {
 
     fn moving(turn: Vector3<f32>) -> MovingCentre<f32> {
         let frame = ArmFrame::of_mean(Rotation3::new(turn).into_inner());
-        let gains = core::array::from_fn(|j| Vector3::new(j as f32 - 20.0, 31.27 - j as f32, 0.503));
-        MovingCentre { frame, gains, scatter: Scatter::of_sigma(0.35) }
+        // the trefoils are not shown
+        let gains = core::array::from_fn(|j| {
+            if j < SHOWN_FEATURES { Vector3::new(j as f32 - 20.0, 31.27 - j as f32, 0.503) } else { Vector3::zeros() }
+        });
+        MovingCentre { frame, gains, scatter: Scatter::of_sigma(0.35), persistence: 1.0 }
     }
 
     #[test]

@@ -155,6 +155,9 @@ impl<T: Real> Machine<T> {
     /// Variance of a length that is the mean of so many samples, over that of [`noise_mm`](Self::noise_mm): 1 where the rig
     /// states no noise that averages.
     pub fn relative_variance(&self, samples: u16) -> T {
+        if self.sample_noise_mm <= T::zero() {
+            return T::one();
+        }
         let ratio = self.sample_noise_mm / self.noise_mm.max(T::of(MIN_NOISE_MM));
         T::one() + ratio * ratio / T::of_integer(i32::from(samples.max(1)))
     }

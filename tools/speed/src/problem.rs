@@ -1,6 +1,7 @@
 //! The problem that everything is measured on: 100 noise-free poses of a rig with a base radius of 160 mm, rotations
 //! within ±30 degrees about each axis, and a start from which the paper's iteration takes four steps.
 
+use glenoid::identification::{Machine, Pose};
 use glenoid::kinematics::CableLengths;
 use glenoid::rig::{CABLES, Drum, Parameters, Rig, RigError};
 use glenoid::scalar::Real;
@@ -30,6 +31,10 @@ pub enum Spoilt {
 
 /// Half the width of the noise, mm.
 const NOISE_LIMIT_MM: f64 = 0.1;
+/// Poses of the shoulder, how far its centre moves with the arm's direction, mm/rad, and half the width of its slides, mm.
+const SHOULDER_POSES: usize = 60;
+const MOVES_MM_PER_RAD: f64 = 12.0;
+const SLIDE_LIMIT_MM: f64 = 0.6;
 /// By how much the cable of an outlier is off, mm.
 const OUTLIER_MM: f64 = 8.0;
 
@@ -84,6 +89,33 @@ impl<T: Real> Problem<T> {
         }
         Some(poses)
     }
+}
+
+/// The first poses of a shoulder whose centre moves with the arm and slides beside it, with noise. `None` when one of them
+/// would have no place.
+pub fn of_shoulder<T: Real>(problem: &Problem<T>, machine: &Machine<T>) -> Option<Vec<CableLengths<T>, POSES>> {
+    let mut poses = Vec::new();
+    let mut random = 0x1234_5678_u32;
+    let geometry = machine.geometry();
+    for lengths in problem.poses.iter().take(SHOULDER_POSES) {
+        let mut pose = Pose::new(*lengths);
+        pose.place(machine.platform());
+        let platform = pose.is_placed().then(|| pose.platform())?;
+        // As shoulders do it moves along the arm most, as the arm tilts.
+        let (x, y) = (platform.rotation.m13, platform.rotation.m23);
+        let along = x * T::of(0.8) + y * T::of(0.4);
+        let mut moved = Vector3::new(x * T::of(0.4), y * T::of(0.3), along) * T::of(MOVES_MM_PER_RAD);
+        for axis in moved.iter_mut() {
+            *axis += uniform::<T>(&mut random) * T::of(SLIDE_LIMIT_MM);
+        }
+        let mut lengths = [T::zero(); CABLES];
+        for (cable, (length, end)) in lengths.iter_mut().zip(&geometry.end_mm).enumerate() {
+            let there = platform.origin_mm + platform.rotation * end + moved;
+            *length = geometry.span(cable, &there).length_mm + uniform::<T>(&mut random) * T::of(NOISE_LIMIT_MM);
+        }
+        poses.push(CableLengths::new(lengths).ok()?).ok()?;
+    }
+    Some(poses)
 }
 
 /// Uniform within ±1 (Marsaglia's xorshift).

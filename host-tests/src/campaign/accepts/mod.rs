@@ -15,6 +15,7 @@ use glenoid::procedure::{Limits, Settings, StateName, Trigger};
 use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, Drum, Rig, RigError};
 use rayon::prelude::*;
 use std::fmt;
+use std::ops::Range;
 use steps::Counts;
 use world::{Tally, World};
 
@@ -67,14 +68,14 @@ impl fmt::Display for Outcome {
     }
 }
 
-/// Plays sequences by their numbers.
+/// Plays sequences by their numbers; one alone is played again by its own.
 ///
 /// # Errors
 /// None in practice: the shoulder's constants are checked like any other rig's.
 ///
 /// # Panics
 /// With the sequence's number, when a value is in use that nobody has chosen, or the device breaks another promise.
-pub fn run(sequences: u64) -> Result<Outcome, String> {
+pub fn run(sequences: Range<u64>) -> Result<Outcome, String> {
     let rig = rig().map_err(|error| error.text())?;
     let config =
         Config { limits: Limits::new(&rig, settings()).map_err(|error| error.to_string())?, ..Config::for_rig(rig) };
@@ -90,7 +91,7 @@ pub fn run(sequences: u64) -> Result<Outcome, String> {
         });
         outcome.unwrap_or_else(|_| panic!("sequence {number}"))
     };
-    Ok((0..sequences).into_par_iter().map(play).reduce(Outcome::default, Outcome::add))
+    Ok(sequences.into_par_iter().map(play).reduce(Outcome::default, Outcome::add))
 }
 
 /// The shoulder with drums so fast that the arm can leap from pose to pose.

@@ -4,7 +4,7 @@
 //! the complement of the rotation's columns). In these rows the model is linear in O, C, the machine's constants and
 //! whatever is tried beside them, and everything is in units of the noise.
 
-use glenoid::identification::joint::{ArmFrame, FEATURES};
+use glenoid::identification::joint::{ArmFrame, SHOWN_FEATURES};
 use glenoid::identification::machine::{MAX_MACHINE, MachineEstimate};
 use glenoid::identification::parameters::{Column, Equations, PoseAt};
 use glenoid::identification::pivot_calibration::PivotCalibration;
@@ -78,7 +78,7 @@ struct Work<'a> {
     frame: Option<ArmFrame<f64>>,
     estimate: MachineEstimate<f64>,
     centre: JointCentre<f64>,
-    motion: [Vector3<f64>; FEATURES],
+    motion: [Vector3<f64>; SHOWN_FEATURES],
     scatter_mm2: f64,
     log_determinants: f64,
 }
@@ -98,7 +98,7 @@ impl AllPosesFit {
             frame: freedom.moves.then(|| ArmFrame::new(pivot.rotations())),
             estimate: MachineEstimate::new(machine),
             centre: pivot.solve().ok()?,
-            motion: [Vector3::zeros(); FEATURES],
+            motion: [Vector3::zeros(); SHOWN_FEATURES],
             scatter_mm2: if freedom.scatters { FIRST_SCATTER_MM2 } else { 0.0 },
             log_determinants: 0.0,
         };
@@ -138,7 +138,7 @@ impl AllPosesFit {
 
 impl Work<'_> {
     fn motion_unknowns(&self) -> usize {
-        if self.frame.is_some() { 3 * FEATURES } else { 0 }
+        if self.frame.is_some() { 3 * SHOWN_FEATURES } else { 0 }
     }
 
     fn freedom(&self, poses: usize) -> f64 {
@@ -238,7 +238,7 @@ impl Work<'_> {
             whole.set_column(index, &column);
         }
         if let Some(frame) = &self.frame {
-            for (feature, phi) in frame.features(&rotation).into_iter().enumerate() {
+            for (feature, phi) in frame.features(&rotation).into_iter().take(SHOWN_FEATURES).enumerate() {
                 whole.view_mut((0, parameters + 3 * feature), (6, 3)).copy_from(&(translation * phi));
             }
         }

@@ -94,10 +94,21 @@ pub(super) fn parse(file: &str, text: &Text) -> Result<LengthsFile, InputError> 
             )),
         }
     }
+    log.notes.extend(lost(&run.poses));
     if log.rows.is_empty() {
         return Err(InputError::at(file, last, 1, "no pose of the first set has all six lengths"));
     }
     Ok(log)
+}
+
+/// Poses of which no length was recorded although later ones were.
+fn lost(poses: &BTreeMap<(bool, u8), Pose>) -> impl Iterator<Item = String> {
+    [false, true].into_iter().flat_map(move |held_out| {
+        let last = poses.keys().filter(|key| key.0 == held_out).map(|key| key.1).max().unwrap_or(0);
+        (0..last).filter(move |index| !poses.contains_key(&(held_out, *index))).map(move |index| {
+            format!("pose {index} of set {} is left out: no length of it was recorded", u8::from(held_out) + 1)
+        })
+    })
 }
 
 impl Pose {

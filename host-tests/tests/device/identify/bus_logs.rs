@@ -101,6 +101,23 @@ fn of_several_runs_the_last_is_taken_even_under_the_same_number() {
 }
 
 #[test]
+fn a_pose_of_which_nothing_was_recorded_is_named() {
+    let desk = Desk::new("bus_log_gap");
+    let poses = log(1, 12);
+    let without_two = recording(7, &poses, false)
+        .lines()
+        .filter(|line| !line.contains("68F#070004") && !line.contains("68F#070006"))
+        .fold(String::new(), |text, line| text + line + "\n");
+    let ran = desk.put("run.log", without_two).identify("run.log --json");
+    assert_eq!(ran.code, Some(0), "{ran:?}");
+    for pose in [4, 6] {
+        let note = format!("pose {pose} of set 1 is left out: no length of it was recorded");
+        assert!(ran.stderr.contains(&note), "{ran:?}");
+    }
+    assert!(ran.stderr.contains("run 7, 10 poses") && !ran.stderr.contains("pose 11 "), "{ran:?}");
+}
+
+#[test]
 fn a_recording_that_was_cut_says_what_is_missing() {
     let desk = Desk::new("bus_log_cut");
     let poses = log(1, 12);

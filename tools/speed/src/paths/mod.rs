@@ -122,11 +122,14 @@ pub fn run<T: Number>(bench: &mut Bench<T>) -> bool {
         for (name, begin) in [
             ("start-free-offsets", whole_runs::offsets as fn(&mut Bench<T>) -> Option<()>),
             ("start-free-machine", whole_runs::tolerances),
+            ("shoulder-machine", whole_runs::shoulder),
         ] {
             sound &= print::<T>(name, measure::whole(bench, estimator, &truth, begin, whole_runs::start_free));
         }
         let slices = measure::pieces(bench, estimator, whole_runs::new_estimator_with_tolerances, whole_runs::slice);
         sound &= print::<T>("start-free-machine-slice", slices);
+        let slices = measure::pieces(bench, estimator, whole_runs::new_estimator_of_shoulder, whole_runs::slice);
+        sound &= print::<T>("shoulder-machine-slice", slices);
     }
     if const { holds::<T>(Part::Samples) } {
         let accuracy = size_of::<PredictedAccuracy<T>>();

@@ -8,7 +8,7 @@ use glenoid::rig::Tolerance;
 
 use super::{Bench, Held};
 use crate::measure::{Answer, Number};
-use crate::problem::Spoilt;
+use crate::problem::{Spoilt, of_shoulder};
 
 /// How well the encoders' offsets are known where nobody has homed them, 1σ, mm.
 const OFFSET_PRIOR_MM: f64 = 10.0;
@@ -62,6 +62,22 @@ pub fn tolerances<T: Number>(bench: &mut Bench<T>) -> Option<()> {
     let half = T::of(0.5);
     let tolerance = Tolerance { base_mm: half, edges_mm: half, offset_mm: T::of(0.3), drum: T::of(1e-3) };
     set(bench, tolerance, Spoilt::Noise)
+}
+
+/// The same machine on a shoulder whose centre moves.
+#[inline(never)]
+pub fn shoulder<T: Number>(bench: &mut Bench<T>) -> Option<()> {
+    tolerances(bench)?;
+    let lengths = of_shoulder(&bench.problem, &bench.machine)?;
+    bench.poses.clear();
+    lengths.into_iter().try_for_each(|lengths| bench.poses.push(Pose::new(lengths)).ok().map(|_| ()))
+}
+
+/// The estimator at its beginning on it.
+pub fn new_estimator_of_shoulder<T: Number>(bench: &mut Bench<T>) -> Option<()> {
+    shoulder(bench)?;
+    begin(bench);
+    Some(())
 }
 
 // Not inlined: the machine passes through its frame on its way to its place.
