@@ -154,13 +154,11 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
         self.squares += squares;
     }
 
-    /// Adds the equations of another system in the same unknowns, `times` times.
-    pub fn add(&mut self, other: &Self, times: T) {
+    /// Adds another normal matrix in the same unknowns, packed, `times` times. It says nothing of Jᵀe and eᵀe.
+    pub fn add_matrix(&mut self, packed: &[T], times: T) {
         let used = packed_index(self.unknowns, 0);
-        let add = |(entry, other): (&mut T, &T)| *entry += *other * times;
-        self.matrix.iter_mut().zip(&other.matrix).take(used).for_each(add);
-        self.gradient.iter_mut().zip(&other.gradient).take(self.unknowns).for_each(add);
-        self.squares += other.squares * times;
+        let entries = self.matrix.iter_mut().zip(packed).take(used);
+        entries.for_each(|(entry, other)| *entry += *other * times);
     }
 
     /// Is the whole matrix factored?
@@ -213,13 +211,15 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
             let (above, rest) = self.matrix.split_at_mut_checked(packed_index(i, 0)).ok_or(Singular)?;
             let (row, rest) = rest.split_at_mut_checked(i).ok_or(Singular)?;
             let diagonal = rest.first_mut().ok_or(Singular)?;
-            let mut above = above.iter();
+            let mut above: &[T] = above;
             for j in 0..i {
                 // Row j of the factor: j entries, then the inverse of its diagonal.
+                let (factor, rest) = above.split_at_checked(j).ok_or(Singular)?;
+                let (inverse, rest) = rest.split_first().ok_or(Singular)?;
                 let (done, open) = row.split_at_mut_checked(j).ok_or(Singular)?;
-                let product = done.iter().zip(above.by_ref()).fold(T::zero(), |sum, (a, b)| sum + *a * *b);
-                let (Some(entry), Some(inverse)) = (open.first_mut(), above.next()) else { return Err(Singular) };
-                *entry = (*entry - product) * *inverse;
+                let entry = open.first_mut().ok_or(Singular)?;
+                *entry = (*entry - dot(done, factor)) * *inverse;
+                above = rest;
             }
             let pivot = row.iter().fold(*diagonal, |rest, a| rest - *a * *a);
             // Refuses NaN too.
@@ -270,37 +270,44 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
     /// Solves with the part of the factor from unknown `from` on: the unknowns before it are eliminated. `right` is
     /// zero before `from`.
     pub fn solve_trailing(&self, right: &mut [T; N], from: usize) {
-        self.solve_forwards(right, from);
-        self.solve_backwards(right, from);
+        self.solve_forwards(right, from, from..self.unknowns);
+        self.solve_backwards(right, from, from..self.unknowns);
     }
 
-    /// The first half of it, L y = `right`: `right` becomes y.
-    pub fn solve_forwards(&self, right: &mut [T; N], from: usize) {
-        for i in from..self.unknowns {
-            let Some((row, inverse)) = self.factor_row(i) else { return };
-            let known = row.iter().zip(right.iter()).skip(from).fold(T::zero(), |sum, (a, b)| sum + *a * *b);
-            if let Some(x) = right.get_mut(i) {
-                *x = (*x - known) * inverse;
-            }
+    /// The first half of it, L y = `right`: `right` becomes y. Of these rows, for callers that solve a few at a time; those
+    /// before must be solved.
+    pub fn solve_forwards(&self, right: &mut [T; N], from: usize, rows: Range<usize>) {
+        for i in rows {
+            let (Some((row, inverse)), Some((solved, open))) = (self.factor_row(i), right.split_at_mut_checked(i))
+            else {
+                return;
+            };
+            let (Some(row), Some(solved), Some(x)) = (row.get(from..), solved.get(from..), open.first_mut()) else {
+                return;
+            };
+            *x = (*x - dot(row, solved)) * inverse;
         }
     }
 
-    /// The second half, Lᵀ x = y: `y` becomes x.
-    pub fn solve_backwards(&self, y: &mut [T; N], from: usize) {
-        for i in (from..self.unknowns).rev() {
-            let Some((row, inverse)) = self.factor_row(i) else { return };
-            let Some(solved) = y.get_mut(i) else { return };
-            *solved *= inverse;
-            let solved = *solved;
-            for (x, a) in y.iter_mut().zip(row).skip(from) {
-                *x -= *a * solved;
+    /// The second half, Lᵀ x = y: `y` becomes x. From the last of these rows to the first; those behind must be solved.
+    pub fn solve_backwards(&self, y: &mut [T; N], from: usize, rows: Range<usize>) {
+        for i in rows.rev() {
+            let (Some((row, inverse)), Some((open, solved))) = (self.factor_row(i), y.split_at_mut_checked(i)) else {
+                return;
+            };
+            let (Some(row), Some(open), Some(x)) = (row.get(from..), open.get_mut(from..), solved.first_mut()) else {
+                return;
+            };
+            *x *= inverse;
+            for (open, a) in open.iter_mut().zip(row) {
+                *open -= *a * *x;
             }
         }
     }
 
     /// `right` becomes L⁻¹ `right`, once factored. The squared norm of L⁻¹ k is kᵀ (JᵀJ)⁻¹ k, the variance of k·x.
     pub fn whiten(&self, right: &mut [T; N]) {
-        self.solve_forwards(right, 0);
+        self.solve_forwards(right, 0, 0..self.unknowns);
     }
 
     /// Column `column` of the covariance (the inverse of JᵀJ) of the unknowns from `from` on, the ones before
@@ -321,7 +328,8 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
         let mut variance = T::zero();
         for i in unknown..self.unknowns {
             let Some((row, inverse)) = self.factor_row(i) else { return variance };
-            let known = row.iter().zip(&whitened).skip(unknown).fold(T::zero(), |sum, (a, b)| sum + *a * *b);
+            let (Some(row), Some(before)) = (row.get(unknown..), whitened.get(unknown..i)) else { return variance };
+            let known = dot(row, before);
             let one = if i == unknown { T::one() } else { T::zero() };
             if let Some(entry) = whitened.get_mut(i) {
                 *entry = (one - known) * inverse;
@@ -336,6 +344,11 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
         let (inverse, row) = self.matrix.get(packed_index(i, 0)..=packed_index(i, i))?.split_last()?;
         Some((row, *inverse))
     }
+}
+
+/// Σ aᵢ bᵢ.
+fn dot<T: Real>(a: &[T], b: &[T]) -> T {
+    a.iter().zip(b).fold(T::zero(), |sum, (a, b)| sum + *a * *b)
 }
 
 /// Adds the products of `a` with the columns, as far as there are entries.

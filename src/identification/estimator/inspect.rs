@@ -12,7 +12,7 @@ use super::scratch::Scratch;
 use super::seen::SeenPose;
 use crate::identification::joint::{Joint, persistence};
 use crate::identification::machine::Machine;
-use crate::identification::parameters::{MAX_UNKNOWNS, Rows};
+use crate::identification::parameters::MAX_UNKNOWNS;
 use crate::identification::pose::Pose;
 use crate::identification::refusal::Refusal;
 use crate::linear_algebra::{NormalEquations, column, largest_eigenpair, non_negative_root};
@@ -53,7 +53,7 @@ pub(super) struct Inspect<T: Real> {
     seen: usize,
     /// Information and gradient of ΔO, ΔC.
     split: NormalEquations<T, 6, 21>,
-    /// Mixed block with the other unknowns: a row each of ΔO, ΔC.
+    /// L⁻¹ times the mixed block with the other unknowns, with L the factor of their equations: a row each of ΔO, ΔC.
     shared: [[T; MAX_UNKNOWNS]; 6],
     best: Option<Split<T>>,
     /// Σ δ̂ δ̂ᵀ, mm².
@@ -74,12 +74,12 @@ enum Step {
     See,
     /// The columns of its equations.
     Columns,
-    /// What they share with the other unknowns is added.
-    Add,
-    /// The covariance of the centre that is predicted in it, a row a slice.
-    Path(usize),
-    /// The split before it, a row a slice.
-    Split(usize),
+    /// What its equations share with the other unknowns is whitened.
+    Shared,
+    /// So is what the centre that is predicted in it hangs on.
+    Path,
+    /// The split before it.
+    Split,
 }
 
 impl<T: Real> Inspect<T> {
@@ -114,36 +114,29 @@ impl<T: Real> Inspect<T> {
                 Step::Columns
             }
             Step::Columns if !fit.add_columns(machine) => Step::Columns,
-            Step::Columns => Step::Add,
-            Step::Add => {
-                let rotation = poses.get(self.next)?.rotation();
-                let sensitivity = fit.scratch.pose().map(|in_work| in_work.sensitivity());
-                if let Some(sensitivity) = &sensitivity {
-                    self.add_shared(fit.equations.unknowns(), &rotation, sensitivity);
+            Step::Columns => match fit.scratch.pose().map(|in_work| in_work.sensitivity()) {
+                Some(sensitivity) => {
+                    fit.scratch.put_rows(&sensitivity);
+                    Step::Shared
                 }
+                None => Step::See,
+            },
+            Step::Shared if !fit.whiten() => Step::Shared,
+            Step::Shared => {
+                let rotation = poses.get(self.next)?.rotation();
+                self.add_shared(&rotation, fit.scratch.rows());
                 let rows = fit.path_rows(&rotation);
                 fit.scratch.put_rows(&rows);
-                Step::Path(0)
+                Step::Path
             }
-            Step::Path(row) if row < 3 => {
-                fit.whiten_row(row);
-                Step::Path(row + 1)
-            }
-            Step::Path(_) => {
+            Step::Path if !fit.whiten() => Step::Path,
+            Step::Path => {
                 self.add_path(fit, &poses.get(self.next)?.rotation());
                 let side = MIN_SIDE.max(fit.residuals.used / SIDE_SHARE);
-                if self.seen >= side && fit.residuals.used >= side + self.seen {
-                    fit.scratch.put_rows(&self.shared);
-                    Step::Split(0)
-                } else {
-                    Step::See
-                }
+                let is_possible = self.seen >= side && fit.residuals.used >= side + self.seen;
+                if is_possible { Step::Split } else { Step::See }
             }
-            Step::Split(row) if row < self.shared.len() => {
-                fit.whiten_row(row);
-                Step::Split(row + 1)
-            }
-            Step::Split(_) => {
+            Step::Split => {
                 self.try_split(fit);
                 Step::See
             }
@@ -174,11 +167,12 @@ impl<T: Real> Inspect<T> {
         self.previous_mm = own;
     }
 
-    /// Adds what it says of them together with the other unknowns: of unknown u, Kᵤᵀ and -(Rᵀ Kᵤ)ᵀ.
-    fn add_shared(&mut self, unknowns: usize, rotation: &Matrix3<T>, sensitivity: &Rows<T>) {
-        let [x, y, z] = sensitivity;
+    /// Adds what it says of them together with the other unknowns: of unknown u, Kᵤᵀ and -(Rᵀ Kᵤ)ᵀ. The rows of K are
+    /// whitened.
+    fn add_shared(&mut self, rotation: &Matrix3<T>, rows: &[[T; MAX_UNKNOWNS]]) {
+        let [x, y, z] = rows else { return };
         let [a, b, c, d, e, f] = &mut self.shared;
-        let columns = x.iter().zip(y).zip(z).take(unknowns);
+        let columns = x.iter().zip(y).zip(z);
         let shared = a.iter_mut().zip(b).zip(c).zip(d).zip(e).zip(f);
         for (((x, y), z), (((((a, b), c), d), e), f)) in columns.zip(shared) {
             let column = Vector3::new(*x, *y, *z);
@@ -200,13 +194,12 @@ impl<T: Real> Inspect<T> {
         self.across_mm2 += covariance.trace() - along.dot(&(covariance * along));
     }
 
-    /// By how much χ² would fall with another centre from the present pose on: the Schur complement of the split, whose
-    /// rows are whitened.
+    /// By how much χ² would fall with another centre from the present pose on: the Schur complement of the split.
     fn try_split(&mut self, fit: &Fit<T>) {
         let mut split = self.split;
         for i in 0..6 {
             for j in 0..=i {
-                split.add_to_entry(i, j, -fit.product_of_rows(fit.scratch.rows(), i, j));
+                split.add_to_entry(i, j, -fit.product_of_rows(&self.shared, i, j));
             }
         }
         if split.factor().is_err() {
