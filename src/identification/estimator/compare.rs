@@ -8,7 +8,7 @@
 use super::Stage;
 use super::fit::Fit;
 use super::model::Model;
-use super::refine::{MEDIAN_PASSES, Refine};
+use super::refine::Refine;
 use super::scratch::Scratch;
 use crate::identification::joint::Joint;
 use crate::identification::machine::{Machine, MachineEstimate};
@@ -17,7 +17,6 @@ use crate::identification::parameters::{CENTRE_UNKNOWNS, CentreSums, ParameterBl
 use crate::identification::pose::Pose;
 use crate::identification::pose_in_work::PoseInWork;
 use crate::identification::refusal::Refusal;
-use crate::identification::weights::Weights;
 use crate::kinematics::rotation::rotation_of;
 use crate::kinematics::{AttitudeSolver, AttitudeTrack, CableSet, JointCentre, LengthJacobian};
 use crate::scalar::Real;
@@ -46,8 +45,6 @@ pub(super) struct Compare<T: Real> {
     passes: u8,
     /// After the pass before, mm².
     squares_mm2: T,
-    /// Of the moving centre's fit, which goes on afterwards.
-    weights: Weights<T>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -75,11 +72,11 @@ struct Sum<T> {
 }
 
 impl<T: Real> Compare<T> {
-    /// Begins. With `weights` the moving centre's fit goes on when it is not the machine.
-    pub fn new(fit: &mut Fit<T>, machine: &Machine<T>, weights: Weights<T>) -> Self {
+    /// Begins. The moving centre's fit goes on when it is not the machine.
+    pub fn new(fit: &mut Fit<T>, machine: &Machine<T>) -> Self {
         let estimate = MachineEstimate::unmeasured(machine);
         let step = begin_pass(fit, machine, &estimate);
-        Self { estimate, centre: fit.centre, step, passes: 0, squares_mm2: T::of(f64::INFINITY), weights }
+        Self { estimate, centre: fit.centre, step, passes: 0, squares_mm2: T::of(f64::INFINITY) }
     }
 
     /// The next slice of a pose, of the factor, or of the step.
@@ -102,7 +99,7 @@ impl<T: Real> Compare<T> {
                     None
                 }
                 // Priors and damping determine all of it; rounding may not.
-                Err(_) => Some(self.go_on(fit, machine)),
+                Err(_) => Some(Self::go_on(fit, machine)),
             },
             Step::Solve { .. } if !fit.solve() => None,
             Step::Solve { used } => {
@@ -124,7 +121,7 @@ impl<T: Real> Compare<T> {
         let is_over = self.passes >= MAX_PASSES || !(squares_mm2 <= self.squares_mm2 * T::of(GOES_ON));
         self.squares_mm2 = squares_mm2;
         if is_over {
-            return Some(self.go_on(fit, machine));
+            return Some(Self::go_on(fit, machine));
         }
         let (constants, centre) = step.split_at_checked(self.estimate.count()).unwrap_or_default();
         self.estimate.apply(machine, constants);
@@ -137,9 +134,9 @@ impl<T: Real> Compare<T> {
     }
 
     /// It is not the machine: the moving centre's fit goes on.
-    fn go_on(&self, fit: &mut Fit<T>, machine: &Machine<T>) -> Stage<T> {
+    fn go_on(fit: &mut Fit<T>, machine: &Machine<T>) -> Stage<T> {
         fit.is_compared = true;
-        Stage::Refine(Refine::new(fit, machine, self.weights, true).after(MEDIAN_PASSES))
+        Stage::Refine(Refine::select(fit, machine))
     }
 }
 

@@ -344,7 +344,7 @@ impl<T: Real> Fit<T> {
         largest_mm
     }
 
-    /// Degrees of freedom of the residuals of a pass: three a pose, less the unknowns without a prior.
+    /// Degrees of freedom of the residuals of a pass: three a pose, less the unknowns that the poses determine.
     fn freedom(&self, used: usize) -> T {
         let unknown = CENTRE_UNKNOWNS as i32 + self.joint.free_parameters();
         T::of_integer((3 * used as i32 - unknown).max(1))
