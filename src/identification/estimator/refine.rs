@@ -110,6 +110,7 @@ impl<T: Real> Refine<T> {
             Step::Factor(pass) => match fit.factor() {
                 Ok(false) => None,
                 Ok(true) => {
+                    fit.begin_step();
                     self.step = Step::Take(*pass);
                     None
                 }
