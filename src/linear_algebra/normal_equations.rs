@@ -306,8 +306,10 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
     }
 
     /// `right` becomes L⁻¹ `right`, once factored. The squared norm of L⁻¹ k is kᵀ (JᵀJ)⁻¹ k, the variance of k·x.
+    /// The zeros that it begins with stay.
     pub fn whiten(&self, right: &mut [T; N]) {
-        self.solve_forwards(right, 0, 0..self.unknowns);
+        let from = leading_zeros(right);
+        self.solve_forwards(right, from, from..self.unknowns);
     }
 
     /// Column `column` of the covariance (the inverse of JᵀJ) of the unknowns from `from` on, the ones before
@@ -344,6 +346,11 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
         let (inverse, row) = self.matrix.get(packed_index(i, 0)..=packed_index(i, i))?.split_last()?;
         Some((row, *inverse))
     }
+}
+
+/// How many zeros these numbers begin with.
+pub fn leading_zeros<T: Real>(numbers: &[T]) -> usize {
+    numbers.iter().take_while(|number| **number == T::zero()).count()
 }
 
 /// Σ aᵢ bᵢ.
