@@ -49,6 +49,8 @@ pub(super) struct Acceptance<T> {
     in_shape: usize,
     /// The covariances of the next one are being computed.
     has_begun_shape: bool,
+    /// The result is written.
+    is_written: bool,
 }
 
 impl<T: Real> Acceptance<T> {
@@ -64,6 +66,7 @@ impl<T: Real> Acceptance<T> {
             of_shape: ShapeShare::none(),
             in_shape: 0,
             has_begun_shape: false,
+            is_written: false,
         }
     }
 
@@ -109,15 +112,19 @@ impl<T: Real> Acceptance<T> {
             }
             return None;
         }
-        let widened = match self.of {
-            Accepted::Ball { .. } => T::one(),
-            Accepted::Moving => fit.joint.variance_factor(),
-        };
-        let variance = sigma_noise_mm * sigma_noise_mm * widened;
-        let covariances = [self.covariance * variance, self.of_shape.covariance_mm2 * variance];
-        fit.write_result(machine, poses, &covariances, noise_mm);
-        if machine.first_offset().is_some() {
-            fit.result.offset_sigmas_mm = self.offset_sigmas.map(|sigma| sigma * sigma_noise_mm);
+        if !self.is_written {
+            let widened = match self.of {
+                Accepted::Ball { .. } => T::one(),
+                Accepted::Moving => fit.joint.variance_factor(),
+            };
+            let variance = sigma_noise_mm * sigma_noise_mm * widened;
+            let covariances = [self.covariance * variance, self.of_shape.covariance_mm2 * variance];
+            fit.write_result(machine, poses, &covariances, noise_mm);
+            if machine.first_offset().is_some() {
+                fit.result.offset_sigmas_mm = self.offset_sigmas.map(|sigma| sigma * sigma_noise_mm);
+            }
+            self.is_written = true;
+            return None;
         }
         let check = match self.of {
             Accepted::Ball { dominant } if fit.settings.require_redundancy => {
