@@ -5,6 +5,7 @@
 //! Its Cholesky factor takes its place, a few rows a call if wanted.
 
 use crate::scalar::Real;
+use core::ops::Range;
 use nalgebra::{SMatrix, Vector3};
 
 /// The smallest pivot that counts as regular, as a share of the diagonal entry that it came from: below it the weakest
@@ -185,24 +186,7 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
     pub fn factor_rows(&mut self, rows: usize) -> Result<(), Singular> {
         let last = if rows < self.unknowns - self.factored { self.factored + rows } else { self.unknowns };
         for i in self.factored..last {
-            let (above, rest) = self.matrix.split_at_mut_checked(packed_index(i, 0)).ok_or(Singular)?;
-            let (row, rest) = rest.split_at_mut_checked(i).ok_or(Singular)?;
-            let diagonal = rest.first_mut().ok_or(Singular)?;
-            let mut above = above.iter();
-            for j in 0..i {
-                // Row j of the factor: j entries, then the inverse of its diagonal.
-                let (done, open) = row.split_at_mut_checked(j).ok_or(Singular)?;
-                let product = done.iter().zip(above.by_ref()).fold(T::zero(), |sum, (a, b)| sum + *a * *b);
-                let (Some(entry), Some(inverse)) = (open.first_mut(), above.next()) else { return Err(Singular) };
-                *entry = (*entry - product) * *inverse;
-            }
-            let pivot = row.iter().fold(*diagonal, |rest, a| rest - *a * *a);
-            // Refuses NaN too.
-            if !(pivot > *diagonal * smallest_pivot() && pivot > T::zero()) {
-                return Err(Singular);
-            }
-            self.pivot_ratio = self.pivot_ratio.max(*diagonal / pivot);
-            *diagonal = T::one() / pivot.root();
+            self.pivot_ratio = self.pivot_ratio.max(factor_row(&mut self.matrix, i)?);
         }
         self.factored = last;
         Ok(())
@@ -245,36 +229,13 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
     /// Solves with the part of the factor from unknown `from` on: the unknowns before it are eliminated. `right` is
     /// zero before `from`.
     pub fn solve_trailing(&self, right: &mut [T; N], from: usize) {
-        let x = right;
-        // Forwards: L y = right.
-        for i in from..self.unknowns {
-            let Some((row, inverse)) = self.factor_row(i) else { return };
-            let known = row.iter().zip(x.iter()).skip(from).fold(T::zero(), |sum, (a, b)| sum + *a * *b);
-            if let Some(x) = x.get_mut(i) {
-                *x = (*x - known) * inverse;
-            }
-        }
-        // Backwards: Lᵀ x = y.
-        for i in (from..self.unknowns).rev() {
-            let Some((row, inverse)) = self.factor_row(i) else { return };
-            let Some(solved) = x.get_mut(i) else { return };
-            *solved *= inverse;
-            let solved = *solved;
-            for (x, a) in x.iter_mut().zip(row).skip(from) {
-                *x -= *a * solved;
-            }
-        }
+        solve_forwards(&self.matrix, right, from..self.unknowns);
+        solve_backwards(&self.matrix, right, from..self.unknowns);
     }
 
     /// `right` becomes L⁻¹ `right`, once factored. The squared norm of L⁻¹ k is kᵀ (JᵀJ)⁻¹ k, the variance of k·x.
     pub fn whiten(&self, right: &mut [T; N]) {
-        for i in 0..self.unknowns {
-            let Some((row, inverse)) = self.factor_row(i) else { return };
-            let known = row.iter().zip(right.iter()).fold(T::zero(), |sum, (a, b)| sum + *a * *b);
-            if let Some(x) = right.get_mut(i) {
-                *x = (*x - known) * inverse;
-            }
-        }
+        solve_forwards(&self.matrix, right, 0..self.unknowns);
     }
 
     /// Column `column` of the covariance (the inverse of JᵀJ) of the unknowns from `from` on, the ones before
@@ -292,24 +253,71 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
     /// the unit vector, which is zero before that unknown.
     pub fn variance(&self, unknown: usize) -> T {
         let mut whitened = [T::zero(); N];
-        let mut variance = T::zero();
-        for i in unknown..self.unknowns {
-            let Some((row, inverse)) = self.factor_row(i) else { return variance };
-            let known = row.iter().zip(&whitened).skip(unknown).fold(T::zero(), |sum, (a, b)| sum + *a * *b);
-            let one = if i == unknown { T::one() } else { T::zero() };
-            if let Some(entry) = whitened.get_mut(i) {
-                *entry = (one - known) * inverse;
-                variance += *entry * *entry;
-            }
+        if let Some(entry) = whitened.get_mut(unknown) {
+            *entry = T::one();
         }
-        variance
+        solve_forwards(&self.matrix, &mut whitened, unknown..self.unknowns);
+        whitened.iter().take(self.unknowns).skip(unknown).fold(T::zero(), |sum, x| sum + *x * *x)
     }
+}
 
-    /// Row `i` of the factor without its diagonal, and the inverse of that.
-    fn factor_row(&self, i: usize) -> Option<(&[T], T)> {
-        let (inverse, row) = self.matrix.get(packed_index(i, 0)..=packed_index(i, i))?.split_last()?;
-        Some((row, *inverse))
+// The functions below are for any number of unknowns, and not inlined: one copy of each instead of three, 4 KB of flash.
+
+/// Row `i` of the matrix becomes the factor's, whose rows before it are done. Gives the ratio of its diagonal entry to its
+/// pivot.
+#[inline(never)]
+fn factor_row<T: Real>(matrix: &mut [T], i: usize) -> Result<T, Singular> {
+    let (above, rest) = matrix.split_at_mut_checked(packed_index(i, 0)).ok_or(Singular)?;
+    let (row, rest) = rest.split_at_mut_checked(i).ok_or(Singular)?;
+    let diagonal = rest.first_mut().ok_or(Singular)?;
+    let mut above = above.iter();
+    for j in 0..i {
+        // Row j of the factor: j entries, then the inverse of its diagonal.
+        let (done, open) = row.split_at_mut_checked(j).ok_or(Singular)?;
+        let product = done.iter().zip(above.by_ref()).fold(T::zero(), |sum, (a, b)| sum + *a * *b);
+        let (Some(entry), Some(inverse)) = (open.first_mut(), above.next()) else { return Err(Singular) };
+        *entry = (*entry - product) * *inverse;
     }
+    let pivot = row.iter().fold(*diagonal, |rest, a| rest - *a * *a);
+    // Refuses NaN too.
+    if !(pivot > *diagonal * smallest_pivot() && pivot > T::zero()) {
+        return Err(Singular);
+    }
+    let ratio = *diagonal / pivot;
+    *diagonal = T::one() / pivot.root();
+    Ok(ratio)
+}
+
+/// L y = x, of these unknowns; y takes the place of x, which is zero before them.
+#[inline(never)]
+fn solve_forwards<T: Real>(factor: &[T], x: &mut [T], unknowns: Range<usize>) {
+    for i in unknowns.clone() {
+        let Some((row, inverse)) = row_of_factor(factor, i) else { return };
+        let known = row.iter().zip(x.iter()).skip(unknowns.start).fold(T::zero(), |sum, (a, b)| sum + *a * *b);
+        if let Some(x) = x.get_mut(i) {
+            *x = (*x - known) * inverse;
+        }
+    }
+}
+
+/// Lᵀ x = y, of these unknowns; x takes the place of y.
+#[inline(never)]
+fn solve_backwards<T: Real>(factor: &[T], x: &mut [T], unknowns: Range<usize>) {
+    for i in unknowns.clone().rev() {
+        let Some((row, inverse)) = row_of_factor(factor, i) else { return };
+        let Some(solved) = x.get_mut(i) else { return };
+        *solved *= inverse;
+        let solved = *solved;
+        for (x, a) in x.iter_mut().zip(row).skip(unknowns.start) {
+            *x -= *a * solved;
+        }
+    }
+}
+
+/// Row `i` of the factor without its diagonal, and the inverse of that.
+fn row_of_factor<T: Real>(factor: &[T], i: usize) -> Option<(&[T], T)> {
+    let (inverse, row) = factor.get(packed_index(i, 0)..=packed_index(i, i))?.split_last()?;
+    Some((row, *inverse))
 }
 
 /// Adds the products of `a` with the columns, as far as there are entries.

@@ -9,6 +9,7 @@ use super::transition::Trigger;
 use super::{Guidance, Procedure, Run, State, Verifying};
 use crate::identification::verification::rms_limit_mm;
 use crate::identification::{Identified, Progress};
+use crate::scalar::Real;
 
 impl Run {
     pub(super) const fn before_the_first() -> Self {
@@ -198,7 +199,7 @@ impl Procedure {
             return;
         }
         let poses = judging.next;
-        let deviation_mm = libm::sqrtf(judging.squares_mm2 / f32::from(poses.max(1)) / 3.0);
+        let deviation_mm = (judging.squares_mm2 / f32::from(poses.max(1)) / 3.0).root();
         let joint = self.work.estimator().joint();
         let limit_mm = rms_limit_mm(deviation_mm, judging.chi_square, usize::from(poses), identified.noise_mm, joint);
         let verification = Verification { deviation_mm, limit_mm, poses };
