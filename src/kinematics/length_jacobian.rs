@@ -76,11 +76,12 @@ impl<T: Real> LengthJacobian<T> {
         lengths: &CableLengths<T>,
     ) -> Self {
         let arm = |cable: usize| rotation * (geometry.end_mm[cable] - centre.in_platform_mm);
-        let row = |cable: usize, arm: &Vector3<T>| LengthRow::new(geometry, centre, cable, arm, lengths.as_mm()[cable]);
         let [a, c, e] = [arm(0), arm(2), arm(4)];
         // The second cable of an end-point of the 3-3 machine has the arm of the first.
         let [b, d, f] = if geometry.is_three_three { [a, c, e] } else { [arm(1), arm(3), arm(5)] };
-        Self { rows: [row(0, &a), row(1, &b), row(2, &c), row(3, &d), row(4, &e), row(5, &f)] }
+        let (arms, mm) = ([a, b, c, d, e, f], lengths.as_mm());
+        let row = |cable: usize| LengthRow::new(geometry, centre, cable, &arms[cable], mm[cable]);
+        Self { rows: core::array::from_fn(row) }
     }
 
     /// Includes that the joint centre moves with the rotation, by `turning` ω for a small ω, mm/rad.

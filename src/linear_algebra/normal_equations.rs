@@ -4,6 +4,7 @@
 //! The matrix is a packed lower triangle, row by row. How many of the `N` unknowns take part is decided at run time.
 //! Its Cholesky factor takes its place, a few rows a call if wanted.
 
+use super::dot;
 use crate::scalar::Real;
 use core::ops::Range;
 use nalgebra::{SMatrix, Vector3};
@@ -222,7 +223,7 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
 
     /// The sum of squares after a step by the linear model, mm².
     pub fn squares_after(&self, step: &[T; N]) -> T {
-        let gained = step.iter().zip(&self.gradient).take(self.unknowns).fold(T::zero(), |sum, (x, g)| sum + *x * *g);
+        let gained = dot(step.get(..self.unknowns).unwrap_or_default(), &self.gradient);
         (self.squares - gained).max(T::zero())
     }
 
@@ -270,13 +271,12 @@ fn factor_row<T: Real>(matrix: &mut [T], i: usize) -> Result<T, Singular> {
     let (above, rest) = matrix.split_at_mut_checked(packed_index(i, 0)).ok_or(Singular)?;
     let (row, rest) = rest.split_at_mut_checked(i).ok_or(Singular)?;
     let diagonal = rest.first_mut().ok_or(Singular)?;
-    let mut above = above.iter();
     for j in 0..i {
-        // Row j of the factor: j entries, then the inverse of its diagonal.
         let (done, open) = row.split_at_mut_checked(j).ok_or(Singular)?;
-        let product = done.iter().zip(above.by_ref()).fold(T::zero(), |sum, (a, b)| sum + *a * *b);
-        let (Some(entry), Some(inverse)) = (open.first_mut(), above.next()) else { return Err(Singular) };
-        *entry = (*entry - product) * *inverse;
+        let (Some(entry), Some((other, inverse))) = (open.first_mut(), row_of_factor(above, j)) else {
+            return Err(Singular);
+        };
+        *entry = (*entry - dot(done, other)) * inverse;
     }
     let pivot = row.iter().fold(*diagonal, |rest, a| rest - *a * *a);
     // Refuses NaN too.
@@ -293,7 +293,9 @@ fn factor_row<T: Real>(matrix: &mut [T], i: usize) -> Result<T, Singular> {
 fn solve_forwards<T: Real>(factor: &[T], x: &mut [T], unknowns: Range<usize>) {
     for i in unknowns.clone() {
         let Some((row, inverse)) = row_of_factor(factor, i) else { return };
-        let known = row.iter().zip(x.iter()).skip(unknowns.start).fold(T::zero(), |sum, (a, b)| sum + *a * *b);
+        let from = unknowns.start;
+        let (Some(row), Some(known)) = (row.get(from..), x.get(from..)) else { return };
+        let known = dot(row, known);
         if let Some(x) = x.get_mut(i) {
             *x = (*x - known) * inverse;
         }

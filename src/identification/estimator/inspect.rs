@@ -13,7 +13,7 @@ use crate::identification::machine::Machine;
 use crate::identification::parameters::MAX_UNKNOWNS;
 use crate::identification::pose::Pose;
 use crate::identification::refusal::Refusal;
-use crate::linear_algebra::{NormalEquations, column, largest_eigenpair, non_negative_root};
+use crate::linear_algebra::{NormalEquations, column, dot, largest_eigenpair, non_negative_root};
 use crate::scalar::Real;
 use nalgebra::{Matrix3, Vector3};
 
@@ -147,15 +147,15 @@ impl<T: Real> Inspect<T> {
         let unknowns = fit.equations.unknowns();
         for i in 0..6 {
             for j in 0..=i {
-                let product = whitened[i].iter().zip(&whitened[j]).take(unknowns);
-                split.add_to_entry(i, j, -product.fold(T::zero(), |sum, (a, b)| sum + *a * *b));
+                let column = whitened[i].get(..unknowns).unwrap_or_default();
+                split.add_to_entry(i, j, -dot(column, &whitened[j]));
             }
         }
         if split.factor().is_err() {
             return;
         }
         let step = split.step();
-        let gain = step.iter().zip(split.gradient()).fold(T::zero(), |sum, (x, g)| sum + *x * *g) / fit.variance_mm2();
+        let gain = dot(&step, split.gradient()) / fit.variance_mm2();
         if self.best.is_none_or(|best| gain > best.gain) {
             let [x, y, z, u, v, w] = step;
             let (of_base, of_cuff) = (Vector3::new(x, y, z), Vector3::new(u, v, w));

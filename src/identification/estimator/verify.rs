@@ -8,7 +8,7 @@ use crate::identification::machine::Machine;
 use crate::identification::parameters::{CENTRE_UNKNOWNS, MAX_UNKNOWNS, Rows};
 use crate::identification::pose::Pose;
 use crate::identification::verification::{CentrePrediction, VerifiedPose};
-use crate::linear_algebra::{inverse_of_positive_definite, rounding};
+use crate::linear_algebra::{dot, inverse_of_positive_definite, rounding};
 use crate::scalar::Real;
 use nalgebra::{Matrix3, Vector3};
 
@@ -64,9 +64,7 @@ impl<T: Real> Fit<T> {
         let mut whitened = *rows;
         whitened.iter_mut().for_each(|row| self.equations.whiten(row));
         let unknowns = self.equations.unknowns();
-        let product = |a: &[T; MAX_UNKNOWNS], b: &[T; MAX_UNKNOWNS]| {
-            a.iter().zip(b).take(unknowns).fold(T::zero(), |sum, (a, b)| sum + *a * *b)
-        };
+        let product = |a: &[T], b: &[T]| dot(a.get(..unknowns).unwrap_or_default(), b);
         let noise_mm = self.result.noise_mm.max(self.residuals.noise_mm);
         Matrix3::from_fn(|i, j| product(&whitened[i], &whitened[j])) * (noise_mm * noise_mm)
     }
