@@ -293,12 +293,13 @@ fn factor_row<T: Real>(matrix: &mut [T], i: usize) -> Result<T, Singular> {
 /// L y = x, of these unknowns; y takes the place of x, which is zero before them.
 #[inline(never)]
 fn solve_forwards<T: Real>(factor: &[T], x: &mut [T], unknowns: Range<usize>) {
-    for i in unknowns.clone() {
+    let from = unknowns.start;
+    for i in unknowns {
         let Some((row, inverse)) = row_of_factor(factor, i) else { return };
-        let known = row.iter().zip(x.iter()).skip(unknowns.start).fold(T::zero(), |sum, (a, b)| sum + *a * *b);
-        if let Some(x) = x.get_mut(i) {
-            *x = (*x - known) * inverse;
-        }
+        let Some((solved, [x, ..])) = x.split_at_mut_checked(i) else { return };
+        let (Some(row), Some(solved)) = (row.get(from..), solved.get(from..)) else { return };
+        let known = row.iter().zip(solved).fold(T::zero(), |sum, (a, b)| sum + *a * *b);
+        *x = (*x - known) * inverse;
     }
 }
 
