@@ -91,15 +91,18 @@ fn insert<T: Real>(starts: &mut Vec<(Hinge<T>, T), CANDIDATES>, new: (Hinge<T>, 
         if starts.get(place).is_some_and(|known| known.1 <= new.1) {
             return;
         }
-        starts.remove(place);
-    } else if starts.is_full() {
-        if starts.last().is_some_and(|last| last.1 <= new.1) {
-            return;
-        }
-        starts.pop();
+        let mut places = 0..;
+        starts.retain(|_| places.next() != Some(place));
     }
-    let place = starts.iter().position(|known| new.1 < known.1).unwrap_or(starts.len());
-    let _ = starts.insert(place, new);
+    put_in_order(starts, new, |start| start.1);
+}
+
+/// Puts an item before the first one that costs more; of a full list the last goes.
+fn put_in_order<T: Real, X>(list: &mut Vec<X, CANDIDATES>, new: X, cost: fn(&X) -> T) {
+    let place = list.iter().position(|known| cost(&new) < cost(known)).unwrap_or(list.len());
+    let mut next = new;
+    list.iter_mut().skip(place).for_each(|item| core::mem::swap(item, &mut next));
+    let _ = list.push(next);
 }
 
 /// Does no direction of two hinges differ by more than the first limit, rad, and no place by more than the second, mm?
@@ -110,8 +113,7 @@ pub(super) fn are_near<T: Real>(one: &Hinge<T>, other: &Hinge<T>, (turn_rad, mov
 
 /// Adds a candidate at its place, the best first.
 fn add<T: Real>(candidates: &mut Candidates<T>, new: Candidate<T>) {
-    let place = candidates.iter().position(|known| new.squares_mm2 < known.squares_mm2);
-    let _ = candidates.insert(place.unwrap_or(candidates.len()), new);
+    put_in_order(candidates, new, |candidate| candidate.squares_mm2);
 }
 
 fn mean_length<T: Real>(poses: &[HingePose<T>], cables: usize) -> T {

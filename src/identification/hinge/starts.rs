@@ -57,12 +57,8 @@ fn plane<T: Real>(points: &[Vector3<T>]) -> (Vector3<T>, Vector3<T>) {
         sum + from * from.transpose()
     });
     let eigen = symmetric_eigen(&spread);
-    let mut least = 0;
-    for k in 1..3 {
-        if eigen.values[k] < eigen.values[least] {
-            least = k;
-        }
-    }
+    let [x, y, z] = eigen.values.into();
+    let least = if x <= y && x <= z { 0 } else if y <= z { 1 } else { 2 };
     (middle, unit(&crate::linear_algebra::column(&eigen.vectors, least)))
 }
 

@@ -66,11 +66,14 @@ fn measure(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     // Each image takes the place of the one before.
     let mut double = run::paths(&flash::build(toolchain, flash::DOUBLE)?)?;
     let mut device = run::paths(&flash::build(toolchain, flash::DEVICE)?)?;
+    let mut elbow = run::paths(&flash::build(toolchain, flash::ELBOW.0)?)?;
     let image = flash::build(toolchain, flash::SINGLE)?;
     let paths = single_precision_paths(&image)?;
+    elbow.retain(|path| path.name.starts_with(flash::ELBOW.1));
     double.retain(|path| path.precision == flash::DOUBLE);
     device.retain(|path| path.name.starts_with(flash::DEVICE));
-    // Neither is traced.
+    // None of them is traced.
+    double.append(&mut elbow);
     double.append(&mut device);
     let traced = agreement::assign(&paths, &trace::single_precision(&image)?)?;
     let modules = flash::by_module(&image)?;
