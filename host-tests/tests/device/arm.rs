@@ -204,6 +204,9 @@ fn the_hand_is_where_three_logs_and_a_posture_say() {
         let whole = numbers(&found["hand"], "sigma_mm");
         let squares = |numbers: &[f64]| numbers.iter().map(|x| x * x).sum::<f64>();
         assert!((squares(&parts) / squares(&whole) - 1.0).abs() < 1e-6, "{parts:?} {whole:?}");
+        let further = numbers(&found["most_useful_pose"], "hand_sigma_mm");
+        assert!((further[0] / squares(&whole).sqrt() - 1.0).abs() < 1e-6 && further[1] < further[0], "{further:?}");
+        assert_eq!(numbers(&found["most_useful_pose"], "elbow_mm").len(), 4);
         assert_eq!(parts[3], 0.0, "mounts without a standard deviation add nothing");
     }
     let ratio = (sum / (6 * seeds.len()) as f64).sqrt();

@@ -57,11 +57,15 @@ impl<T: Real> Fit<T> {
             self.hinge = *hinge;
             self.constants = false;
             self.machine.set_values([T::zero(); MAX_CONSTANTS]);
-            self.minimise(poses, START_TRIALS, true);
-            let is_new = |known: &Candidate<T>| !are_near(&known.hinge, &self.hinge, SAME);
+            self.minimise(poses, FIRST_TRIALS, true);
+            // Most starts lead to the same few hinges: there is no need to arrive once more.
+            if self.is_known(&rough) {
+                continue;
+            }
+            self.minimise(poses, START_TRIALS, false);
             // A drawing that is a prior says on which side; two points have no plane.
             let is_possible = has_prior || is_on_platform_side(&self.machine, &self.hinge);
-            if is_possible && rough.iter().all(is_new) {
+            if is_possible && !self.is_known(&rough) {
                 add(&mut rough, self.candidate());
             }
         }
@@ -77,6 +81,10 @@ impl<T: Real> Fit<T> {
             add(&mut candidates, self.candidate());
         }
         candidates
+    }
+
+    fn is_known(&self, candidates: &Candidates<T>) -> bool {
+        candidates.iter().any(|known| are_near(&known.hinge, &self.hinge, SAME))
     }
 
     /// The present estimate.

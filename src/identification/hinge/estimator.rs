@@ -83,7 +83,10 @@ impl<T: Real> HingeEstimator<T> {
         let found = self.result(poses)?;
         let found = self.the_drawn_one(found, &candidates, poses)?;
         found.require_accuracy(&self.settings)?;
-        profile::require_sigmas(&self.fit, &found, poses)?;
+        let finished = self.fit.clone();
+        let are_true = profile::require_true_sigmas(&finished, &found, poses);
+        self.return_to(finished, poses);
+        are_true?;
         judge::isolate(&self.fit, poses);
         Ok(found)
     }

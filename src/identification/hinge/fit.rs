@@ -124,7 +124,7 @@ impl<T: Real> Fit<T> {
         for pose in poses.iter().filter(|pose| pose.is_used()) {
             let mut rows = at.rows(&pose.lengths_mm, pose.angle_rad, self.constants);
             let by_angle = rows.by_angle;
-            rows.eliminate(&by_angle);
+            rows.eliminate(&by_angle, unknowns);
             let weight = pose.weight.root();
             for (row, residual) in rows.jacobian.iter_mut().zip(&rows.residual_mm).take(self.machine.cables()) {
                 row.iter_mut().for_each(|entry| *entry *= weight);
