@@ -18,7 +18,6 @@ use crate::register_file::RegisterFile;
 use crate::time::Time;
 use std::collections::BTreeSet;
 
-
 /// The chip.
 #[derive(Debug, Clone)]
 pub struct Chip {

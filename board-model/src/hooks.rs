@@ -26,7 +26,7 @@ pub fn hook(cpu: &mut Unicorn<'static, State>) {
             end_masking(cpu);
         }
         let state = cpu.get_data_mut();
-        state.chip.time.cycles += 1;
+        state.chip.time.cycles += state.cycles_an_instruction;
         state.instructions += 1;
         if mark & !mark::IN_IT != 0 {
             note(cpu, address, mark);

@@ -53,6 +53,9 @@ pub struct State {
     pub longest_masked: Longest,
     /// Instructions executed.
     pub instructions: u64,
+    /// Cycles that each of them takes: 1. What only looks at the order of things may have a slower core, for a model that
+    /// has fewer instructions to execute.
+    pub cycles_an_instruction: u64,
 }
 
 impl State {
@@ -101,6 +104,7 @@ impl Machine {
             masked_since: None,
             longest_masked: Longest::default(),
             instructions: 0,
+            cycles_an_instruction: 1,
         };
         let mut cpu = Unicorn::new_with_data(Arch::ARM, Mode::MCLASS | Mode::THUMB, state)
             .unwrap_or_else(|error| panic!("Unicorn: {error:?}"));

@@ -44,7 +44,11 @@ fn a_control_loop_keeps_its_time() {
     let (shortest, longest, step) = (of(2).min().unwrap(), of(3).max().unwrap(), of(4).max().unwrap());
     let masked = board.machine.state().longest_masked;
     println!("{} seconds with 10 000 steps each: {shortest} to {longest} cycles from step to step,", seconds.len());
-    println!("a step takes {step} at most; interrupts masked for {} at most, from {}", masked.cycles, image.name_of(masked.pc));
+    println!(
+        "a step takes {step} at most; interrupts masked for {} at most, from {}",
+        masked.cycles,
+        image.name_of(masked.pc)
+    );
     assert!(of(0).all(|steps| steps == 10_000), "{seconds:?}");
     assert_eq!(seconds.last().unwrap()[1], 10_000, "without a rotation in some step");
     assert!(PERIOD - shortest < MOST_JITTER && longest - PERIOD < MOST_JITTER);

@@ -100,6 +100,7 @@ impl Device {
             Some(shown) if winks(shown.checksum) != pressed => Reason::WrongValue,
             Some(shown) if !self.reporter.has_shown(shown.run_id) => Reason::ReportIncomplete,
             Some(_) => self.command(now_ms, Command::Accept, out).0,
+            None if self.procedure.candidate().is_some() => Reason::ReportIncomplete,
             None => Reason::WrongState,
         }
     }

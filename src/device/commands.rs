@@ -20,10 +20,11 @@ impl Device {
         }
         if command == Command::Accept && reply.reason == Reason::Fine {
             self.confirmed = true;
-            self.keep(out);
+            self.seal_live();
             self.trust(None, out);
-            // over the new centre from the next tick on: an accept does enough
-            (self.slip_monitor, self.monitor_is_due) = (SlipMonitor::default(), true);
+            // stored, and watched over, from the next ticks on: an accept does enough
+            (self.keep_is_due, self.monitor_is_due) = (true, true);
+            self.slip_monitor = SlipMonitor::default();
         }
         if matches!(command, Command::Start { .. }) && reply.reason == Reason::Fine {
             self.reporter.forget_shown();

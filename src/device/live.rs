@@ -43,14 +43,17 @@ impl Device {
         }));
     }
 
-    /// What names the new centre that waits for a decision.
+    /// What names the new centre that waits for a decision; None before it was shown.
     pub(super) fn shown_candidate(&self) -> Option<Naming> {
-        self.procedure.candidate().and_then(shown::naming)
+        let candidate = self.procedure.candidate()?;
+        self.reporter.naming_of_candidate(candidate)
     }
 
     /// What names the centre in use.
     pub(super) fn shown_live(&self) -> Option<Naming> {
-        self.procedure.live().and_then(shown::naming)
+        let live = self.procedure.live()?;
+        // Formed at once only where it was never shown since power-up.
+        self.reporter.naming_of_live(live).or_else(|| shown::naming(live))
     }
 
     /// Everything that a controller acts on.

@@ -30,6 +30,7 @@ mod parameters;
 mod persistence;
 mod report;
 mod requests;
+mod seal;
 mod sets;
 mod shown;
 mod slip_monitor;
@@ -220,6 +221,10 @@ pub struct Device {
     slip_monitor: SlipMonitor,
     /// It is to be made anew for the centre in use.
     monitor_is_due: bool,
+    /// The centre in use is to be stored.
+    keep_is_due: bool,
+    /// It has waited for the present tick.
+    computing_waits: bool,
     slip: FaultReporter,
     /// The firmware stopped before this start, and nobody has asked about it yet.
     restart_is_news: bool,
@@ -282,6 +287,8 @@ impl Device {
             restarted: FaultReporter::new(),
             slip_monitor: SlipMonitor::default(),
             monitor_is_due: false,
+            keep_is_due: false,
+            computing_waits: false,
             slip: FaultReporter::new(),
             restart_is_news: config.restart.cause.is_fault(),
             answered: Answered::new(),
@@ -347,7 +354,15 @@ impl Device {
 
     /// There is computing to do: tick again as soon as there is time.
     pub fn is_busy(&self) -> bool {
-        self.procedure.is_busy()
+        self.procedure.is_busy() || self.slip_monitor.is_busy() || self.keep_is_due || self.monitor_is_due
+    }
+
+    /// A slice of the computing waits for the next tick when something is sent in this one whose forming takes as long; never
+    /// twice in a row, for what is due may not be there.
+    fn lets_computing_wait(&mut self, now_ms: u32) -> bool {
+        let has_much_to_send = self.pace.heartbeat_is_due(now_ms) || self.set_is_due(now_ms);
+        self.computing_waits = !self.computing_waits && has_much_to_send && self.is_busy();
+        self.computing_waits
     }
 
     /// The calibration procedure, to look at.
@@ -358,11 +373,15 @@ impl Device {
     fn tick(&mut self, now_ms: u32, out: &mut impl FnMut(Action)) {
         self.lock.tick(now_ms);
         self.restart_when_saved(now_ms, out);
-        if core::mem::take(&mut self.monitor_is_due) {
+        if core::mem::take(&mut self.keep_is_due) {
+            self.keep(out);
+        } else if core::mem::take(&mut self.monitor_is_due) {
             self.renew_monitor();
-        }
-        if let Some(notice) = self.procedure.tick(now_ms) {
-            self.note_pose(now_ms, &notice, out);
+        } else if !self.lets_computing_wait(now_ms) {
+            self.monitor_tick(out);
+            if let Some(notice) = self.procedure.tick(now_ms) {
+                self.note_pose(now_ms, &notice, out);
+            }
         }
         self.tick_button(now_ms, out);
         self.report_fault(now_ms, out);

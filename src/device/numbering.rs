@@ -29,6 +29,27 @@ struct Asked {
     cable: u8,
     from: [i32; CABLES],
     moved: Option<u8>,
+    /// It was said that a wrong cable moved: the next question begins anew.
+    answered: bool,
+    /// That wrong cable while it is still pulled, and its count before: until it is let go, its motion is no answer.
+    held: Option<(u8, i32)>,
+}
+
+impl Asked {
+    fn new(cable: u8, from: [i32; CABLES], held: Option<(u8, i32)>) -> Self {
+        Self { cable, from, moved: None, answered: false, held }
+    }
+
+    /// The wrong cable of the question before, unless it has been let go.
+    fn still_held(&mut self, counts: &[i32; CABLES], mm_per_count: f32) -> Option<u8> {
+        let (cable, before) = self.held?;
+        let (count, from) = counts.iter().zip(&mut self.from).nth(usize::from(cable) - 1)?;
+        if before.abs_diff(*count) as f32 * mm_per_count < PULLED_MM {
+            *from = before;
+            self.held = None;
+        }
+        self.held.map(|(cable, _)| cable)
+    }
 }
 
 impl Numbering {
@@ -39,9 +60,12 @@ impl Numbering {
     /// Takes in a sample of the encoders.
     pub fn sample(&mut self, counts: &[i32; CABLES], mm_per_count: f32) {
         if let Some(asked) = self.asked.as_mut().filter(|asked| asked.moved.is_none()) {
+            let held = asked.still_held(counts, mm_per_count);
             match alone(&asked.from, counts, mm_per_count) {
                 // a cable that was pulled before is let go
-                Some(moved) if self.found & bit(moved) != 0 => asked.from = *counts,
+                Some(moved) if self.found & bit(moved) != 0 || held == Some(moved) => {
+                    asked.from = *counts;
+                }
                 moved => asked.moved = moved,
             }
             if asked.moved == Some(asked.cable) {
@@ -51,21 +75,23 @@ impl Numbering {
     }
 
     /// Has this cable, 1 to 6, moved its own encoder, and no other one, since it was first asked for?
-    fn ask(&mut self, cable: u8, counts: [i32; CABLES]) -> (Reason, u16) {
+    fn ask(&mut self, cable: u8, counts: [i32; CABLES], mm_per_count: f32) -> (Reason, u16) {
         if self.found & bit(cable) != 0 {
             return (Reason::Fine, self.found.into());
         }
-        match self.asked {
-            Some(Asked { cable: asked, moved: Some(moved), .. }) if asked == cable => {
-                self.asked = None;
-                (Reason::WrongCable, moved.into())
+        let held = match self.asked.as_mut() {
+            Some(asked) if asked.cable == cable && !asked.answered => {
+                let Some(moved) = asked.moved else { return (Reason::CableNotPulled, self.found.into()) };
+                asked.answered = true;
+                return (Reason::WrongCable, moved.into());
             }
-            Some(Asked { cable: asked, .. }) if asked == cable => (Reason::CableNotPulled, self.found.into()),
-            _ => {
-                self.asked = Some(Asked { cable, from: counts, moved: None });
-                (Reason::CableNotPulled, self.found.into())
-            }
-        }
+            Some(asked) if asked.answered => alone(&asked.from, &counts, mm_per_count)
+                .filter(|cable| asked.moved == Some(*cable))
+                .and_then(|cable| Some((cable, *asked.from.get(usize::from(cable) - 1)?))),
+            _ => None,
+        };
+        self.asked = Some(Asked::new(cable, counts, held));
+        (Reason::CableNotPulled, self.found.into())
     }
 }
 
@@ -75,10 +101,11 @@ impl Device {
         if matches!(self.procedure.state(), StateName::Collecting | StateName::Identifying | StateName::Verifying) {
             return (Reason::WrongState, 0);
         }
+        let mm_per_count = self.procedure.rig().drum().mm_per_count();
         match (self.procedure.fault(now_ms), self.counts) {
             (Some(fault), _) => (fault.reason, fault.cable.into()),
             (None, None) => (Reason::EncoderSilent, 0),
-            (None, Some(counts)) => self.numbering.ask(cable, counts),
+            (None, Some(counts)) => self.numbering.ask(cable, counts, mm_per_count),
         }
     }
 
@@ -128,20 +155,78 @@ mod tests {
         assert_eq!(alone([i32::MAX, 0, 0, 0, 0, i32::MIN]), None);
     }
 
+    const MM_PER_COUNT: f32 = 0.02;
+    const REST: [i32; CABLES] = [7; CABLES];
+
+    fn with(cable: usize, count: i32) -> [i32; CABLES] {
+        let mut counts = REST;
+        counts[cable - 1] += count;
+        counts
+    }
+
     #[test]
     fn the_counts_before_are_those_of_the_first_question() {
         let mut numbering = Numbering::new(true);
-        assert_eq!(numbering.ask(2, [7; CABLES]), (Reason::CableNotPulled, 0));
-        numbering.sample(&[7, 307, 7, 7, 7, 7], 0.02);
-        assert_eq!(numbering.ask(2, [0; CABLES]), (Reason::Fine, 0b10));
-        assert_eq!(numbering.ask(3, [7; CABLES]), (Reason::CableNotPulled, 0b10));
-        numbering.sample(&[7, 7, 7, 7, 307, 7], 0.02);
-        assert_eq!(numbering.ask(3, [7; CABLES]), (Reason::WrongCable, 5));
+        assert_eq!(numbering.ask(2, REST, MM_PER_COUNT), (Reason::CableNotPulled, 0));
+        numbering.sample(&with(2, 300), MM_PER_COUNT);
+        assert_eq!(numbering.ask(2, [0; CABLES], MM_PER_COUNT), (Reason::Fine, 0b10));
+        assert_eq!(numbering.ask(3, REST, MM_PER_COUNT), (Reason::CableNotPulled, 0b10));
+        numbering.sample(&with(5, 300), MM_PER_COUNT);
+        assert_eq!(numbering.ask(3, REST, MM_PER_COUNT), (Reason::WrongCable, 5));
         // it is asked for anew, and the cable pulled before is let go meanwhile
-        assert_eq!(numbering.ask(3, [7, 607, 7, 7, 7, 7]), (Reason::CableNotPulled, 0b10));
-        numbering.sample(&[7, 307, 7, 7, 7, 7], 0.02);
-        numbering.sample(&[7, 7, 7, 7, 7, 7], 0.02);
-        numbering.sample(&[7, 7, 607, 7, 7, 7], 0.02);
-        assert_eq!(numbering.ask(3, [7; CABLES]), (Reason::Fine, 0b110));
+        assert_eq!(numbering.ask(3, with(2, 600), MM_PER_COUNT), (Reason::CableNotPulled, 0b10));
+        numbering.sample(&with(2, 300), MM_PER_COUNT);
+        numbering.sample(&REST, MM_PER_COUNT);
+        numbering.sample(&with(3, 600), MM_PER_COUNT);
+        assert_eq!(numbering.ask(3, REST, MM_PER_COUNT), (Reason::Fine, 0b110));
+    }
+
+    /// Asked for cable 1, somebody pulls cable 5, reads that, and begins again before it is let go.
+    fn held_while_asked_again() -> Numbering {
+        let mut numbering = Numbering::new(true);
+        numbering.ask(1, REST, MM_PER_COUNT);
+        numbering.sample(&with(5, 300), MM_PER_COUNT);
+        assert_eq!(numbering.ask(1, with(5, 400), MM_PER_COUNT), (Reason::WrongCable, 5));
+        assert_eq!(numbering.ask(1, with(5, 500), MM_PER_COUNT), (Reason::CableNotPulled, 0));
+        numbering
+    }
+
+    #[test]
+    fn a_wrong_cable_is_let_go_after_it_was_asked_again() {
+        let mut numbering = held_while_asked_again();
+        for count in [900, 600, 300, 0] {
+            numbering.sample(&with(5, count), MM_PER_COUNT);
+            assert_eq!(numbering.ask(1, REST, MM_PER_COUNT), (Reason::CableNotPulled, 0), "{count}");
+        }
+        numbering.sample(&with(1, 300), MM_PER_COUNT);
+        assert_eq!(numbering.ask(1, REST, MM_PER_COUNT), (Reason::Fine, 1));
+    }
+
+    #[test]
+    fn a_wrong_cable_pulled_once_more_is_named_once_more() {
+        let mut numbering = held_while_asked_again();
+        for count in [490, 250, 240, 10, 150, 310] {
+            numbering.sample(&with(5, count), MM_PER_COUNT);
+        }
+        assert_eq!(numbering.ask(1, REST, MM_PER_COUNT), (Reason::WrongCable, 5));
+        // let go at once, it is as good as new
+        assert_eq!(numbering.ask(1, REST, MM_PER_COUNT), (Reason::CableNotPulled, 0));
+        numbering.sample(&with(5, 300), MM_PER_COUNT);
+        assert_eq!(numbering.ask(1, REST, MM_PER_COUNT), (Reason::WrongCable, 5));
+    }
+
+    #[test]
+    fn an_arm_that_moved_meanwhile_holds_no_cable() {
+        let mut numbering = Numbering::new(true);
+        numbering.ask(1, REST, MM_PER_COUNT);
+        numbering.sample(&with(5, 300), MM_PER_COUNT);
+        numbering.ask(1, REST, MM_PER_COUNT);
+        let elsewhere = REST.map(|count| count + 1000);
+        assert_eq!(numbering.ask(1, elsewhere, MM_PER_COUNT), (Reason::CableNotPulled, 0));
+        numbering.sample(
+            &[elsewhere[0], elsewhere[1], elsewhere[2], elsewhere[3], elsewhere[4] + 300, elsewhere[5]],
+            MM_PER_COUNT,
+        );
+        assert_eq!(numbering.ask(1, elsewhere, MM_PER_COUNT), (Reason::WrongCable, 5));
     }
 }

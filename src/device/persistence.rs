@@ -1,12 +1,13 @@
 //! The centre in use across power-down: from the record at power-up, to the record when a new one is accepted; and a
 //! seal on it in between, since a centre that changes in memory is a wrong one.
 
+use super::seal::seal;
 use super::slip_monitor::SlipMonitor;
 use super::{Action, Device, LogEntry, status};
 use crate::identification::outcome::MAX_REJECTED;
 use crate::identification::{Identified, Rejected, Termination};
 use crate::procedure::{Candidate, Reason, Verification};
-use crate::record::{LoadError, Loaded, Record, StoreError, image};
+use crate::record::{LoadError, Loaded, Record, StoreError};
 use crate::restart::ResetCause;
 use heapless::Vec;
 
@@ -16,7 +17,7 @@ use heapless::Vec;
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Persistence {
     pub wrong: Option<Reason>,
-    /// Checksum of the centre in use, as a record; None while there is none.
+    /// Checksum of the centre in use; None while there is none.
     seal: Option<u32>,
 }
 
@@ -40,34 +41,38 @@ impl Device {
             Ok(record) => self.procedure.resume(candidate(&record)).err().unwrap_or(Reason::Fine),
             Err(error) => reason_of_load(error),
         };
-        self.persistence.seal = self.live_checksum();
+        self.seal_live();
         self.slip_monitor = SlipMonitor::over(self.procedure.machine(), self.procedure.live());
         self.persistence.wrong = Some(reason).filter(|reason| *reason != Reason::Fine);
         out(Action::Log(LogEntry::Loaded { run_id: self.procedure.run_id(), reason }));
     }
 
+    /// From now on the centre in use is looked at.
+    pub(super) fn seal_live(&mut self) {
+        self.persistence.seal = self.live_checksum();
+    }
+
     /// Hands the new centre in use to the board, to be stored.
-    pub(super) fn keep(&mut self, out: &mut impl FnMut(Action)) {
-        let record = self.procedure.live().map(|live| record(live, self.serial, self.fingerprint));
-        self.persistence.seal = record.as_ref().map(seal);
-        if let Some(record) = record {
-            out(Action::Store(record));
+    pub(super) fn keep(&self, out: &mut impl FnMut(Action)) {
+        if let Some(live) = self.procedure.live() {
+            out(Action::Store(record(live, self.serial, self.fingerprint)));
         }
     }
 
     /// Looks whether the centre in use, and what it is judged by, is still what was taken into use. If not, memory cannot be trusted: the
     /// board starts anew, from the record.
     pub(super) fn check_live(&self, out: &mut impl FnMut(Action)) {
+        let (rig, limits) = &self.constants;
         if self.persistence.seal != self.live_checksum()
-            || self.constants != (*self.procedure.rig(), *self.procedure.limits())
+            || rig != self.procedure.rig()
+            || limits != self.procedure.limits()
         {
             out(Action::Stop(ResetCause::MemoryError));
         }
     }
 
     fn live_checksum(&self) -> Option<u32> {
-        let live = self.procedure.live()?;
-        Some(seal(&record(live, self.serial, self.fingerprint)))
+        self.procedure.live().map(|live| seal(live, self.serial, self.fingerprint))
     }
 
     /// The board has tried to store.
@@ -76,11 +81,6 @@ impl Device {
         self.persistence.wrong = result.err().map(reason_of_store);
         out(Action::Log(LogEntry::Stored { run_id: self.procedure.run_id(), reason }));
     }
-}
-
-/// The checksum of a centre's record.
-fn seal(record: &Record) -> u32 {
-    image::stated_checksum(&image::encode(record, 0))
 }
 
 fn reason_of_load(error: LoadError) -> Reason {

@@ -1,11 +1,16 @@
 //! Sends what there is to say about the run, a frame or two a tick, so that no queue has to be long.
 
-use super::shown::{self, Kind, Value};
+use super::seal::seal;
+use super::shown::{self, Kind, NamingInWork, Value};
 use crate::can::Message;
 use crate::can::health::{BusHealth, LastStop, StopText};
+use crate::can::identity::Naming;
 use crate::can::report::{LeftOut, OutcomeReport, PoseSamples, RawLength};
 use crate::can::result::{Axis, Quality, VerificationReport, WeakDirection};
 use crate::can::status::{Counters, Versions};
+use crate::identification::Identified;
+use crate::identification::uncertainty::{RESULT_UNKNOWNS, unpacked};
+use crate::linear_algebra::EigenSearch;
 use crate::procedure::{Candidate, PoseSet, Procedure, Reason, StateName};
 use crate::restart::CrashRecord;
 use crate::rig::CABLES;
@@ -49,9 +54,28 @@ const AXIS: u8 = WEAK_DIRECTION + 1;
 const LEFT_OUT: u8 = AXIS + 1;
 const OUTCOME: u8 = LEFT_OUT + crate::identification::outcome::MAX_REJECTED as u8;
 
+/// What is being worked out for the next message, a slice a tick.
+#[derive(Debug, Clone, Copy)]
+enum Preparing {
+    Nothing,
+    Naming(NamingInWork),
+    WeakDirection(EigenSearch<f32, RESULT_UNKNOWNS>),
+}
+
+/// What names a centre, and the checksum of the centre that it was formed of.
+#[derive(Debug, Clone, Copy)]
+struct Named {
+    seal: u32,
+    naming: Option<Naming>,
+}
+
 /// The report under way, and what waits to be acknowledged.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Reporter {
+    preparing: Preparing,
+    /// What names the new centre that was shown last, and the centre in use.
+    named_candidate: Option<Named>,
+    named_live: Option<Named>,
     /// Position in the report under way, and its parts.
     report: Option<(u8, Parts)>,
     /// The pose that is being read out, and the next of its cables, from 0.
@@ -71,6 +95,9 @@ impl Reporter {
     pub const fn at_power_up() -> Self {
         let parts = Parts { device: true, live: true, run: false };
         Self {
+            preparing: Preparing::Nothing,
+            named_candidate: None,
+            named_live: None,
             report: Some((0, parts)),
             pose: None,
             captured: None,
@@ -90,6 +117,7 @@ impl Reporter {
             run: parts.run || before.run,
         };
         self.report = Some((0, both));
+        self.preparing = Preparing::Nothing;
         self.sent_at_ms = now_ms;
         self.spoilt = false;
     }
@@ -102,6 +130,16 @@ impl Reporter {
     /// Has the whole report of this run's new centre been sent?
     pub fn has_shown(&self, run_id: u16) -> bool {
         self.shown_run == Some(run_id)
+    }
+
+    /// What names the new centre, as it was shown last; None before.
+    pub fn naming_of_candidate(&self, candidate: &Candidate) -> Option<Naming> {
+        naming_of(&self.named_candidate, candidate)
+    }
+
+    /// What names the centre in use, as it was shown last; None before.
+    pub fn naming_of_live(&self, live: &Candidate) -> Option<Naming> {
+        naming_of(&self.named_live, live)
     }
 
     /// A new run begins: nothing of it has been shown.
@@ -145,8 +183,12 @@ impl Reporter {
             self.begin_repeated(now_ms);
         }
         while let Some((position, parts)) = self.report {
+            if !self.prepare(position, parts, procedure) {
+                break;
+            }
             self.report = (position < OUTCOME).then_some((position + 1, parts));
-            let message = part(position, parts, procedure, about);
+            let message = self.part(position, parts, procedure, about);
+            self.preparing = Preparing::Nothing;
             let in_review = procedure.state() == StateName::Review;
             if position == OUTCOME && parts.run && in_review && !self.spoilt {
                 self.shown_run = Some(procedure.run_id());
@@ -158,6 +200,63 @@ impl Reporter {
         let of_captured = next_of_pose(&mut self.captured, procedure);
         of_captured.or_else(|| next_of_pose(&mut self.pose, procedure))
     }
+
+    /// Works out what the message at a position needs, a slice a call; true when it is there.
+    fn prepare(&mut self, position: u8, parts: Parts, procedure: &Procedure) -> bool {
+        let is_live = position == LIVE_NAMING && parts.live;
+        if is_live || position == CANDIDATE_NAMING && parts.run {
+            let shown = if is_live { procedure.live() } else { procedure.candidate() };
+            let Some(shown) = shown else { return true };
+            let mut in_work = match self.preparing {
+                Preparing::Naming(in_work) => in_work,
+                _ => NamingInWork::new(),
+            };
+            let Some(naming) = in_work.advance(shown) else {
+                self.preparing = Preparing::Naming(in_work);
+                return false;
+            };
+            let named = Some(Named { seal: seal(shown, 0, 0), naming });
+            *(if is_live { &mut self.named_live } else { &mut self.named_candidate }) = named;
+        }
+        if position == WEAK_DIRECTION
+            && parts.run
+            && let Some(identified) = shown_result(procedure)
+        {
+            let Preparing::WeakDirection(search) = &mut self.preparing else {
+                self.preparing = Preparing::WeakDirection(EigenSearch::new(&unpacked(&identified.covariance_mm2)));
+                return false;
+            };
+            return search.advance();
+        }
+        true
+    }
+
+    /// The message at a position of the report; None when there is nothing to say there.
+    fn part(&self, position: u8, parts: Parts, procedure: &Procedure, about: &About) -> Option<Message> {
+        match position {
+            LIVE_NAMING if parts.live => procedure.live().and(self.named_live?.naming).map(Message::LiveNaming),
+            CANDIDATE_NAMING if parts.run => {
+                procedure.candidate().and(self.named_candidate?.naming).map(Message::CandidateNaming)
+            }
+            WEAK_DIRECTION if parts.run => {
+                let Preparing::WeakDirection(search) = &self.preparing else { return None };
+                let direction = search.eigen().largest().1.into();
+                Some(Message::WeakDirection(WeakDirection { run_id: procedure.run_id(), direction }))
+            }
+            _ => part(position, parts, procedure, about),
+        }
+    }
+}
+
+/// The naming, if it was formed of this very centre.
+fn naming_of(named: &Option<Named>, centre: &Candidate) -> Option<Naming> {
+    let named = named.filter(|named| named.seal == seal(centre, 0, 0))?;
+    named.naming
+}
+
+/// The result that the run's report is about.
+fn shown_result(procedure: &Procedure) -> Option<&Identified<f32>> {
+    procedure.identified().or(accepted(procedure).map(|live| &live.identified))
 }
 
 /// The next message of a pose that is being sent: its six lengths, and behind them how many samples they are the mean of,
@@ -174,7 +273,7 @@ fn next_of_pose(sending: &mut Option<(PoseSet, u8, u8)>, procedure: &Procedure) 
     })
 }
 
-/// The message at a position of the report; None when there is nothing to say there.
+/// The message at any other position of the report.
 fn part(position: u8, parts: Parts, procedure: &Procedure, about: &About) -> Option<Message> {
     match position {
         VERSIONS if parts.device => Some(Message::Versions(*about.versions)),
@@ -184,8 +283,7 @@ fn part(position: u8, parts: Parts, procedure: &Procedure, about: &About) -> Opt
         STOP_TEXT..LIVE if parts.device => {
             StopText::of(about.crash_record?, position - STOP_TEXT).map(Message::StopText)
         }
-        LIVE..LIVE_NAMING if parts.live => shown::message(Kind::Live, &Value::of(procedure.live()?), position - LIVE),
-        LIVE_NAMING if parts.live => shown::naming(procedure.live()?).map(Message::LiveNaming),
+        LIVE..CANDIDATE if parts.live => shown::message(Kind::Live, &Value::of(procedure.live()?), position - LIVE),
         CANDIDATE..=OUTCOME if parts.run => part_of_run(position, procedure),
         _ => None,
     }
@@ -210,14 +308,11 @@ fn part_of_run(position: u8, procedure: &Procedure) -> Option<Message> {
         OUTCOME => return outcome(procedure),
         _ => {}
     }
-    if position == CANDIDATE_NAMING {
-        return shown::naming(procedure.candidate()?).map(Message::CandidateNaming);
-    }
     if (CANDIDATE..CANDIDATE_NAMING).contains(&position) {
         let value = Value { run_id, identified: procedure.identified()?, motion: procedure.motion() };
         return shown::message(Kind::Candidate, &value, position - CANDIDATE);
     }
-    let identified = procedure.identified().or(accepted(procedure).map(|live| &live.identified))?;
+    let identified = shown_result(procedure)?;
     match position {
         QUALITY => Some(Message::Quality(Quality {
             run_id,
@@ -226,10 +321,6 @@ fn part_of_run(position: u8, procedure: &Procedure) -> Option<Message> {
             iterations: identified.iterations,
             left_out: identified.rejected.len() as u8,
         })),
-        WEAK_DIRECTION => {
-            let (direction, _) = identified.weak_direction();
-            Some(Message::WeakDirection(WeakDirection { run_id, direction }))
-        }
         _ => {
             let index = position.checked_sub(LEFT_OUT)?;
             let rejected = identified.rejected.get(usize::from(index))?;

@@ -76,12 +76,12 @@ impl Device {
     /// Accepts the new centre if it is the one that is named, and was shown whole.
     fn accept_named(&mut self, now_ms: u32, value: NamedValue, out: &mut impl FnMut(Action)) -> (Reason, u16) {
         // in another state the procedure says why not
-        if let Some(shown) = self.shown_candidate() {
-            if !shown.is_named_by(&value) {
-                return (Reason::WrongValue, 0);
-            }
-            if !self.reporter.has_shown(shown.run_id) {
-                return (Reason::ReportIncomplete, 0);
+        if let Some(candidate) = self.procedure.candidate() {
+            let is_shown = self.reporter.has_shown(candidate.run_id);
+            match self.shown_candidate() {
+                Some(shown) if !shown.is_named_by(&value) => return (Reason::WrongValue, 0),
+                Some(_) if is_shown => {}
+                _ => return (Reason::ReportIncomplete, 0),
             }
         }
         self.command(now_ms, Command::Accept, out)

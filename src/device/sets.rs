@@ -72,9 +72,15 @@ pub(super) type OutgoingLive = Outgoing<LIVE_SET_LEN>;
 pub(super) type OutgoingTelemetry = Outgoing<TELEMETRY_LEN>;
 
 impl Device {
-    /// Sends at most one frame of each set.
+    /// A set is to be formed.
+    pub(super) fn set_is_due(&self, now_ms: u32) -> bool {
+        self.live_out.is_due(now_ms, LIVE_SET_FRAMES) || self.telemetry_out.is_due(now_ms, TELEMETRY_FRAMES)
+    }
+
+    /// Forms at most one of the sets, and sends at most one frame of each.
     pub(super) fn send_sets(&mut self, now_ms: u32, out: &mut impl FnMut(Action)) {
-        if self.live_out.is_due(now_ms, LIVE_SET_FRAMES) {
+        let live_is_due = self.live_out.is_due(now_ms, LIVE_SET_FRAMES);
+        if live_is_due {
             match self.live_set().pack(self.live_out.counter) {
                 Ok(data) => self.live_out.begin(now_ms, data),
                 Err(_) => self.note_unsendable(),
@@ -83,7 +89,8 @@ impl Device {
         if let Some(bytes) = self.live_out.next_piece(LIVE_SET_FRAMES) {
             self.send(&Message::LiveSet(bytes), out);
         }
-        if self.telemetry_out.is_due(now_ms, TELEMETRY_FRAMES)
+        if !live_is_due
+            && self.telemetry_out.is_due(now_ms, TELEMETRY_FRAMES)
             && let Some(telemetry) = self.telemetry(now_ms)
         {
             match telemetry.pack(self.telemetry_out.counter) {
@@ -119,7 +126,8 @@ impl Device {
                     .and_then(|platform| joint.at(&platform, &corrected.ok()?))
                     .map(|(centre_mm, sigma_mm)| (centre_mm.into(), sigma_mm)),
                 None => live.map(|live| {
-                    let (sigma_mm, _) = live.identified.worst_centre_sigma_mm();
+                    let kept = self.slip_monitor.centre_sigma_mm();
+                    let sigma_mm = kept.unwrap_or_else(|| live.identified.worst_centre_sigma_mm().0);
                     (live.identified.parameters.centre_mm.into(), sigma_mm)
                 }),
             },

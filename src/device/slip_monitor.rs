@@ -26,7 +26,11 @@ pub(super) struct SlipMonitor {
     detector: Option<SlipDetector<f32>>,
     /// Where the centre in use is now; `None` for a ball, whose centre rests.
     live_joint: Option<LiveJoint>,
+    /// 1σ of that centre in its worst direction, mm: every set of telemetry says it.
+    centre_sigma_mm: Option<f32>,
     looked_at_ms: Option<u32>,
+    /// A sample is being looked at.
+    is_looking: bool,
     warning: Option<WatchReport>,
     evidence: Evidence,
 }
@@ -75,12 +79,23 @@ impl SlipMonitor {
         });
         let moving = live.filter(|live| live.motion.is_some());
         let live_joint = moving.and_then(|live| LiveJoint::new(machine, &live.identified));
-        Self { detector, live_joint, ..Self::default() }
+        let centre_sigma_mm = live.map(|live| live.identified.worst_centre_sigma_mm().0);
+        Self { detector, live_joint, centre_sigma_mm, ..Self::default() }
+    }
+
+    /// A sample is being looked at: the next tick should follow as soon as the board has time.
+    pub const fn is_busy(&self) -> bool {
+        self.is_looking
     }
 
     /// Where the centre in use is now; `None` for a ball.
     pub fn live_joint(&self) -> Option<&LiveJoint> {
         self.live_joint.as_ref()
+    }
+
+    /// 1σ of the centre in use in its worst direction, mm.
+    pub fn centre_sigma_mm(&self) -> Option<f32> {
+        self.centre_sigma_mm
     }
 
     /// What it warns of.
@@ -98,12 +113,13 @@ impl SlipMonitor {
 }
 
 impl Device {
-    /// Lets the watch look at a sample of the encoders.
+    /// Lets the watch begin to look at a sample of the encoders.
     pub(super) fn monitor_sample(&mut self, now_ms: u32, counts: &[i32; CABLES], out: &mut impl FnMut(Action)) {
         let Some(detector) = self.slip_monitor.detector.as_mut() else { return };
         let in_use = matches!(self.procedure.state(), StateName::Idle | StateName::Failed);
         if !in_use || self.procedure.fault(now_ms).is_some() {
             detector.interrupted();
+            self.slip_monitor.is_looking = false;
             // the centre is in terms of counts that have shifted
             if let Some(lost) = self.procedure.lost_count() {
                 self.trust(Some(lost), out);
@@ -115,10 +131,23 @@ impl Device {
         }
         self.slip_monitor.looked_at_ms = Some(now_ms);
         let Ok(lengths) = CableLengths::from_counts(self.procedure.rig(), counts) else { return };
-        let Some(warning) = detector.sample(&lengths) else {
-            self.confirmed |= self.slip_monitor.evidence.add(detector);
+        detector.begin(&lengths);
+        self.slip_monitor.is_looking = true;
+    }
+
+    /// Goes on with the sample that is being looked at, a slice a tick.
+    pub(super) fn monitor_tick(&mut self, out: &mut impl FnMut(Action)) {
+        let Some(detector) = self.slip_monitor.detector.as_mut().filter(|_| self.slip_monitor.is_looking) else {
             return;
         };
+        let Some(warning) = detector.advance() else {
+            if !detector.is_looking() {
+                self.slip_monitor.is_looking = false;
+                self.confirmed |= self.slip_monitor.evidence.add(detector);
+            }
+            return;
+        };
+        self.slip_monitor.is_looking = false;
         let Some(live) = self.procedure.live() else { return };
         let report = WatchReport::of(live.run_id, &warning.cause);
         self.slip_monitor.warning = Some(report);

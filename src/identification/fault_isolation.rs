@@ -4,7 +4,7 @@
 //! be tested (two degrees of freedom): the cable without which the pose fits is faulty. When there is no such cable,
 //! each pair of cables is tested for an exchange (three degrees of freedom).
 
-use crate::kinematics::{AttitudeSolver, CableLengths, CableSet};
+use crate::kinematics::{AttitudeSolver, AttitudeTrack, CableLengths, CableSet};
 use crate::rig::CABLES;
 use crate::scalar::Real;
 use nalgebra::UnitQuaternion;
@@ -34,23 +34,25 @@ enum Hypothesis {
     Exchanged(usize, usize, Option<u8>),
 }
 
-/// Fault isolation of one pose, one attempt at one hypothesis a slice. Most poses are explained near the known
-/// rotation, so that is tried first.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Fault isolation of one pose, some steps of one attempt at one hypothesis a slice. Most poses are explained near the
+/// known rotation, so that is tried first.
+#[derive(Clone, Copy, Debug)]
 pub struct Isolation<T> {
     hypothesis: Hypothesis,
+    /// The attempt under way.
+    track: Option<AttitudeTrack<T>>,
     /// χ² without each cable; infinite where no rotation fits.
     without: [T; CABLES],
 }
 
 impl<T: Real> Default for Isolation<T> {
     fn default() -> Self {
-        Self { hypothesis: Hypothesis::Without(0), without: [T::of(f64::INFINITY); CABLES] }
+        Self { hypothesis: Hypothesis::Without(0), track: None, without: [T::of(f64::INFINITY); CABLES] }
     }
 }
 
 impl<T: Real> Isolation<T> {
-    /// One attempt. `Some` when it is the last one needed: the faulty cables, 0 when no cable or exchange explains the
+    /// A slice of an attempt. `Some` when it is the last one needed: the faulty cables, 0 when no cable or exchange explains the
     /// pose.
     ///
     /// `known`: the pose's rotation ({P} to {B}) by all cables, the first start. `variance_mm2`: of a length, mm².
@@ -61,15 +63,16 @@ impl<T: Real> Isolation<T> {
         lengths: &CableLengths<T>,
         variance_mm2: T,
     ) -> Option<Cables> {
-        let fit = match self.hypothesis {
-            Hypothesis::Without(cable) => solver.track(*known, lengths, CableSet::all_but(cable)),
-            Hypothesis::WithoutInMode(cable, mode) => solver.solve_in(mode, lengths, CableSet::all_but(cable)),
-            Hypothesis::Exchanged(first, second, None) => {
-                solver.track(*known, &lengths.exchanged(first, second), CableSet::ALL)
-            }
-            Hypothesis::Exchanged(first, second, Some(mode)) => {
-                solver.solve_in(mode, &lengths.exchanged(first, second), CableSet::ALL)
-            }
+        let (lengths, cables, mode) = match self.hypothesis {
+            Hypothesis::Without(cable) => (*lengths, CableSet::all_but(cable), None),
+            Hypothesis::WithoutInMode(cable, mode) => (*lengths, CableSet::all_but(cable), Some(mode)),
+            Hypothesis::Exchanged(first, second, mode) => (lengths.exchanged(first, second), CableSet::ALL, mode),
+        };
+        let start = || mode.map_or(*known, |mode| solver.start_in(mode, &lengths, cables));
+        let mut track = self.track.take().unwrap_or_else(|| AttitudeTrack::new(start()));
+        let Some(fit) = track.advance(solver, &lengths, cables) else {
+            self.track = Some(track);
+            return None;
         };
         let chi_square = fit.map_or(T::of(f64::INFINITY), |fit| fit.squares_mm2 / variance_mm2);
         match self.hypothesis {

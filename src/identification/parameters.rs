@@ -67,30 +67,23 @@ pub trait ParameterBlock<T: Real> {
 /// Columns of a pose's three equations, one an unknown.
 pub type Columns<T> = Vec<Vector3<T>, MAX_UNKNOWNS>;
 
-/// Fills in the columns of the block's parameters: what the three equations make of a change of the lengths.
-fn columns_of_block<T: Real>(
-    block: &impl ParameterBlock<T>,
-    at: &PoseAt<'_, T>,
-    pose: &MarginalInformation<T>,
-    columns: &mut Columns<T>,
-) {
-    let count = block.count();
-    let projector = pose.projector();
-    for x in 0..count {
-        let column = match block.column(x, at) {
-            Column::OneCable(cable, change) => projector.get(cable).map_or_else(Vector3::zeros, |k| k * change),
-            Column::AllCables(changes) => {
-                projector.iter().zip(changes).fold(Vector3::zeros(), |sum, (k, change)| sum + k * change)
-            }
-            Column::Centre(moved) => pose.translation * moved,
-        };
-        // Never full: no block has more parameters.
-        let _ = columns.push(column);
+/// What the three equations of a pose make of a change of its lengths or its centre.
+pub fn change_of_equations<T: Real>(
+    column: &Column<T>,
+    projector: &[Vector3<T>; CABLES],
+    translation: &Matrix3<T>,
+) -> Vector3<T> {
+    match column {
+        Column::OneCable(cable, change) => projector.get(*cable).map_or_else(Vector3::zeros, |k| k * *change),
+        Column::AllCables(changes) => {
+            projector.iter().zip(changes).fold(Vector3::zeros(), |sum, (k, change)| sum + k * *change)
+        }
+        Column::Centre(moved) => translation * moved,
     }
 }
 
 /// The columns of O and C: Ū J with J = [I, -R].
-fn columns_of_centre<T: Real>(at: &PoseAt<'_, T>, pose: &MarginalInformation<T>) -> [Vector3<T>; CENTRE_UNKNOWNS] {
+pub fn columns_of_centre<T: Real>(at: &PoseAt<'_, T>, pose: &MarginalInformation<T>) -> [Vector3<T>; CENTRE_UNKNOWNS] {
     let of_base = &pose.translation;
     let of_platform = -(of_base * at.rotation);
     core::array::from_fn(|k| if k < 3 { column(of_base, k) } else { column(&of_platform, k - 3) })
@@ -117,7 +110,8 @@ impl<T: Real> Default for CentreSums<T> {
 }
 
 impl<T: Real> CentreSums<T> {
-    fn add(&mut self, rotation: &Matrix3<T>, pose: &MarginalInformation<T>, weight: T) {
+    /// Adds a pose, `weight` times.
+    pub fn add(&mut self, rotation: &Matrix3<T>, pose: &MarginalInformation<T>, weight: T) {
         let information = pose.information() * weight;
         let turned = information * rotation;
         let gradient = pose.gradient_mm() * weight;
@@ -144,59 +138,4 @@ impl<T: Real> CentreSums<T> {
             equations.add_to_gradient(first + 3 + i, -platform_gradient[i]);
         }
     }
-}
-
-/// Adds a pose's information on O, C and the block's parameters, `weight` times.
-#[cfg_attr(feature = "ccm", inline(never), unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
-pub fn add_pose<T: Real>(
-    equations: &mut Equations<T>,
-    block: &impl ParameterBlock<T>,
-    at: &PoseAt<'_, T>,
-    pose: &MarginalInformation<T>,
-    weight: T,
-) {
-    let mut sums = CentreSums::default();
-    add_pose_of_pass(equations, &mut sums, block, at, pose, weight);
-    sums.move_to(equations);
-}
-
-/// The same, O and C alone kept in the sums of the pass.
-pub fn add_pose_of_pass<T: Real>(
-    equations: &mut Equations<T>,
-    sums: &mut CentreSums<T>,
-    block: &impl ParameterBlock<T>,
-    at: &PoseAt<'_, T>,
-    pose: &MarginalInformation<T>,
-    weight: T,
-) {
-    sums.add(at.rotation, pose, weight);
-    equations.add_squares(pose.squares_mm2() * weight);
-    if block.count() > 0 {
-        let mut parameters = Columns::new();
-        columns_of_block(block, at, pose, &mut parameters);
-        equations.add_equations(&parameters, &columns_of_centre(at, pose), &pose.residuals_mm, weight);
-    }
-}
-
-/// Derivative of S δ̂ of a pose with the unknowns: three rows, one column for each unknown.
-pub fn sensitivity<T: Real>(
-    block: &impl ParameterBlock<T>,
-    at: &PoseAt<'_, T>,
-    pose: &MarginalInformation<T>,
-) -> [[T; MAX_UNKNOWNS]; 3] {
-    let mut rows = [[T::zero(); MAX_UNKNOWNS]; 3];
-    let mut columns = Columns::new();
-    columns_of_block(block, at, pose, &mut columns);
-    for column in columns_of_centre(at, pose) {
-        let _ = columns.push(column);
-    }
-    for (unknown, column) in columns.iter().enumerate() {
-        let change = pose.translation.tr_mul(column);
-        for (row, value) in rows.iter_mut().zip(&change) {
-            if let Some(entry) = row.get_mut(unknown) {
-                *entry = *value;
-            }
-        }
-    }
-    rows
 }

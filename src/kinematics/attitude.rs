@@ -16,8 +16,8 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 /// Maximum number of Gauss-Newton steps from one start.
 const MAX_STEPS: usize = 12;
 
-/// So many of them in one call of a search: 6 000 instructions of a Cortex-M4F.
-const STEPS_A_CALL: usize = 6;
+/// So many of them in one call: 7 000 cycles of a Cortex-M4F.
+const STEPS_A_CALL: usize = 4;
 
 /// Assembly modes of a pose whose joint centre is known: one bit for each of two end-points.
 const ASSEMBLY_MODES: u8 = 4;
@@ -53,12 +53,42 @@ pub struct AttitudeFit<T> {
     pub squares_mm2: T,
 }
 
-/// The search for a rotation without a start, a few steps a call, for callers that must not do all of it at once.
+/// Gauss-Newton from one start, a few steps a call, for callers that must not do all of it at once.
+#[derive(Clone, Copy, Debug)]
+pub struct AttitudeTrack<T> {
+    attitude: UnitQuaternion<T>,
+    steps_left: usize,
+}
+
+impl<T: Real> AttitudeTrack<T> {
+    /// No step has been taken yet.
+    pub const fn new(start: UnitQuaternion<T>) -> Self {
+        Self { attitude: start, steps_left: MAX_STEPS }
+    }
+
+    /// The next steps; the fit when they have settled, or that they do not. The lengths are those of the first call.
+    pub fn advance(
+        &mut self,
+        solver: &AttitudeSolver<'_, T>,
+        lengths: &CableLengths<T>,
+        cables: CableSet,
+    ) -> Option<Option<AttitudeFit<T>>> {
+        let steps = self.steps_left.min(STEPS_A_CALL);
+        self.steps_left -= steps;
+        match solver.steps(&mut self.attitude, lengths, cables, steps) {
+            Steps::Settled(fit) => Some(Some(fit)),
+            Steps::Singular => Some(None),
+            Steps::Going => (self.steps_left == 0).then_some(None),
+        }
+    }
+}
+
+/// The search for a rotation without a start, a few steps a call.
 #[derive(Clone, Copy, Debug)]
 pub struct AttitudeSearch<T> {
     next_mode: u8,
-    /// Where the mode under way stands, and the steps it has left.
-    under_way: Option<(UnitQuaternion<T>, usize)>,
+    /// The mode under way.
+    under_way: Option<AttitudeTrack<T>>,
     best: Option<AttitudeFit<T>>,
 }
 
@@ -68,21 +98,20 @@ impl<T: Real> AttitudeSearch<T> {
         Self { next_mode: 0, under_way: None, best: None }
     }
 
-    /// Goes on with the next mode, `STEPS_A_CALL` Gauss-Newton steps at most; true when the last mode is through. The
-    /// lengths are those of the first call.
+    /// Goes on with the next mode, a few Gauss-Newton steps at most; true when the last mode is through. The lengths are
+    /// those of the first call.
     pub fn advance(&mut self, solver: &AttitudeSolver<'_, T>, lengths: &CableLengths<T>, cables: CableSet) -> bool {
-        let (mut attitude, left) =
-            self.under_way.take().unwrap_or_else(|| (solver.start_in(self.next_mode, lengths, cables), MAX_STEPS));
-        let steps = left.min(STEPS_A_CALL);
-        match solver.steps(&mut attitude, lengths, cables, steps) {
-            Steps::Settled(fit) if self.best.is_none_or(|best| fit.squares_mm2 < best.squares_mm2) => {
-                self.best = Some(fit);
-            }
-            Steps::Going if left > steps => {
-                self.under_way = Some((attitude, left - steps));
+        let start = || AttitudeTrack::new(solver.start_in(self.next_mode, lengths, cables));
+        let mut track = self.under_way.take().unwrap_or_else(start);
+        match track.advance(solver, lengths, cables) {
+            None => {
+                self.under_way = Some(track);
                 return false;
             }
-            Steps::Settled(_) | Steps::Going | Steps::Singular => {}
+            Some(Some(fit)) if self.best.is_none_or(|best| fit.squares_mm2 < best.squares_mm2) => {
+                self.best = Some(fit);
+            }
+            Some(_) => {}
         }
         self.next_mode += 1;
         self.next_mode >= ASSEMBLY_MODES
@@ -202,13 +231,8 @@ impl<T: Real> AttitudeSolver<'_, T> {
         search.best()
     }
 
-    /// The same in one of the four assembly modes, 0 to 3, for callers that spread the work over slices.
-    pub fn solve_in(&self, mode: u8, lengths: &CableLengths<T>, cables: CableSet) -> Option<AttitudeFit<T>> {
-        self.track(self.start_in(mode, lengths, cables), lengths, cables)
-    }
-
-    /// The rotation that an assembly mode begins with.
-    fn start_in(&self, mode: u8, lengths: &CableLengths<T>, cables: CableSet) -> UnitQuaternion<T> {
+    /// The rotation that one of the four assembly modes, 0 to 3, begins with.
+    pub fn start_in(&self, mode: u8, lengths: &CableLengths<T>, cables: CableSet) -> UnitQuaternion<T> {
         let whole = |i: usize| cables.has(2 * i) && cables.has(2 * i + 1);
         // Two end-points with both cables sound fix the rotation.
         let (i, j) = (if whole(0) { 0 } else { 1 }, if whole(2) { 2 } else { 1 });

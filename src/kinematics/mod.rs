@@ -17,7 +17,7 @@ pub mod rotation;
 pub mod stewart_gough;
 mod trilateration;
 
-pub use attitude::{AttitudeFit, AttitudeSearch, AttitudeSolver, CableSet};
+pub use attitude::{AttitudeFit, AttitudeSearch, AttitudeSolver, AttitudeTrack, CableSet};
 pub use base_edges::{BaseEdges, HingeCoordinates};
 pub use cable_length::{CableLengths, LengthError, LengthFault};
 pub use general_platform::PlatformSolver;

@@ -8,7 +8,7 @@ pub mod parts;
 pub mod positive_definite;
 
 pub use axes::{triad, unit};
-pub use eigen::{Eigen, largest_eigenpair, symmetric_eigen};
+pub use eigen::{Eigen, EigenSearch, largest_eigenpair, symmetric_eigen};
 pub use normal_equations::{NormalEquations, Singular, packed_index};
 pub use parts::{block, column};
 pub use positive_definite::{inverse_of_eliminated, inverse_of_positive_definite};

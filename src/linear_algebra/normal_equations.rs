@@ -5,6 +5,7 @@
 //! Its Cholesky factor takes its place, a few rows a call if wanted.
 
 use crate::scalar::Real;
+use core::ops::Range;
 use nalgebra::{SMatrix, Vector3};
 
 /// The smallest pivot that counts as regular, as a share of the diagonal entry that it came from: below it the weakest
@@ -107,20 +108,30 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
     }
 
     /// Adds what three equations say of their first unknowns and of those with the others, `weight` times: of the first the
-    /// columns are `columns`, of the others `last`. What the others share among themselves is not added.
-    pub fn add_equations(&mut self, columns: &[Vector3<T>], last: &[Vector3<T>], values: &Vector3<T>, weight: T) {
-        let mut rows = &mut self.matrix[..];
-        for ((i, column), gradient) in columns.iter().enumerate().zip(&mut self.gradient) {
-            let Some((row, rest)) = rows.split_at_mut_checked(i + 1) else { return };
+    /// columns are `columns`, of the others `last`. What the others share among themselves is not added. Only `rows` of the
+    /// matrix are added to, for callers that add a few at a time.
+    pub fn add_equations(
+        &mut self,
+        columns: &[Vector3<T>],
+        last: &[Vector3<T>],
+        values: &Vector3<T>,
+        weight: T,
+        rows: Range<usize>,
+    ) {
+        let Some(mut entries) = self.matrix.get_mut(packed_index(rows.start, 0)..) else { return };
+        for i in rows {
+            let Some((row, rest)) = entries.split_at_mut_checked(i + 1) else { return };
+            entries = rest;
+            let Some(column) = columns.get(i) else {
+                let Some(column) = last.get(i - columns.len()) else { return };
+                add_products(row, columns, &(column * weight));
+                continue;
+            };
             let a = column * weight;
             add_products(row, columns, &a);
-            *gradient += a.dot(values);
-            rows = rest;
-        }
-        for (i, column) in last.iter().enumerate() {
-            let Some((row, rest)) = rows.split_at_mut_checked(columns.len() + i + 1) else { return };
-            add_products(row, columns, &(column * weight));
-            rows = rest;
+            if let Some(gradient) = self.gradient.get_mut(i) {
+                *gradient += a.dot(values);
+            }
         }
     }
 
@@ -187,6 +198,20 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
     /// As [`factor_rows`](Self::factor_rows).
     pub fn factor(&mut self) -> Result<(), Singular> {
         self.factor_rows(self.unknowns)
+    }
+
+    /// The next rows of the factor, as many as take about `products` multiplications; at least one.
+    ///
+    /// # Errors
+    /// As [`factor_rows`](Self::factor_rows).
+    pub fn factor_some(&mut self, products: usize) -> Result<(), Singular> {
+        let mut last = self.factored;
+        let mut taken = 0;
+        while last < self.unknowns && (taken == 0 || taken + last * last / 2 <= products) {
+            taken += last * last / 2;
+            last += 1;
+        }
+        self.factor_rows(last - self.factored)
     }
 
     /// The next `rows` rows of the factor, at most those that are left (Golub and Van Loan, algorithm 4.2.1, row by
@@ -257,36 +282,39 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
     /// Solves with the part of the factor from unknown `from` on: the unknowns before it are eliminated. `right` is
     /// zero before `from`.
     pub fn solve_trailing(&self, right: &mut [T; N], from: usize) {
-        let x = right;
-        // Forwards: L y = right.
+        self.solve_forwards(right, from);
+        self.solve_backwards(right, from);
+    }
+
+    /// The first half of it, L y = `right`: `right` becomes y.
+    pub fn solve_forwards(&self, right: &mut [T; N], from: usize) {
         for i in from..self.unknowns {
             let Some((row, inverse)) = self.factor_row(i) else { return };
-            let known = row.iter().zip(x.iter()).skip(from).fold(T::zero(), |sum, (a, b)| sum + *a * *b);
-            if let Some(x) = x.get_mut(i) {
+            let known = row.iter().zip(right.iter()).skip(from).fold(T::zero(), |sum, (a, b)| sum + *a * *b);
+            if let Some(x) = right.get_mut(i) {
                 *x = (*x - known) * inverse;
             }
         }
-        // Backwards: Lᵀ x = y.
+    }
+
+    /// The second half, Lᵀ x = y: `y` becomes x.
+    pub fn solve_backwards(&self, y: &mut [T; N], from: usize) {
         for i in (from..self.unknowns).rev() {
             let Some((row, inverse)) = self.factor_row(i) else { return };
-            let Some(solved) = x.get_mut(i) else { return };
+            let Some(solved) = y.get_mut(i) else { return };
             *solved *= inverse;
             let solved = *solved;
-            for (x, a) in x.iter_mut().zip(row).skip(from) {
+            for (x, a) in y.iter_mut().zip(row).skip(from) {
                 *x -= *a * solved;
             }
         }
     }
 
     /// `right` becomes L⁻¹ `right`, once factored. The squared norm of L⁻¹ k is kᵀ (JᵀJ)⁻¹ k, the variance of k·x.
+    /// The zeros that it begins with stay.
     pub fn whiten(&self, right: &mut [T; N]) {
-        for i in 0..self.unknowns {
-            let Some((row, inverse)) = self.factor_row(i) else { return };
-            let known = row.iter().zip(right.iter()).fold(T::zero(), |sum, (a, b)| sum + *a * *b);
-            if let Some(x) = right.get_mut(i) {
-                *x = (*x - known) * inverse;
-            }
-        }
+        let from = right.iter().take_while(|entry| **entry == T::zero()).count();
+        self.solve_forwards(right, from);
     }
 
     /// Column `column` of the covariance (the inverse of JᵀJ) of the unknowns from `from` on, the ones before

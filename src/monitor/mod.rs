@@ -28,8 +28,8 @@ use self::evidence::Evidence;
 use crate::identification::joint::Joint;
 use crate::identification::machine::{Machine, MachineDeviation};
 use crate::identification::marginal_information::MarginalInformation;
-use crate::kinematics::rotation::rotation_of;
-use crate::kinematics::{AttitudeSearch, AttitudeSolver, CableLengths, CableSet, Geometry, JointCentre};
+use crate::kinematics::rotation::{rotation_of, turned};
+use crate::kinematics::{AttitudeSearch, AttitudeSolver, AttitudeTrack, CableLengths, CableSet, Geometry, JointCentre};
 use crate::rig::{CABLES, Correction, Parameters};
 use crate::scalar::Real;
 use nalgebra::{UnitQuaternion, Vector3};
@@ -37,6 +37,9 @@ use nalgebra::{UnitQuaternion, Vector3};
 /// A sample counts when a cable has moved by this much since the last one that did, mm: 0.25 degrees of the arm, twenty
 /// counts of the encoder, and more than ±0.1 mm of noise in both samples.
 const MOVED_MM: f64 = 0.5;
+
+/// Gauss-Newton steps with the motion of the centre included, after those about a fixed one.
+const TURNS: u8 = 2;
 
 /// Weight of a new sample in the running mean of χ².
 const SHARE: f64 = 1.0 / 16.0;
@@ -65,6 +68,26 @@ pub enum DetectorState {
     Warned,
 }
 
+/// What is being made of a sample, a slice at a time.
+#[derive(Clone, Copy, Debug)]
+enum Look<T: Real> {
+    /// Nothing.
+    No,
+    /// Its rotation is searched for, one assembly mode a sample, while none is known: from the lengths, corrected, that the
+    /// search began with.
+    Search(CableLengths<T>, AttitudeSearch<T>),
+    /// Its rotation is looked for, from that of the sample before. A moving centre is taken where that has it.
+    Track(JointCentre<T>, AttitudeTrack<T>),
+    /// The centre moves with the rotation: so many Gauss-Newton steps more, with that included.
+    Turn(UnitQuaternion<T>, u8),
+    /// What it says of the centre.
+    See(UnitQuaternion<T>),
+    /// It is added to the evidence.
+    Add(UnitQuaternion<T>),
+    /// The evidence is judged.
+    Judge,
+}
+
 /// The slip detector of one accepted centre.
 #[derive(Clone, Debug)]
 pub struct SlipDetector<T: Real> {
@@ -76,9 +99,9 @@ pub struct SlipDetector<T: Real> {
     found: Correction<T>,
     variance_mm2: T,
     attitude: Option<UnitQuaternion<T>>,
-    /// The search for the first attitude, while there is none.
-    search: Option<(CableLengths<T>, AttitudeSearch<T>)>,
+    /// The last sample that counted.
     counted: Option<CableLengths<T>>,
+    look: Look<T>,
     chi_square: T,
     /// Slow mean of χ² per degree of freedom while all is well: 1, and more where the centre in use is itself a little
     /// off.
@@ -115,8 +138,8 @@ impl<T: Real> SlipDetector<T> {
             found: Correction { offset_mm: *offsets_mm, scale: deviation.scale.map(|scale| T::one() + scale) },
             variance_mm2: machine.sample_variance_mm2(noise_mm),
             attitude: None,
-            search: None,
             counted: None,
+            look: Look::No,
             chi_square: T::one(),
             usual: T::one(),
             state: DetectorState::Quiet,
@@ -150,7 +173,7 @@ impl<T: Real> SlipDetector<T> {
 
     /// Nothing was seen for a while: the arm may be anywhere now. A suspicion is dropped; a warning stays.
     pub fn interrupted(&mut self) {
-        (self.attitude, self.search, self.counted) = (None, None, None);
+        (self.attitude, self.counted, self.look) = (None, None, Look::No);
         if self.state == DetectorState::Suspicious {
             self.rearm();
         }
@@ -161,23 +184,100 @@ impl<T: Real> SlipDetector<T> {
     /// Cost: comparing six lengths while the arm is still; else one rotation fit from the sample before and one
     /// elimination. A sample that fits no rotation is not counted; from the next one on the rotation is searched for, one
     /// assembly mode a sample.
-    #[cfg_attr(feature = "ccm", inline(never), unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
     pub fn sample(&mut self, lengths: &CableLengths<T>) -> Option<Warning<T>> {
-        let Some(before) = self.attitude else {
-            self.search(lengths);
-            return None;
-        };
+        self.begin(lengths);
+        loop {
+            let warning = self.advance();
+            if warning.is_some() || !self.is_looking() {
+                return warning;
+            }
+        }
+    }
+
+    /// The same a slice at a time: begins with a sample. One that is still being looked at is given up.
+    pub fn begin(&mut self, lengths: &CableLengths<T>) {
+        let Some(before) = self.attitude else { return self.search(lengths) };
+        self.look = Look::No;
         if !self.has_moved(lengths) {
-            return None;
+            return;
         }
         self.counted = Some(*lengths);
-        let lengths = lengths.corrected_by(&self.found, &self.home_mm).ok()?;
-        self.attitude = self.joint.track(&self.geometry, &self.centre, before, &lengths);
-        let attitude = self.attitude?;
-        let rotation = rotation_of(&attitude);
-        let jacobian = self.joint.jacobian(&self.geometry, &self.centre, &rotation, &lengths);
-        let mut pose = MarginalInformation::new(&jacobian).ok()?;
+        if self.corrected(lengths).is_some() {
+            let centre = self.joint.centre_at(&self.centre, &rotation_of(&before));
+            self.look = Look::Track(centre, AttitudeTrack::new(before));
+        }
+    }
+
+    /// There is more to be made of the sample.
+    pub fn is_looking(&self) -> bool {
+        !matches!(self.look, Look::No | Look::Search(..))
+    }
+
+    /// The next slice. Returns a warning once, when a decision falls for one.
+    #[cfg_attr(feature = "ccm", inline(never), unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
+    pub fn advance(&mut self) -> Option<Warning<T>> {
+        let lengths = self.corrected(self.counted.as_ref()?)?;
+        match core::mem::replace(&mut self.look, Look::No) {
+            Look::No => {}
+            search @ Look::Search(..) => self.look = search,
+            Look::Track(centre, mut track) => {
+                let solver = AttitudeSolver { geometry: &self.geometry, centre: &centre };
+                match track.advance(&solver, &lengths, CableSet::ALL) {
+                    None => self.look = Look::Track(centre, track),
+                    Some(None) => self.attitude = None,
+                    Some(Some(fit)) => {
+                        let turns = if let Joint::Moving(_) = self.joint { TURNS } else { 0 };
+                        self.look = if turns > 0 { Look::Turn(fit.attitude, turns) } else { Look::See(fit.attitude) };
+                    }
+                }
+            }
+            Look::Turn(attitude, left) => {
+                self.look = match self.information(&attitude, &lengths) {
+                    None => {
+                        self.attitude = None;
+                        Look::No
+                    }
+                    Some(pose) if left > 1 => Look::Turn(turned(&attitude, &pose.turn), left - 1),
+                    Some(pose) => Look::See(turned(&attitude, &pose.turn)),
+                };
+            }
+            Look::See(attitude) => {
+                self.attitude = Some(attitude);
+                let pose = self.scattered(&attitude, &lengths)?;
+                self.see(&attitude, &pose);
+            }
+            Look::Add(attitude) => {
+                let pose = self.scattered(&attitude, &lengths)?;
+                self.evidence.add(&rotation_of(&attitude), &pose);
+                if self.evidence.samples() >= SAMPLES && self.span >= T::of(SPAN_RAD) {
+                    self.look = Look::Judge;
+                }
+            }
+            Look::Judge => return self.judge(),
+        }
+        None
+    }
+
+    /// What a sample says of the centre, its rotation eliminated.
+    fn information(&self, attitude: &UnitQuaternion<T>, lengths: &CableLengths<T>) -> Option<MarginalInformation<T>> {
+        let rotation = rotation_of(attitude);
+        MarginalInformation::new(&self.joint.jacobian(&self.geometry, &self.centre, &rotation, lengths)).ok()
+    }
+
+    /// The same, the joint's scatter eliminated too.
+    fn scattered(&self, attitude: &UnitQuaternion<T>, lengths: &CableLengths<T>) -> Option<MarginalInformation<T>> {
+        let mut pose = self.information(attitude, lengths)?;
         pose.add_scatter(self.joint.scatter_mm2() / self.variance_mm2);
+        Some(pose)
+    }
+
+    /// The lengths without what was found with the centre.
+    fn corrected(&self, lengths: &CableLengths<T>) -> Option<CableLengths<T>> {
+        lengths.corrected_by(&self.found, &self.home_mm).ok()
+    }
+
+    /// Takes in χ² of a sample; suspicion begins, or goes on.
+    fn see(&mut self, attitude: &UnitQuaternion<T>, pose: &MarginalInformation<T>) {
         let chi_square = pose.squares_mm2() / (self.variance_mm2 * T::of(3.0));
         self.chi_square += (chi_square - self.chi_square) * T::of(SHARE);
         if self.state == DetectorState::Quiet {
@@ -189,34 +289,34 @@ impl<T: Real> SlipDetector<T> {
                 self.evidence = Evidence::new();
                 self.first = attitude.scaled_axis();
                 self.span = T::zero();
-                None
             }
             DetectorState::Suspicious => {
                 let turned = (attitude.scaled_axis() - self.first).norm();
                 self.span = self.span.max(turned);
-                self.evidence.add(&rotation, &pose);
-                self.judge()
+                self.look = Look::Add(*attitude);
             }
-            DetectorState::Quiet | DetectorState::Warned => None,
+            DetectorState::Quiet | DetectorState::Warned => {}
         }
     }
 
     /// Tries the next assembly mode of the sample that the search began with. After the last one the best counts, and the next
     /// samples are tracked from it: the arm has moved by a few degrees meanwhile at most.
     fn search(&mut self, lengths: &CableLengths<T>) {
-        let (lengths, search) = match &mut self.search {
-            Some(search) => search,
-            none => {
-                let Ok(lengths) = lengths.corrected_by(&self.found, &self.home_mm) else { return };
-                none.insert((lengths, AttitudeSearch::new()))
-            }
+        let (lengths, mut search) = match self.look {
+            Look::Search(lengths, search) => (lengths, search),
+            _ => match self.corrected(lengths) {
+                Some(lengths) => (lengths, AttitudeSearch::new()),
+                None => return,
+            },
         };
         // About a fixed centre: a moving one is included when the next samples are tracked.
         let solver = AttitudeSolver { geometry: &self.geometry, centre: &self.centre };
-        if search.advance(&solver, lengths, CableSet::ALL) {
+        self.look = if search.advance(&solver, &lengths, CableSet::ALL) {
             self.attitude = search.best().map(|fit| fit.attitude);
-            self.search = None;
-        }
+            Look::No
+        } else {
+            Look::Search(lengths, search)
+        };
     }
 
     fn has_moved(&self, lengths: &CableLengths<T>) -> bool {
@@ -226,9 +326,6 @@ impl<T: Real> SlipDetector<T> {
     }
 
     fn judge(&mut self) -> Option<Warning<T>> {
-        if self.evidence.samples() < SAMPLES || self.span < T::of(SPAN_RAD) {
-            return None;
-        }
         let warning = self.evidence.judge(self.variance_mm2, T::of(SUSPICIOUS), self.usual.max(T::one()));
         self.state = if warning.is_some() { DetectorState::Warned } else { DetectorState::Quiet };
         if warning.is_none() {

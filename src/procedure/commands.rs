@@ -9,10 +9,8 @@ use super::state::{Command, PoseSet, StateName};
 use super::transition::{Trigger, allows};
 use super::{Guidance, Judging, Procedure, Run, State, Verifying};
 use crate::identification::Pose;
+use crate::identification::estimator::PoseVerification;
 use crate::kinematics::{CableLengths, PlatformError};
-
-/// So many poses more would have to gain a tenth, or there are enough.
-const MORE_POSES: usize = 10;
 
 /// Between two poses in motion at least so much time passes, ms, six windows: whatever slides for a moment beside what the arm's direction
 /// explains is then not counted twice, nor taken for a slip.
@@ -87,12 +85,16 @@ impl Procedure {
     }
 
     fn capture_by_command(&mut self, now_ms: u32) -> Reply {
+        if self.assessing.is_some() {
+            // The arm stands where it was captured a moment ago.
+            return Reply::refused(Reason::PoseTooNear, 0);
+        }
         let notice = self.take_pose(now_ms);
         let detail = match notice.reason {
             Reason::Fine => u16::from(notice.index),
             _ => u16::from(notice.cable),
         };
-        Reply { reason: notice.reason, detail, pose: Some(notice) }
+        Reply { reason: notice.reason, detail, pose: self.assessed(notice, false) }
     }
 
     fn identify_by_command(&mut self, now_ms: u32) -> Reply {
@@ -153,6 +155,7 @@ impl Procedure {
         self.held_out.clear();
         self.spread = Default::default();
         self.accuracy.restart(&self.machine, self.rig.nominal());
+        self.assessing = None;
         self.predicted_sigma_mm = None;
         self.sigma_with_more_mm = None;
     }
@@ -175,7 +178,8 @@ impl Procedure {
     /// Begins to hold the second set against the centre.
     pub(super) fn judge(&mut self) {
         if let State::Verifying(Verifying { judging: judging @ None, .. }) = &mut self.state {
-            *judging = Some(Judging { next: 0, squares_mm2: 0.0, chi_square: 0.0 });
+            *judging =
+                Some(Judging { next: 0, verification: PoseVerification::default(), squares_mm2: 0.0, chi_square: 0.0 });
         }
     }
 
@@ -265,11 +269,6 @@ impl Procedure {
             PoseSet::Identification => {
                 self.poses.push(pose).map_err(|_| refused(Reason::PosesFull))?;
                 self.spread.add(&pose.rotation());
-                self.accuracy.add(&self.machine, &pose);
-                let predicted = self.accuracy.predicted(&self.machine);
-                self.predicted_sigma_mm = predicted.map(|predicted| predicted.sigma_mm);
-                self.sigma_with_more_mm =
-                    predicted.and_then(|predicted| self.accuracy.sigma_with(&self.machine, &predicted, MORE_POSES));
                 self.run.advice = self.advice();
             }
             PoseSet::HeldOut => {

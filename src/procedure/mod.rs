@@ -32,6 +32,7 @@
 //! Every state's time is watched here and nowhere else.
 
 pub mod arm;
+mod assess;
 mod between_runs;
 pub mod captured;
 mod commands;
@@ -61,10 +62,12 @@ pub use reason::{Band, Reason};
 pub use state::{Command, PoseSet, StateName};
 pub use transition::Trigger;
 
+use crate::identification::estimator::PoseVerification;
 use crate::identification::joint::ShownMotion;
 use crate::identification::{Identified, Machine, Pose, PredictedAccuracy};
 use crate::rig::{CABLES, Rig};
 use arm::{Arm, NotReady};
+use assess::Assessing;
 use captured::Captured;
 use encoders::EncoderFault;
 use guidance::Spread;
@@ -111,10 +114,11 @@ struct Verifying {
     judging: Option<Judging>,
 }
 
-/// One pose of the second set a tick is laid against the centre.
+/// The poses of the second set are laid against the centre one after the other, a slice a tick.
 #[derive(Debug, Clone, Copy)]
 struct Judging {
     next: u8,
+    verification: PoseVerification<f32>,
     squares_mm2: f32,
     chi_square: f32,
 }
@@ -161,6 +165,7 @@ pub struct Procedure {
     spread: Spread,
     machine: Machine<f32>,
     accuracy: PredictedAccuracy<f32>,
+    assessing: Option<Assessing>,
     /// Of the first set so far, mm; kept, for it is asked for with every heartbeat.
     predicted_sigma_mm: Option<f32>,
     /// The same with ten poses more.
@@ -182,6 +187,7 @@ impl Procedure {
             zero_prior_mm,
             accuracy: PredictedAccuracy::new(&machine, rig.nominal()),
             machine,
+            assessing: None,
             predicted_sigma_mm: None,
             sigma_with_more_mm: None,
             rig,
@@ -251,7 +257,8 @@ impl Procedure {
 
     /// There is computing to do: the next tick should follow as soon as the board has time.
     pub const fn is_busy(&self) -> bool {
-        matches!(self.state, State::Identifying | State::Verifying(Verifying { judging: Some(_), .. }))
+        self.assessing.is_some()
+            || matches!(self.state, State::Identifying | State::Verifying(Verifying { judging: Some(_), .. }))
     }
 
     /// The run under way, or the last one; 0 before the first.

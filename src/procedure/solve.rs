@@ -1,6 +1,7 @@
 //! The estimator as the procedure sees it: one slice of work at a time, and a refusal in the terms of the reports.
 
 use super::reason::Reason;
+use crate::identification::estimator::Workspace;
 use crate::identification::joint::{HeldCentre, Joint, MissingMotion, ShownMotion};
 use crate::identification::{Estimator, EstimatorSettings, Identified, JointChoice, Machine, Pose, Progress, Refusal};
 use crate::rig::Rig;
@@ -41,13 +42,25 @@ impl Work {
 
     /// One slice of work.
     pub fn advance(&mut self, machine: &Machine<f32>, poses: &mut [Pose<f32>]) -> Progress<&Identified<f32>> {
-        self.slices = self.slices.saturating_add(1);
+        // A pose with many parameters takes several slices, and counts once.
+        let is_new = !self.estimator.workspace().scratch.has_pose();
+        self.slices = self.slices.saturating_add(is_new.into());
         self.estimator.advance(machine, poses)
     }
 
     /// The estimator, whose last fit judges the second set.
     pub const fn estimator(&self) -> &Estimator<f32> {
         &self.estimator
+    }
+
+    /// The same, to go on with a verification.
+    pub fn estimator_mut(&mut self) -> &mut Estimator<f32> {
+        &mut self.estimator
+    }
+
+    /// What it computes in, while it has nothing to do.
+    pub fn workspace(&mut self) -> Workspace<'_, f32> {
+        self.estimator.workspace()
     }
 
     /// How much of the work is done, 0 to below 1. How many passes there will be is not known before the end, so this

@@ -7,6 +7,7 @@ use super::solve::{Detail, is_cured_by_more_poses};
 use super::state::{PoseSet, StateName};
 use super::transition::Trigger;
 use super::{Guidance, Procedure, Run, State, Verifying};
+use crate::identification::estimator::PoseVerification;
 use crate::identification::verification::rms_limit_mm;
 use crate::identification::{Identified, Progress};
 
@@ -42,6 +43,14 @@ impl Procedure {
     /// or refused, if any.
     pub fn tick(&mut self, now_ms: u32) -> Option<PoseNotice> {
         self.arm.tick(now_ms);
+        // First: the next pose and the estimator want its place.
+        if self.assessing.is_some() {
+            let (notice, is_automatic) = self.assess()?;
+            if is_automatic && self.state() == StateName::Collecting && self.is_enough() {
+                self.identify(now_ms);
+            }
+            return Some(notice);
+        }
         match self.state() {
             StateName::Idle | StateName::Failed => None,
             StateName::Collecting => self.tick_collecting(now_ms),
@@ -67,11 +76,13 @@ impl Procedure {
         if self.fails_by_lost_count(now_ms) {
             return None;
         }
-        let notice = self.capture_by_itself(now_ms);
-        let taken = notice.is_some_and(|notice| notice.reason == Reason::Fine);
+        let notice = self.capture_by_itself(now_ms).and_then(|notice| self.assessed(notice, true));
+        if self.assessing.is_some() {
+            return None;
+        }
         let overdue = self.is_overdue(now_ms, self.limits.settings().collecting_timeout_ms);
         let can_try = self.has_something_new() && (overdue && !self.run.by_command_only || self.poses.is_full());
-        if can_try || taken && self.is_enough() {
+        if can_try {
             self.identify(now_ms);
         } else if overdue {
             let detail = self.run.detail.unwrap_or(Detail::of(Reason::CollectingTimeout));
@@ -176,19 +187,21 @@ impl Procedure {
         notice
     }
 
-    /// Holds the next pose of the second set against the fit; after the last one, the verdict by χ².
+    /// Holds the next pose of the second set against the fit, a slice of it; after the last one, the verdict by χ².
     fn judge_one(&mut self, now_ms: u32) {
         let State::Verifying(Verifying { identified, motion, judging: Some(judging) }) = &mut self.state else {
             return;
         };
         if let Some(pose) = self.held_out.poses().get(usize::from(judging.next)) {
-            match self.work.estimator().verify(&self.machine, pose) {
-                Some(residual) => {
+            match self.work.estimator_mut().verify_slice(&mut judging.verification, &self.machine, pose) {
+                None => {}
+                Some(Some(residual)) => {
                     judging.squares_mm2 += residual.squares_mm2;
                     judging.chi_square += residual.chi_square;
+                    judging.verification = PoseVerification::default();
                     judging.next += 1;
                 }
-                None => {
+                Some(None) => {
                     let pose = Some(judging.next);
                     let detail = Detail { pose, ..Detail::of(Reason::VerificationDoesNotClose) };
                     self.run.detail = Some(detail);

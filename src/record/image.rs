@@ -161,11 +161,6 @@ pub fn checksum(image: &Image) -> u32 {
     sealed::checksum(image)
 }
 
-/// The CRC-32 at the image's end, which [`encode`] has made.
-pub fn stated_checksum(image: &Image) -> u32 {
-    sealed::stated_checksum(image)
-}
-
 struct Writer {
     image: Image,
     at: usize,

@@ -25,7 +25,10 @@ fn main() -> Result<ExitCode, Box<dyn error::Error>> {
         let path = path.as_path();
         let start = |thread| scope.spawn(move || cut(path, cuts.div_ceil(threads), seed + u64::from(thread)));
         let started: Vec<_> = (0..threads).map(start).collect();
-        started.into_iter().map(|thread| thread.join().unwrap_or(Err("a thread panicked".to_owned()))).collect::<Vec<_>>()
+        started
+            .into_iter()
+            .map(|thread| thread.join().unwrap_or(Err("a thread panicked".to_owned())))
+            .collect::<Vec<_>>()
     });
     let mut failures = 0;
     let mut cuts = 0;

@@ -12,8 +12,9 @@
 use super::wearing::Wearing;
 use glenoid::identification::machine::MachineEstimate;
 use glenoid::identification::marginal_information::MarginalInformation;
-use glenoid::identification::parameters::{Column, Equations, ParameterBlock, PoseAt, add_pose};
+use glenoid::identification::parameters::{Column, Equations, ParameterBlock, PoseAt};
 use glenoid::identification::pose::PoseState;
+use glenoid::identification::pose_in_work::add_pose;
 use glenoid::identification::weights::Weights;
 use glenoid::identification::{Machine, Pose};
 use glenoid::kinematics::rotation::turned;

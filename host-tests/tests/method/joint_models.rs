@@ -10,8 +10,10 @@ use glenoid::identification::excitation::MeanRotation;
 use glenoid::identification::joint::{ArmFrame, FEATURES, Joint, MAX_JOINT, MovingCentre, persistence};
 use glenoid::identification::machine::MachineEstimate;
 use glenoid::identification::marginal_information::MarginalInformation;
-use glenoid::identification::parameters::{Column, Equations, ParameterBlock, PoseAt, add_pose, sensitivity};
+use glenoid::identification::parameters::{Column, Equations, ParameterBlock, PoseAt};
+use glenoid::identification::pose_in_work::{add_pose, sensitivity};
 use glenoid::kinematics::{CableLengths, JointCentre, LengthJacobian};
+use glenoid::linear_algebra::packed_index;
 use glenoid::rig::{Rig, Tolerance};
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, SMatrix, Vector3};
 use rand::Rng;
@@ -297,4 +299,32 @@ fn a_scatter_that_persists_widens_the_variance_of_a_mean_as_simulated() {
     }
     assert_eq!((persistence(0.1), persistence(-0.9)), (1.0, 1.0));
     assert!(persistence(f64::NAN) <= 9.01 && persistence(5.0) <= 9.01);
+}
+
+/// The columns of torsion and trefoils: the gradient is half the fall of the squares, the matrix its change.
+#[test]
+fn the_prior_of_the_last_columns_is_a_parabola() {
+    let mut rng = rng(4617);
+    let mut moving = MovingCentre::new(frame(&mut rng));
+    moving.gains = std::array::from_fn(|_| Vector3::from_fn(|_, _| rng.random_range(-6.0..6.0)));
+    let prior = |moving: &MovingCentre<f64>| {
+        let mut equations = Equations::new(MAX_JOINT);
+        moving.add_prior(&mut equations, 0, 0.01);
+        equations
+    };
+    let at = prior(&moving);
+    for unknown in 15..MAX_JOINT {
+        let moved = |by: f64| {
+            let mut moved = moving;
+            moved.gains[unknown / 3][unknown % 3] += by;
+            prior(&moved).squares()
+        };
+        let (above, below) = (moved(0.1), moved(-0.1));
+        let gradient = at.gradient()[unknown];
+        assert!((gradient + (above - below) / 0.4).abs() < 1e-9, "{unknown}: {gradient}");
+        assert_ne!(gradient, 0.0);
+        let curvature = (above + below - 2.0 * at.squares()) / 0.02;
+        let diagonal = at.matrix()[packed_index(unknown, unknown)];
+        assert!((diagonal - curvature).abs() < 1e-9, "{unknown}: {diagonal}, {curvature}");
+    }
 }

@@ -8,16 +8,15 @@
 use super::Stage;
 use super::fit::Fit;
 use super::model::Model;
-use super::refine::{MEDIAN_PASSES, Refine};
+use super::refine::Refine;
+use super::scratch::Scratch;
 use crate::identification::joint::Joint;
 use crate::identification::machine::{Machine, MachineEstimate};
 use crate::identification::marginal_information::MarginalInformation;
-use crate::identification::parameters::{
-    CENTRE_UNKNOWNS, CentreSums, Equations, ParameterBlock, PoseAt, add_pose_of_pass,
-};
+use crate::identification::parameters::{CENTRE_UNKNOWNS, CentreSums, ParameterBlock, PoseAt};
 use crate::identification::pose::Pose;
+use crate::identification::pose_in_work::PoseInWork;
 use crate::identification::refusal::Refusal;
-use crate::identification::weights::Weights;
 use crate::kinematics::rotation::rotation_of;
 use crate::kinematics::{JointCentre, LengthJacobian};
 use crate::scalar::Real;
@@ -46,64 +45,71 @@ pub(super) struct Compare<T: Real> {
     passes: u8,
     /// After the pass before, mm².
     squares_mm2: T,
-    /// Of the moving centre's fit, which goes on afterwards.
-    weights: Weights<T>,
 }
 
 #[derive(Clone, Copy, Debug)]
 enum Step<T> {
-    /// The poses are summed; the next of them and its rotation once that is found, and how many were.
-    Sum { next: usize, attitude: Option<UnitQuaternion<T>>, used: usize, centre: CentreSums<T> },
+    /// The poses are summed.
+    Sum(Sum<T>),
     /// The normal equations are factored.
     Factor { used: usize },
+    /// The step is taken.
+    Take { used: usize },
+}
+
+/// The sum over the poses under way.
+#[derive(Clone, Copy, Debug)]
+struct Sum<T> {
+    /// The next pose, from 0.
+    next: usize,
+    /// Its rotation, once that is found.
+    attitude: Option<UnitQuaternion<T>>,
+    /// The columns of the pose in work are known.
+    has_columns: bool,
+    used: usize,
+    centre: CentreSums<T>,
 }
 
 impl<T: Real> Compare<T> {
-    /// Begins. With `weights` the moving centre's fit goes on when it is not the machine.
-    pub fn new(fit: &mut Fit<T>, machine: &Machine<T>, weights: Weights<T>) -> Self {
+    /// Begins. The moving centre's fit goes on when it is not the machine.
+    pub fn new(fit: &mut Fit<T>, machine: &Machine<T>) -> Self {
         let estimate = MachineEstimate::unmeasured(machine);
         let step = begin_pass(fit, machine, &estimate);
-        Self { estimate, centre: fit.centre, step, passes: 0, squares_mm2: T::of(f64::INFINITY), weights }
+        Self { estimate, centre: fit.centre, step, passes: 0, squares_mm2: T::of(f64::INFINITY) }
     }
 
-    /// The next pose's rotation, its share of the equations, or the next rows of the factor.
+    /// The next slice of a pose, of the factor, or of the step.
     pub fn advance(&mut self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &[Pose<T>]) -> Option<Stage<T>> {
         match &mut self.step {
-            Step::Sum { next, attitude, used, centre } => {
-                match (poses.get(*next), attitude.take()) {
-                    (Some(pose), None) if pose.is_used() => {
-                        *attitude = Some(rotation_about(machine, &self.estimate, &self.centre, pose));
-                    }
-                    (Some(pose), Some(found)) => {
-                        let ball = Model { machine, estimate: &self.estimate, joint: &Joint::Ball, features: None };
-                        add(&mut fit.equations, centre, &ball, &self.centre, pose, &found);
-                        *used += 1;
-                        *next += 1;
-                    }
-                    (Some(_), None) => *next += 1,
-                    (None, _) => {
-                        centre.move_to(&mut fit.equations);
-                        fit.equations.damp(T::of(DAMPING));
-                        self.step = Step::Factor { used: *used };
-                    }
+            Step::Sum(sum) => {
+                let ball = Model { machine, estimate: &self.estimate, joint: &Joint::Ball, features: None };
+                if !sum.advance(fit, &ball, &self.centre, poses) {
+                    sum.centre.move_to(&mut fit.equations);
+                    fit.equations.damp(T::of(DAMPING));
+                    self.step = Step::Factor { used: sum.used };
                 }
                 None
             }
             Step::Factor { used } => match fit.factor() {
                 Ok(false) => None,
                 Ok(true) => {
-                    let used = *used;
-                    self.take_step(fit, machine, used)
+                    fit.begin_step();
+                    self.step = Step::Take { used: *used };
+                    None
                 }
                 // Priors and damping determine all of it; rounding may not.
-                Err(_) => Some(self.go_on(fit, machine)),
+                Err(_) => Some(Self::go_on(fit, machine)),
             },
+            Step::Take { used } => {
+                let used = *used;
+                self.take_step(fit, machine, used)
+            }
         }
     }
 
     /// Takes the step of a pass, and judges what it leaves.
     fn take_step(&mut self, fit: &mut Fit<T>, machine: &Machine<T>, used: usize) -> Option<Stage<T>> {
-        let step = fit.equations.step();
+        let step = fit.step();
         let squares_mm2 = fit.equations.squares_after(&step);
         let freedom = T::of_integer((3 * used as i32 - CENTRE_UNKNOWNS as i32).max(1));
         if squares_mm2 <= fit.variance_mm2() * freedom * T::of(EXPLAINED) {
@@ -113,7 +119,7 @@ impl<T: Real> Compare<T> {
         let is_over = self.passes >= MAX_PASSES || !(squares_mm2 <= self.squares_mm2 * T::of(GOES_ON));
         self.squares_mm2 = squares_mm2;
         if is_over {
-            return Some(self.go_on(fit, machine));
+            return Some(Self::go_on(fit, machine));
         }
         let (constants, centre) = step.split_at_checked(self.estimate.count()).unwrap_or_default();
         self.estimate.apply(machine, constants);
@@ -126,43 +132,68 @@ impl<T: Real> Compare<T> {
     }
 
     /// It is not the machine: the moving centre's fit goes on.
-    fn go_on(&self, fit: &mut Fit<T>, machine: &Machine<T>) -> Stage<T> {
+    fn go_on(fit: &mut Fit<T>, machine: &Machine<T>) -> Stage<T> {
         fit.is_compared = true;
-        Stage::Refine(Refine::new(fit, machine, self.weights, true).after(MEDIAN_PASSES))
+        Stage::Refine(Refine::select(fit, machine))
+    }
+}
+
+impl<T: Real> Sum<T> {
+    /// The next pose's rotation, or the next columns or rows of its equations; false after the last pose.
+    fn advance(&mut self, fit: &mut Fit<T>, ball: &Model<'_, T>, centre: &JointCentre<T>, poses: &[Pose<T>]) -> bool {
+        if let Some(in_work) = fit.scratch.pose() {
+            if !self.has_columns {
+                self.has_columns = in_work.add_columns(ball);
+            } else if in_work.add_rows(&mut fit.equations) {
+                fit.scratch = Scratch::Free;
+            }
+            return true;
+        }
+        let Some(pose) = poses.get(self.next) else { return false };
+        match self.attitude.take() {
+            None if pose.is_used() => self.attitude = Some(rotation_about(ball, centre, pose)),
+            None => self.next += 1,
+            Some(attitude) => {
+                self.add(fit, ball, centre, pose, &attitude);
+                self.used += 1;
+                self.next += 1;
+            }
+        }
+        true
+    }
+
+    /// Adds a pose with its rotation about the ball; its columns and rows follow.
+    fn add(
+        &mut self,
+        fit: &mut Fit<T>,
+        ball: &Model<'_, T>,
+        centre: &JointCentre<T>,
+        pose: &Pose<T>,
+        attitude: &UnitQuaternion<T>,
+    ) {
+        let (rotation, lengths) = (rotation_of(attitude), ball.estimate.corrected(ball.machine, pose.lengths()));
+        let jacobian = LengthJacobian::new(ball.estimate.geometry(), centre, &rotation, &lengths);
+        let Ok(information) = MarginalInformation::new(&jacobian) else { return };
+        let at = PoseAt { rotation: &rotation, lengths: &lengths, jacobian: &jacobian };
+        let weight = T::one() / ball.machine.relative_variance(pose.samples);
+        self.centre.add(&rotation, &information, weight);
+        fit.equations.add_squares(information.squares_mm2() * weight);
+        fit.scratch = Scratch::Pose(PoseInWork::new(&at, &information, None, weight));
+        self.has_columns = false;
     }
 }
 
 /// The equations hold the priors of an unmeasured machine.
 fn begin_pass<T: Real>(fit: &mut Fit<T>, machine: &Machine<T>, estimate: &MachineEstimate<T>) -> Step<T> {
     let variance = fit.variance_mm2();
+    fit.scratch = Scratch::Free;
     fit.equations.clear(estimate.count() + CENTRE_UNKNOWNS);
     Model { machine, estimate, joint: &Joint::Ball, features: None }.add_prior(&mut fit.equations, 0, variance);
-    Step::Sum { next: 0, attitude: None, used: 0, centre: CentreSums::default() }
+    Step::Sum(Sum { next: 0, attitude: None, has_columns: false, used: 0, centre: CentreSums::default() })
 }
 
 /// The rotation that fits a pose best about the ball, from that about the moving centre.
-fn rotation_about<T: Real>(
-    machine: &Machine<T>,
-    estimate: &MachineEstimate<T>,
-    centre: &JointCentre<T>,
-    pose: &Pose<T>,
-) -> UnitQuaternion<T> {
-    let lengths = estimate.corrected(machine, pose.lengths());
-    Joint::Ball.track(estimate.geometry(), centre, *pose.attitude(), &lengths).unwrap_or(*pose.attitude())
-}
-
-/// Adds a pose with its rotation about the ball.
-fn add<T: Real>(
-    equations: &mut Equations<T>,
-    sums: &mut CentreSums<T>,
-    ball: &Model<'_, T>,
-    centre: &JointCentre<T>,
-    pose: &Pose<T>,
-    attitude: &UnitQuaternion<T>,
-) {
-    let (rotation, lengths) = (rotation_of(attitude), ball.estimate.corrected(ball.machine, pose.lengths()));
-    let jacobian = LengthJacobian::new(ball.estimate.geometry(), centre, &rotation, &lengths);
-    let Ok(information) = MarginalInformation::new(&jacobian) else { return };
-    let at = PoseAt { rotation: &rotation, lengths: &lengths, jacobian: &jacobian };
-    add_pose_of_pass(equations, sums, ball, &at, &information, T::one() / ball.machine.relative_variance(pose.samples));
+fn rotation_about<T: Real>(ball: &Model<'_, T>, centre: &JointCentre<T>, pose: &Pose<T>) -> UnitQuaternion<T> {
+    let lengths = ball.estimate.corrected(ball.machine, pose.lengths());
+    Joint::Ball.track(ball.estimate.geometry(), centre, *pose.attitude(), &lengths).unwrap_or(*pose.attitude())
 }

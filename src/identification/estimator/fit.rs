@@ -1,17 +1,18 @@
 //! The fit under way: the unknowns, the normal equations of a pass, and the residuals that it leaves.
 
 use super::model::Model;
+use super::scratch::Scratch;
 use crate::identification::joint::{HeldCentre, Joint};
 use crate::identification::machine::{Machine, MachineEstimate};
-use crate::identification::marginal_information::{MarginalInformation, own_centre};
+use crate::identification::marginal_information::MarginalInformation;
 use crate::identification::noise::Residuals;
 use crate::identification::outcome::{Identified, rms_residual};
-use crate::identification::parameters::{
-    CENTRE_UNKNOWNS, CentreSums, Equations, ParameterBlock, PoseAt, Rows, add_pose_of_pass, sensitivity,
-};
+use crate::identification::parameters::{CENTRE_UNKNOWNS, CentreSums, Equations, MAX_UNKNOWNS, ParameterBlock, PoseAt};
 use crate::identification::pose::{Pose, PoseState};
+use crate::identification::pose_in_work::PoseInWork;
 use crate::identification::refusal::Refusal;
 use crate::identification::settings::{EstimatorSettings, Noise};
+use crate::identification::uncertainty::{RESULT_PACKED, packed};
 use crate::identification::weights::Weights;
 use crate::kinematics::rotation::turned;
 use crate::kinematics::{AttitudeSearch, AttitudeSolver, CableLengths, CableSet, JointCentre, LengthJacobian};
@@ -24,10 +25,8 @@ use nalgebra::{Matrix3, Matrix6, Vector3};
 /// does not determine.
 const OWN_CENTRE_RIDGE: f64 = 0.02;
 
-/// Rows of the Cholesky factor a slice: the last two of 60 unknowns take 10 000 cycles of a Cortex-M4F.
-const ROWS_A_SLICE: usize = 2;
-/// Unknowns up to which the whole factor is one slice.
-const FEW_UNKNOWNS: usize = 12;
+/// Multiplications of a slice of the Cholesky factor.
+const PRODUCTS_A_SLICE: usize = 900;
 
 /// Everything that the stages work on.
 #[derive(Clone, Debug)]
@@ -38,8 +37,10 @@ pub(super) struct Fit<T: Real> {
     pub joint: Joint<T>,
     /// Of the pass under way; factored at its end.
     pub equations: Equations<T>,
+    /// What is worked on between two slices.
+    pub scratch: Scratch<T>,
     /// Information on O and C of the last pass with all other unknowns taken as known, for a noise of 1 mm.
-    pub centre_information: Matrix6<T>,
+    pub centre_information: [T; RESULT_PACKED],
     /// It is not the machine that looks like a moving centre.
     pub is_compared: bool,
     /// Why the ball was refused, once it was.
@@ -54,23 +55,6 @@ pub(super) struct Fit<T: Real> {
     pub result: Identified<T>,
 }
 
-/// A pose at the present estimate, its rotation and scatter eliminated.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct SeenPose<T> {
-    /// Rotation from {P} to {B}.
-    pub rotation: Matrix3<T>,
-    /// Its information, rotation and scatter eliminated.
-    pub scattered: MarginalInformation<T>,
-    /// S before the scatter was eliminated.
-    pub unscattered: Matrix3<T>,
-    /// Derivative of S δ̂ with the unknowns.
-    pub sensitivity: Rows<T>,
-    /// δ̂: its own centre less the model's, mm.
-    pub own_centre_mm: Vector3<T>,
-    /// Sum of its squared length residuals, mm².
-    pub squares_mm2: T,
-}
-
 /// A pass over the poses under way.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pass<T> {
@@ -80,6 +64,8 @@ pub(super) struct Pass<T> {
     pub used: usize,
     /// The search for the rotation of the next pose, or that it is over.
     search: Search<T>,
+    /// The columns of the pose in work are known.
+    has_columns: bool,
     /// Of O and C alone.
     centre: CentreSums<T>,
     /// Σ |S' δ̂|², mm²: the rate at which the squares fall with the scatter's variance.
@@ -113,7 +99,8 @@ impl<T: Real> Fit<T> {
             estimate: MachineEstimate::new(machine),
             joint: Joint::Ball,
             equations: Equations::new(0),
-            centre_information: Matrix6::zeros(),
+            scratch: Scratch::Free,
+            centre_information: [T::zero(); RESULT_PACKED],
             is_compared: false,
             ball_refusal: None,
             held: None,
@@ -150,6 +137,7 @@ impl<T: Real> Fit<T> {
 
     /// Begins a pass: the equations hold the priors only.
     pub fn begin_pass(&mut self, machine: &Machine<T>) -> Pass<T> {
+        self.scratch = Scratch::Free;
         self.equations.clear(self.parameters() + CENTRE_UNKNOWNS);
         let model = Model { machine, estimate: &self.estimate, joint: &self.joint, features: None };
         model.add_prior(&mut self.equations, 0, self.residuals.noise_mm * self.residuals.noise_mm);
@@ -159,12 +147,19 @@ impl<T: Real> Fit<T> {
             let variance = self.residuals.noise_mm * self.residuals.noise_mm;
             held.add_prior(&mut self.equations, first, &self.centre.in_platform_mm, variance);
         }
-        Pass { next: 0, used: 0, search: Search::No, centre: CentreSums::default(), squared_gradients: T::zero() }
+        Pass {
+            next: 0,
+            used: 0,
+            search: Search::No,
+            has_columns: false,
+            centre: CentreSums::default(),
+            squared_gradients: T::zero(),
+        }
     }
 
     /// Adds the next pose of the pass with its weight and refines its rotation; false after the last. Poses whose χ² is
     /// above `reinitialise_above` are re-initialised from the known centre first, in the assembly mode that fits best: that
-    /// takes a call for each mode.
+    /// takes a call for each mode. With parameters beside the centre a pose takes some calls more.
     pub fn add_next_pose(
         &mut self,
         pass: &mut Pass<T>,
@@ -173,6 +168,14 @@ impl<T: Real> Fit<T> {
         weights: &Weights<T>,
         reinitialise_above: T,
     ) -> bool {
+        if self.scratch.has_pose() {
+            if pass.has_columns {
+                self.add_rows();
+            } else {
+                pass.has_columns = self.add_columns(machine);
+            }
+            return true;
+        }
         let index = pass.next;
         let Some(pose) = poses.get_mut(index) else {
             pass.centre.move_to(&mut self.equations);
@@ -196,6 +199,30 @@ impl<T: Real> Fit<T> {
             self.add_placed(pass, index, machine, pose, weights);
         }
         true
+    }
+
+    /// The next columns of the pose in work by the fit's own model; true when all are known.
+    pub fn add_columns(&mut self, machine: &Machine<T>) -> bool {
+        self.scratch.pose().is_none_or(|in_work| {
+            let features = in_work.features();
+            in_work.add_columns(&Model { machine, estimate: &self.estimate, joint: &self.joint, features })
+        })
+    }
+
+    /// The next rows of the pose in work go into the equations; true when all are in.
+    pub fn add_rows(&mut self) -> bool {
+        let are_in = self.scratch.pose().is_none_or(|in_work| in_work.add_rows(&mut self.equations));
+        if are_in {
+            self.scratch = Scratch::Free;
+        }
+        are_in
+    }
+
+    /// Whitens one of the rows.
+    pub fn whiten_row(&mut self, row: usize) {
+        if let Some(row) = self.scratch.rows_mut().get_mut(row) {
+            self.equations.whiten(row);
+        }
     }
 
     /// Goes on searching for a pose's rotation; true when that is over.
@@ -246,38 +273,19 @@ impl<T: Real> Fit<T> {
             }
             pass.used += 1;
             pass.squared_gradients += information.gradient_mm().norm_squared() * weight;
-            let at = PoseAt { rotation: &rotation, lengths: &lengths, jacobian: &jacobian };
-            let features = self.joint.features(&at);
-            let model = Model { machine, estimate: &self.estimate, joint: &self.joint, features };
-            add_pose_of_pass(&mut self.equations, &mut pass.centre, &model, &at, information, weight);
+            pass.centre.add(&rotation, information, weight);
+            self.equations.add_squares(information.squares_mm2() * weight);
+            if self.parameters() > 0 {
+                let at = PoseAt { rotation: &rotation, lengths: &lengths, jacobian: &jacobian };
+                self.scratch = Scratch::Pose(PoseInWork::new(&at, information, self.joint.features(&at), weight));
+                pass.has_columns = false;
+            }
         }
     }
 
     /// The Jacobian of a pose at the present estimate. For a moving centre its motion with the rotation is included.
     pub fn jacobian(&self, rotation: &Matrix3<T>, lengths: &CableLengths<T>) -> LengthJacobian<T> {
         self.joint.jacobian(self.estimate.geometry(), &self.centre, rotation, lengths)
-    }
-
-    /// A pose at the present estimate, rotation and scatter eliminated; `None` without a rotation.
-    pub fn seen(&self, machine: &Machine<T>, pose: &Pose<T>) -> Option<SeenPose<T>> {
-        let lengths = self.estimate.corrected(machine, pose.lengths());
-        let rotation = pose.rotation();
-        let jacobian = self.jacobian(&rotation, &lengths);
-        let information = MarginalInformation::new(&jacobian).ok()?;
-        let variance = self.variance_mm2() * machine.relative_variance(pose.samples);
-        let mut scattered = information;
-        scattered.add_scatter(self.joint.scatter_mm2() / variance);
-        let at = PoseAt { rotation: &rotation, lengths: &lengths, jacobian: &jacobian };
-        let features = self.joint.features(&at);
-        let model = Model { machine, estimate: &self.estimate, joint: &self.joint, features };
-        Some(SeenPose {
-            rotation,
-            sensitivity: sensitivity(&model, &at, &scattered),
-            own_centre_mm: own_centre(&information.information(), &information.gradient_mm()),
-            unscattered: information.information(),
-            squares_mm2: information.squares_mm2(),
-            scattered,
-        })
     }
 
     /// A copy of a pose with the rotation that fits best about the present centre; `None` when no rotation fits.
@@ -302,17 +310,29 @@ impl<T: Real> Fit<T> {
     /// # Errors
     /// [`Singular`] when the poses leave some combination of the unknowns undetermined.
     pub fn factor(&mut self) -> Result<bool, Singular> {
-        let unknowns = self.equations.unknowns();
         if self.equations.is_unfactored() {
-            self.centre_information = self.equations.trailing_matrix();
+            self.centre_information = packed(&self.equations.trailing_matrix());
         }
-        self.equations.factor_rows(if unknowns <= FEW_UNKNOWNS { unknowns } else { ROWS_A_SLICE })?;
+        self.equations.factor_some(PRODUCTS_A_SLICE)?;
         Ok(self.equations.is_factored())
     }
 
-    /// Takes the step of a pass and keeps its residuals. Returns the largest change of any unknown, mm.
+    /// The first half of the step of a pass, once factored.
+    pub fn begin_step(&mut self) {
+        self.scratch.put_rows(&[*self.equations.gradient()]);
+        self.whiten_row(0);
+    }
+
+    /// The second half.
+    pub fn step(&self) -> [T; MAX_UNKNOWNS] {
+        let mut step = self.scratch.rows().first().copied().unwrap_or([T::zero(); MAX_UNKNOWNS]);
+        self.equations.solve_backwards(&mut step, 0);
+        step
+    }
+
+    /// Takes the step, and keeps its residuals. Returns the largest change of any unknown, mm.
     pub fn take_step(&mut self, machine: &Machine<T>, pass: &Pass<T>) -> T {
-        let step = self.equations.step();
+        let step = self.step();
         let squares_mm2 = self.equations.squares_after(&step);
         let parameters = self.parameters();
         let in_machine = self.estimate.count();
@@ -332,7 +352,7 @@ impl<T: Real> Fit<T> {
         largest_mm
     }
 
-    /// Degrees of freedom of the residuals of a pass: three a pose, less the unknowns without a prior.
+    /// Degrees of freedom of the residuals of a pass: three a pose, less the unknowns that the poses determine.
     fn freedom(&self, used: usize) -> T {
         let unknown = CENTRE_UNKNOWNS as i32 + self.joint.free_parameters();
         T::of_integer((3 * used as i32 - unknown).max(1))

@@ -6,8 +6,10 @@
 //! after the split and the factor of the normal equations, without a refit.
 
 use super::Stage;
-use super::fit::{Fit, SeenPose};
+use super::fit::Fit;
 use super::result::Accepted;
+use super::scratch::Scratch;
+use super::seen::SeenPose;
 use crate::identification::joint::{Joint, persistence};
 use crate::identification::machine::Machine;
 use crate::identification::parameters::MAX_UNKNOWNS;
@@ -51,7 +53,7 @@ pub(super) struct Inspect<T: Real> {
     seen: usize,
     /// Information and gradient of ΔO, ΔC.
     split: NormalEquations<T, 6, 21>,
-    /// Mixed block with the other unknowns: a row each of ΔO, ΔC.
+    /// Mixed block with the other unknowns, whitened: a row each of ΔO, ΔC.
     shared: [[T; MAX_UNKNOWNS]; 6],
     best: Option<Split<T>>,
     /// Σ δ̂ δ̂ᵀ, mm².
@@ -62,6 +64,22 @@ pub(super) struct Inspect<T: Real> {
     /// Σ of the variance of the predicted centre across the arm and in all, mm².
     across_mm2: T,
     all_mm2: T,
+    step: Step,
+}
+
+/// Where a pose stands.
+#[derive(Clone, Copy, Debug)]
+enum Step {
+    /// The next one is to be looked at.
+    See,
+    /// The columns of its equations.
+    Columns,
+    /// Their derivatives with all unknowns are whitened, a row a slice, and added.
+    Share(usize),
+    /// The covariance of the centre that is predicted in it, a row a slice.
+    Path(usize),
+    /// The split before it.
+    Split,
 }
 
 impl<T: Real> Inspect<T> {
@@ -78,31 +96,63 @@ impl<T: Real> Inspect<T> {
             previous_mm: Vector3::zeros(),
             across_mm2: T::zero(),
             all_mm2: T::zero(),
+            step: Step::See,
         }
     }
 
-    /// The next pose towards the first.
+    /// The next pose towards the first, a slice of it.
     pub fn advance(&mut self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &mut [Pose<T>]) -> Option<Stage<T>> {
-        let Some(index) = self.next.checked_sub(1) else { return Some(self.judge(fit)) };
-        self.next = index;
-        let pose = poses.get(index).filter(|pose| pose.is_used())?;
-        let seen = fit.seen(machine, pose)?;
-        self.seen += 1;
-        self.add(fit, &seen);
-        let side = MIN_SIDE.max(fit.residuals.used / SIDE_SHARE);
-        if self.seen >= side && fit.residuals.used >= side + self.seen {
-            self.try_split(fit, index);
-        }
+        self.step = match self.step {
+            Step::See => {
+                let Some(index) = self.next.checked_sub(1) else { return Some(self.judge(fit)) };
+                self.next = index;
+                let pose = poses.get(index).filter(|pose| pose.is_used())?;
+                let (seen, in_work) = fit.seen(machine, pose)?;
+                self.seen += 1;
+                self.add(&seen);
+                fit.scratch = Scratch::Pose(in_work);
+                Step::Columns
+            }
+            Step::Columns if !fit.add_columns(machine) => Step::Columns,
+            Step::Columns => {
+                let sensitivity = fit.scratch.pose()?.sensitivity();
+                fit.scratch.put_rows(&sensitivity);
+                Step::Share(0)
+            }
+            Step::Share(row) if row < 3 => {
+                fit.whiten_row(row);
+                Step::Share(row + 1)
+            }
+            Step::Share(_) => {
+                let rotation = poses.get(self.next)?.rotation();
+                self.add_shared(fit.scratch.rows(), &rotation);
+                let rows = fit.path_rows(&rotation);
+                fit.scratch.put_rows(&rows);
+                Step::Path(0)
+            }
+            Step::Path(row) if row < 3 => {
+                fit.whiten_row(row);
+                Step::Path(row + 1)
+            }
+            Step::Path(_) => {
+                self.add_path(fit, &poses.get(self.next)?.rotation());
+                let side = MIN_SIDE.max(fit.residuals.used / SIDE_SHARE);
+                if self.seen >= side && fit.residuals.used >= side + self.seen { Step::Split } else { Step::See }
+            }
+            Step::Split => {
+                self.try_split(fit);
+                Step::See
+            }
+        };
         None
     }
 
-    fn add(&mut self, fit: &Fit<T>, seen: &SeenPose<T>) {
-        let rotation = &seen.rotation;
-        let information = seen.scattered.information();
-        let gradient = seen.scattered.gradient_mm();
+    /// Adds what a pose says of ΔO and ΔC.
+    fn add(&mut self, seen: &SeenPose<T>) {
+        let SeenPose { rotation, information, gradient_mm: gradient, .. } = seen;
         let turned = information * rotation;
         let in_platform = rotation.tr_mul(&turned);
-        let gradient_in_platform = rotation.tr_mul(&gradient);
+        let gradient_in_platform = rotation.tr_mul(gradient);
         for i in 0..3 {
             for j in 0..3 {
                 self.split.add_to_entry(3 + i, j, -turned[(j, i)]);
@@ -114,12 +164,19 @@ impl<T: Real> Inspect<T> {
             self.split.add_to_gradient(i, gradient[i]);
             self.split.add_to_gradient(3 + i, -gradient_in_platform[i]);
         }
-        // Of unknown u: Kᵤᵀ and -(Rᵀ Kᵤ)ᵀ.
-        let [x, y, z] = &seen.sensitivity;
+        let own = seen.own_centre_mm;
+        self.residual += own * own.transpose();
+        self.of_neighbours_mm2 += own.dot(&self.previous_mm);
+        self.previous_mm = own;
+    }
+
+    /// Adds what it says of them together with the other unknowns: of unknown u, Kᵤᵀ and -(Rᵀ Kᵤ)ᵀ. The three rows of K come
+    /// whitened: so each pose's are whitened once, not the sums before every split.
+    fn add_shared(&mut self, whitened: &[[T; MAX_UNKNOWNS]], rotation: &Matrix3<T>) {
+        let [x, y, z] = whitened else { return };
         let [a, b, c, d, e, f] = &mut self.shared;
-        let columns = x.iter().zip(y).zip(z).take(fit.equations.unknowns());
         let shared = a.iter_mut().zip(b).zip(c).zip(d).zip(e).zip(f);
-        for (((x, y), z), (((((a, b), c), d), e), f)) in columns.zip(shared) {
+        for (((x, y), z), (((((a, b), c), d), e), f)) in x.iter().zip(y).zip(z).zip(shared) {
             let column = Vector3::new(*x, *y, *z);
             let of_platform = -rotation.tr_mul(&column);
             *a += column.x;
@@ -129,26 +186,22 @@ impl<T: Real> Inspect<T> {
             *e += of_platform.y;
             *f += of_platform.z;
         }
-        let own = seen.own_centre_mm;
-        self.residual += own * own.transpose();
-        self.of_neighbours_mm2 += own.dot(&self.previous_mm);
-        self.previous_mm = own;
-        let covariance = fit.covariance_of(&fit.path_rows(rotation));
+    }
+
+    /// Adds how well the centre is predicted in a pose: its rows are whitened.
+    fn add_path(&mut self, fit: &Fit<T>, rotation: &Matrix3<T>) {
+        let covariance = fit.covariance_of_whitened();
         let along = column(rotation, 2);
         self.all_mm2 += covariance.trace();
         self.across_mm2 += covariance.trace() - along.dot(&(covariance * along));
     }
 
-    /// By how much χ² would fall with another centre from pose `index` on: the Schur complement of the split.
-    fn try_split(&mut self, fit: &Fit<T>, index: usize) {
-        let mut whitened = self.shared;
-        whitened.iter_mut().for_each(|column| fit.equations.whiten(column));
+    /// By how much χ² would fall with another centre from the present pose on: the Schur complement of the split.
+    fn try_split(&mut self, fit: &Fit<T>) {
         let mut split = self.split;
-        let unknowns = fit.equations.unknowns();
         for i in 0..6 {
             for j in 0..=i {
-                let product = whitened[i].iter().zip(&whitened[j]).take(unknowns);
-                split.add_to_entry(i, j, -product.fold(T::zero(), |sum, (a, b)| sum + *a * *b));
+                split.add_to_entry(i, j, -fit.product_of_rows(&self.shared, i, j));
             }
         }
         if split.factor().is_err() {
@@ -159,7 +212,7 @@ impl<T: Real> Inspect<T> {
         if self.best.is_none_or(|best| gain > best.gain) {
             let [x, y, z, u, v, w] = step;
             let (of_base, of_cuff) = (Vector3::new(x, y, z), Vector3::new(u, v, w));
-            self.best = Some(Split { pose: index, gain, of_base, of_cuff });
+            self.best = Some(Split { pose: self.next, gain, of_base, of_cuff });
         }
     }
 

@@ -54,6 +54,8 @@ mod moving;
 mod place;
 mod refine;
 mod result;
+mod scratch;
+mod seen;
 mod stage;
 mod verify;
 
@@ -66,12 +68,14 @@ use self::isolate::Isolate;
 pub use self::model::Model;
 use self::place::Place;
 use self::refine::Refine;
+pub use self::scratch::Scratch;
 pub use self::stage::{StageName, may_follow};
+pub use self::verify::PoseVerification;
 pub use super::gates::{MIN_POSES, MIN_POSES_AFTER_REJECTION};
 use super::joint::{HeldCentre, Joint};
 use super::machine::{Machine, MachineEstimate};
 use super::outcome::{Identified, Progress, Refusal};
-use super::parameters::MAX_UNKNOWNS;
+use super::parameters::{Equations, MAX_UNKNOWNS};
 use super::pose::Pose;
 use super::settings::{EstimatorSettings, JointChoice};
 use crate::kinematics::JointCentre;
@@ -107,6 +111,15 @@ pub struct Estimator<T: Real> {
     fit: Fit<T>,
 }
 
+/// What an estimator computes in, lent to others while no estimation is under way: it is too large to be there twice.
+#[derive(Debug)]
+pub struct Workspace<'a, T: Real> {
+    /// Normal equations.
+    pub equations: &'a mut Equations<T>,
+    /// A pose that is being added to them.
+    pub scratch: &'a mut Scratch<T>,
+}
+
 impl<T: Real> Estimator<T> {
     /// An estimator at its beginning. `nominal`: where the centre is expected, only to fill the result until it is
     /// known.
@@ -130,6 +143,11 @@ impl<T: Real> Estimator<T> {
     /// The joint centre in the platform is known from a held phase: a prior for a moving centre.
     pub fn set_held(&mut self, held: HeldCentre<T>) {
         self.fit.held = Some(held);
+    }
+
+    /// What it computes in. Changed, the covariances of its last result are gone.
+    pub fn workspace(&mut self) -> Workspace<'_, T> {
+        Workspace { equations: &mut self.fit.equations, scratch: &mut self.fit.scratch }
     }
 
     /// Runs to the end.

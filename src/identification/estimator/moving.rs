@@ -57,6 +57,11 @@ impl<T: Real> Fit<T> {
 }
 
 impl<T: Real> Refine<T> {
+    /// Goes on with a joint that moves or scatters, each pose in or out.
+    pub(super) fn select(fit: &mut Fit<T>, machine: &Machine<T>) -> Self {
+        Self::new(fit, machine, Weights::Inliers(T::of(INLIER_LIMIT)), true)
+    }
+
     /// What follows a pass of the moving centre's model.
     pub(super) fn after_moving_pass(
         &self,
@@ -74,7 +79,10 @@ impl<T: Real> Refine<T> {
             if self.passes < MEDIAN_PASSES {
                 return self.again(fit, machine);
             }
-            return Stage::Refine(Self::new(fit, machine, Weights::Inliers(T::of(INLIER_LIMIT)), true));
+            return match &fit.joint {
+                Joint::Moving(_) if !fit.is_compared => Stage::Compare(Compare::new(fit, machine)),
+                _ => Stage::Refine(Self::select(fit, machine)),
+            };
         }
         let excess = residuals.squares_mm2 / variance - residuals.freedom;
         let change = scatter.improve(excess, pass.squared_gradients / (variance * variance));
@@ -88,7 +96,6 @@ impl<T: Real> Refine<T> {
             }
             _ if is_stable => match &fit.joint {
                 Joint::Held(scatter) => fit.judge_held(scatter.sigma_mm()),
-                Joint::Moving(_) if !fit.is_compared => Stage::Compare(Compare::new(fit, machine, self.weights)),
                 _ => Stage::Inspect(Inspect::new(poses)),
             },
             _ if self.passes >= MAX_PASSES + MEDIAN_PASSES => {

@@ -10,7 +10,7 @@ use crate::identification::outcome::Rejected;
 use crate::identification::parameters::CENTRE_UNKNOWNS;
 use crate::identification::pose::Pose;
 use crate::identification::refusal::Refusal;
-use crate::identification::uncertainty::{ShapeShare, parameters_of, worst_direction_of_point};
+use crate::identification::uncertainty::{ShapeShare, parameters_of, unpacked, worst_direction_of_point};
 use crate::linear_algebra::normal_equations::smallest_pivot;
 use crate::linear_algebra::{block, inverse_of_eliminated, non_negative_root, unit};
 use crate::rig::CABLES;
@@ -129,7 +129,7 @@ impl<T: Real> Acceptance<T> {
         let gate_variance = gate_noise * gate_noise;
         let accuracy = Accuracy {
             centre: &(block::<T, 0, 0>(&self.covariance) * gate_variance),
-            centre_alone: centre_alone(&fit.centre_information).map(|alone| alone * gate_variance),
+            centre_alone: centre_alone(&unpacked(&fit.centre_information)).map(|alone| alone * gate_variance),
             worst_offset: machine.first_offset().map(|_| worst(&self.offset_sigmas, gate_noise)),
         };
         require_accuracy(&accuracy, fit.settings.sigma_limit_mm)

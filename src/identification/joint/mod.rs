@@ -41,7 +41,8 @@ impl<T: Real> Joint<T> {
         }
     }
 
-    /// Parameters without a prior: of A one combination and the trefoils' columns have one.
+    /// Parameters that the poses determine: of A all but one combination and the trefoils' columns, which are mostly what their
+    /// prior says.
     pub fn free_parameters(&self) -> i32 {
         match self {
             Self::Ball | Self::Held(_) => 0,

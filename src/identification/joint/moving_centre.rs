@@ -14,11 +14,13 @@ use nalgebra::{Matrix3, Vector3};
 /// Unknowns of A.
 pub const MAX_JOINT: usize = 3 * FEATURES;
 
-/// Of them those without a prior, but for the one combination that [`MovingCentre::add_prior`] rules.
+/// Of them those that the poses determine; the trefoils' are mostly what their prior says.
 pub const FREE_OF_JOINT: usize = 3 * SHOWN_FEATURES;
 
-/// 1σ of the columns of the trefoils, mm/rad³ (assumed: 0.7 mm at 45 degrees of tilt).
-const TREFOIL: f64 = 2.0;
+/// 1σ of the last columns of A along each axis (assumed). The torsion's, mm/rad: the shoulder blade follows a twist of the arm
+/// little, and few poses hardly tell it from C across the arm (30 poses, one phase, thorax: 1.30 mm across with this prior, 1.40
+/// without; `cargo study shoulder`). The trefoils', mm/rad³: 0.7 mm at 45 degrees of tilt.
+const TORSION_AND_TREFOILS: [f64; 3] = [3.0, 2.0, 2.0];
 
 /// The isotropic part of A against the norm N of the rest, mm/rad: T = SLOPE max(N - FROM, 0), with a standard
 /// deviation of √((SHARE N)² + FLOOR²). Measured over three anatomies (bone pins; scapulohumeral rhythm of de Groot and
@@ -105,15 +107,17 @@ impl<T: Real> MovingCentre<T> {
         (isotropic, expected, share * share + unruled * unruled + T::of(FLOOR * FLOOR))
     }
 
-    /// The prior on T, one more equation (A₁₁ + A₂₂ + A₃₃)/3 = μ ± σ, and on the trefoils' columns, times the noise's
+    /// The prior on T, one more equation (A₁₁ + A₂₂ + A₃₃)/3 = μ ± σ, and on the columns of torsion and trefoils, times the noise's
     /// variance, mm².
     pub fn add_prior(&self, equations: &mut Equations<T>, first: usize, variance_mm2: T) {
-        let of_trefoils = self.gains.iter().skip(SHOWN_FEATURES).flat_map(|gain| gain.iter());
-        let weight_of_trefoil = variance_mm2 * T::of(1.0 / (TREFOIL * TREFOIL));
-        for (unknown, gain) in (first + FREE_OF_JOINT..).zip(of_trefoils) {
-            equations.add_to_entry(unknown, unknown, weight_of_trefoil);
-            equations.add_to_gradient(unknown, -*gain * weight_of_trefoil);
-            equations.add_squares(*gain * *gain * weight_of_trefoil);
+        let column = FEATURES - TORSION_AND_TREFOILS.len();
+        for ((column, gain), sigma) in self.gains.iter().enumerate().skip(column).zip(TORSION_AND_TREFOILS) {
+            let weight = variance_mm2 * T::of(1.0 / (sigma * sigma));
+            for (unknown, gain) in (first + 3 * column..).zip(gain) {
+                equations.add_to_entry(unknown, unknown, weight);
+                equations.add_to_gradient(unknown, -*gain * weight);
+                equations.add_squares(*gain * *gain * weight);
+            }
         }
         let (isotropic, expected, variance) = self.isotropic_part();
         let weight = variance_mm2 / variance;

@@ -14,6 +14,9 @@ use host_tests::wearer::{Pose, Wearer, WearerSettings};
 /// Time between two samples of the encoders, ms.
 pub const SAMPLE_MS: u32 = 10;
 
+/// Most ticks of a millisecond: so many slices of 10 000 cycles fit into it.
+const TICKS_A_MILLISECOND: usize = 16;
+
 pub struct Bench {
     pub device: Device,
     pub wearer: Wearer,
@@ -138,7 +141,8 @@ impl Bench {
         assert!(frames <= MAX_FRAMES, "{frames} frames after {event:?}");
     }
 
-    /// Time passes with the arm where it is: a tick a millisecond, a sample every [`SAMPLE_MS`].
+    /// Time passes with the arm where it is: a tick a millisecond, and more while there is something to compute; a sample
+    /// every [`SAMPLE_MS`].
     pub fn pass(&mut self, ms: u32) {
         for _ in 0..ms {
             self.now_ms = self.now_ms.wrapping_add(1);
@@ -146,6 +150,12 @@ impl Bench {
                 self.event(Event::Counts(self.wiring.map(|cable| self.counts[cable])));
             }
             self.event(Event::Tick);
+            for _ in 1..TICKS_A_MILLISECOND {
+                if !self.device.is_busy() {
+                    break;
+                }
+                self.event(Event::Tick);
+            }
         }
     }
 
@@ -295,11 +305,13 @@ impl Bench {
         self.request(opcode as u8, self.device.procedure().run_id(), 0)
     }
 
-    /// Accepts the new centre by the name under which it was shown.
+    /// Accepts the new centre by the name under which it was shown; the next tick stores it.
     pub fn accept(&mut self) -> Answer {
         let naming = self.naming().expect("the new centre was not named");
         self.nonce = self.nonce.wrapping_add(1).max(1);
-        self.raw(Request::naming(Opcode::Accept, self.nonce, &naming).pack(BaseId::DEFAULT.command()))
+        let answer = self.raw(Request::naming(Opcode::Accept, self.nonce, &naming).pack(BaseId::DEFAULT.command()));
+        self.event(Event::Tick);
+        answer
     }
 
     /// What the last report named the new centre.

@@ -65,6 +65,24 @@ fn the_button_accepts_only_what_the_led_has_shown() {
     assert!(bench.procedure().live().is_none());
 }
 
+/// A heartbeat looks whether the centre in use has changed in memory: an accept in the same tick is no such change. The bench
+/// panics when the device asks for a restart.
+#[test]
+fn an_accept_by_button_and_a_heartbeat_may_fall_into_the_same_tick() {
+    let mut bench = Bench::new(37);
+    bench.lead_to(StateName::Review);
+    bench.pass(1_500);
+    let right = winks(*bench.led_patterns.last().unwrap());
+    for shift_ms in 0..100 {
+        let mut bench = bench.fork();
+        bench.pass(shift_ms);
+        (0..right).for_each(|_| bench.press(SHORT_MS));
+        bench.press(LONG_MS);
+        assert!(bench.procedure().live().is_some(), "{shift_ms}");
+        assert_eq!(bench.records.len(), 1, "{shift_ms}");
+    }
+}
+
 /// A press belongs to the state in which it began.
 #[test]
 fn a_press_that_began_before_the_review_decides_nothing() {

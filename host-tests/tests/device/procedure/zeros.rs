@@ -101,7 +101,8 @@ fn the_prior_holds_until_power_down_and_is_not_changed_during_a_run() {
     bench.decide(Opcode::Accept);
     let record = bench.records[0];
     bench.restart(Restart::default(), Ok(record));
-    assert_ne!(run(&mut bench), StateName::Review, "known zeros again");
+    let is_ball = run(&mut bench) == StateName::Review && bench.procedure().motion().is_none();
+    assert!(!is_ball, "known zeros again");
 }
 
 /// A run begins from raw lengths, so that an error in the zeros in use cannot get into the next centre: the same arm

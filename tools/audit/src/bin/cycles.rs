@@ -2,7 +2,6 @@
 
 use std::error::Error;
 use std::fs;
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -34,6 +33,9 @@ struct Arguments {
     /// Print where the instructions of this path go, by function, line and symbol, instead of the table
     #[arg(long, value_name = "PATH")]
     profile: Option<String>,
+    /// With --profile: of its dearest count alone, such as the longest slice or tick
+    #[arg(long, requires = "profile")]
+    worst: bool,
     /// Install what is missing without asking
     #[arg(long)]
     yes: bool,
@@ -60,29 +62,30 @@ fn measure(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     emulator::ensure_installed(consent)?;
     let toolchain = firmware::choose_toolchain(consent)?;
     if let Some(name) = &arguments.profile {
-        profile_path(toolchain, name)?;
+        profile_path(toolchain, name, arguments.worst)?;
         return Ok(true);
     }
     // Each image takes the place of the one before.
     let mut double = run::paths(&flash::build(toolchain, flash::DOUBLE)?)?;
-    let mut device = run::paths(&flash::build(toolchain, flash::DEVICE)?)?;
     let mut elbow = run::paths(&flash::build(toolchain, flash::ELBOW.0)?)?;
+    let (mut device, mut traced_device) = device_events(toolchain)?;
     let image = flash::build(toolchain, flash::SINGLE)?;
     let paths = single_precision_paths(&image)?;
     elbow.retain(|path| path.name.starts_with(flash::ELBOW.1));
     double.retain(|path| path.precision == flash::DOUBLE);
-    device.retain(|path| path.name.starts_with(flash::DEVICE));
-    // None of them is traced.
+    // Not traced, like double precision.
     double.append(&mut elbow);
-    double.append(&mut device);
-    let traced = agreement::assign(&paths, &trace::single_precision(&image)?)?;
+    let mut traced = agreement::assign(&paths, &trace::single_precision(&image)?)?;
     let modules = flash::by_module(&image)?;
     let parts = flash::parts(toolchain)?;
     let (literal, traced_literal) = literal_for_speed(toolchain)?;
     let name = toolchain.name_and_version()?;
-    let untraced = vec![None; double.len()];
+    // Double precision is not traced.
+    traced.resize(paths.len() + double.len(), None);
+    traced.append(&mut traced_device);
+    double.append(&mut device);
     let paths = [paths, double, literal].concat();
-    let record = Record::of_run(&name, &paths, &[traced, untraced, traced_literal].concat(), &parts);
+    let record = Record::of_run(&name, &paths, &[traced, traced_literal].concat(), &parts);
     print_and_save(&record, &name, &modules)?;
     keep_or_check(arguments, &record)
 }
@@ -101,26 +104,41 @@ fn literal_for_speed(toolchain: Toolchain) -> Result<Counted, Box<dyn Error>> {
         .unzip())
 }
 
+/// The events of the whole device.
+fn device_events(toolchain: Toolchain) -> Result<Counted, Box<dyn Error>> {
+    let image = flash::build(toolchain, flash::DEVICE)?;
+    let mut paths = run::paths(&image)?;
+    paths.retain(|path| path.name.starts_with(flash::DEVICE));
+    let traced = agreement::assign(&paths, &trace::everything(&image)?)?;
+    Ok((paths, traced))
+}
+
 fn single_precision_paths(image: &Path) -> Result<Vec<figures::Path>, Box<dyn Error>> {
     let mut paths = run::paths(image)?;
     paths.retain(|path| path.precision == flash::SINGLE);
     Ok(paths)
 }
 
-/// Where the instructions of one path in single precision go. Builds that image alone.
-fn profile_path(toolchain: Toolchain, name: &str) -> Result<(), Box<dyn Error>> {
-    let image = flash::build(toolchain, flash::SINGLE)?;
-    let paths = single_precision_paths(&image)?;
+/// Where the instructions of one path in single precision go, or of its dearest count. Builds that image alone.
+fn profile_path(toolchain: Toolchain, name: &str, worst: bool) -> Result<(), Box<dyn Error>> {
+    let is_event = name.starts_with(flash::DEVICE);
+    let image = flash::build(toolchain, if is_event { flash::DEVICE } else { flash::SINGLE })?;
+    let mut paths = single_precision_paths(&image)?;
+    if is_event {
+        paths.retain(|path| path.name.starts_with(flash::DEVICE));
+    }
     let at = paths.iter().position(|path| path.name == name).ok_or_else(|| {
         let names: Vec<_> = paths.iter().map(|path| path.name.as_str()).collect();
         format!("there is no path \"{name}\"; there are:\n  {}", names.join("\n  "))
     })?;
-    let trace = trace::single_precision(&image)?;
-    let counts = agreement::assign(&paths, &trace)?[at].as_ref().map(|traced| traced.counts.clone());
-    print_profile(&image, &trace, counts.unwrap_or_default())
+    let trace = if is_event { trace::everything(&image)? } else { trace::single_precision(&image)? };
+    let Some(traced) = agreement::assign(&paths, &trace)?.swap_remove(at) else { return Ok(()) };
+    println!("{name}: at most {} instructions, {} est. cycles\n", traced.worst.instructions, traced.worst.cycles);
+    let dearest = [traced.worst_at];
+    print_profile(&image, &trace, if worst { &dearest } else { &traced.counts })
 }
 
-fn print_profile(image: &Path, trace: &Trace, counts: Range<usize>) -> Result<(), Box<dyn Error>> {
+fn print_profile(image: &Path, trace: &Trace, counts: &[usize]) -> Result<(), Box<dyn Error>> {
     let instructions = trace.instructions(counts);
     let all: u64 = instructions.iter().map(|(_, times)| times).sum();
     for (title, place) in [("symbol", Place::Symbol), ("function", Place::Function), ("line", Place::Line)] {

@@ -1,7 +1,5 @@
 //! Two ways of counting held against each other: the ticks of the image's timer and the emulator's trace.
 
-use std::ops::Range;
-
 use super::emulation::RunError;
 use super::figures::Path;
 use super::trace::{Count, Trace};
@@ -9,8 +7,8 @@ use super::trace::{Count, Trace};
 /// The image counts nothing and a known loop before its paths.
 const CALIBRATIONS: usize = 2;
 
-/// How the names of the paths begin that are not traced: a minute of the whole device.
-const DEVICE: &str = "device";
+/// The paths that are the device's events, in the order of the kinds: their counts stand among each other.
+const EVENTS: [&str; 3] = ["device-tick", "device-sample", "device-frame"];
 
 /// Instructions by which the two may differ in one count: the readings of the timer are rounded to ticks, and what
 /// lies between the marks beside the path itself is known from counting nothing.
@@ -20,11 +18,13 @@ const SLACK: u64 = 4;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Traced {
     /// Which counts of the trace are the path's.
-    pub counts: Range<usize>,
+    pub counts: Vec<usize>,
     /// Of all counts together.
     pub sum: Count,
-    /// Of the longest.
+    /// Of the one with the most cycles.
     pub worst: Count,
+    /// Which one that is.
+    pub worst_at: usize,
 }
 
 /// Finds the counts of each single-precision path in the trace; `None` for the other paths.
@@ -37,14 +37,21 @@ pub fn assign(paths: &[Path], trace: &Trace) -> Result<Vec<Option<Traced>>, RunE
     paths
         .iter()
         .map(|path| {
-            if path.precision != "f32" || path.name.starts_with(DEVICE) {
+            if path.precision != "f32" {
                 return Ok(None);
             }
-            let counts = next..next + path.counts as usize;
-            next = counts.end;
-            let of_path =
-                trace.counts.get(counts.clone()).ok_or_else(|| RunError::Trace("it ends early".to_owned()))?;
-            let traced = summed(counts, of_path, empty);
+            let counts: Vec<usize> = match EVENTS.iter().position(|event| *event == path.name) {
+                Some(kind) => (0..trace.kinds.len()).filter(|count| trace.kinds[*count] == Some(kind)).collect(),
+                None => {
+                    let first = next;
+                    next += path.counts as usize;
+                    (first..next).collect()
+                }
+            };
+            if counts.len() != path.counts as usize || counts.last().is_some_and(|last| *last >= trace.counts.len()) {
+                return Err(RunError::Trace(format!("it has other counts of {} than the image", path.name)));
+            }
+            let traced = summed(counts, trace, empty);
             if traced.sum.instructions.abs_diff(path.instructions) > SLACK * path.counts {
                 let (ticks, trace) = (path.instructions, traced.sum.instructions);
                 return Err(RunError::Trace(format!("{}: {ticks} instructions by ticks, {trace} by trace", path.name)));
@@ -54,15 +61,16 @@ pub fn assign(paths: &[Path], trace: &Trace) -> Result<Vec<Option<Traced>>, RunE
         .collect()
 }
 
-fn summed(counts: Range<usize>, of_path: &[Count], empty: Count) -> Traced {
-    let mut traced = Traced { counts, sum: Count::default(), worst: Count::default() };
-    for count in of_path {
+fn summed(counts: Vec<usize>, trace: &Trace, empty: Count) -> Traced {
+    let (mut sum, mut worst, mut worst_at) = (Count::default(), Count::default(), 0);
+    for at in &counts {
+        let count = trace.counts[*at];
         let instructions = count.instructions.saturating_sub(empty.instructions);
         let cycles = count.cycles.saturating_sub(empty.cycles);
-        traced.sum = Count { instructions: traced.sum.instructions + instructions, cycles: traced.sum.cycles + cycles };
-        if instructions > traced.worst.instructions {
-            traced.worst = Count { instructions, cycles };
+        sum = Count { instructions: sum.instructions + instructions, cycles: sum.cycles + cycles };
+        if cycles > worst.cycles {
+            (worst, worst_at) = (Count { instructions, cycles }, *at);
         }
     }
-    traced
+    Traced { counts, sum, worst, worst_at }
 }

@@ -16,6 +16,8 @@ const LOG: [&str; 2] = ["-d", "in_asm,exec,nochain"];
 
 /// The image's marks around a count (`counter.rs`).
 const MARKS: [&str; 2] = ["count_begins", "count_ends"];
+/// Its marks of a kind of event, before a count; an image without the device has none.
+const KINDS: [&str; 3] = ["kind_tick", "kind_sample", "kind_frame"];
 
 /// An instruction as the emulator disassembles it.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -47,10 +49,12 @@ pub struct Count {
 }
 
 /// The counts of a traced run, and how often each instruction was executed in the counts of each path.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Trace {
     /// Every count in the order of its execution.
     pub counts: Vec<Count>,
+    /// Of each count, which kind of event it is of: a tick, a sample or a frame.
+    pub kinds: Vec<Option<usize>>,
     /// For each count, the blocks that were executed and how often.
     executions: Vec<HashMap<usize, u64>>,
     blocks: Vec<Block>,
@@ -61,16 +65,28 @@ pub struct Trace {
 /// # Errors
 /// [`RunError`]; [`RunError::Trace`] when the emulator was built without its disassembler.
 pub fn single_precision(image: &FilePath) -> Result<Trace, RunError> {
+    run(image, "f32")
+}
+
+/// Runs everything that the image holds under trace.
+///
+/// # Errors
+/// As [`single_precision`].
+pub fn everything(image: &FilePath) -> Result<Trace, RunError> {
+    run(image, "all")
+}
+
+fn run(image: &FilePath, argument: &str) -> Result<Trace, RunError> {
     let mut reader = Reader::new(&Elf::read(image).map_err(|error| RunError::Trace(error.to_string()))?)?;
-    emulation::run(image, &LOG, "f32", |line| reader.line(line))?;
+    emulation::run(image, &LOG, argument, |line| reader.line(line))?;
     reader.finish()
 }
 
 impl Trace {
     /// How often each instruction was executed in the given counts.
-    pub fn instructions(&self, counts: std::ops::Range<usize>) -> Vec<(&Instruction, u64)> {
+    pub fn instructions(&self, counts: &[usize]) -> Vec<(&Instruction, u64)> {
         let mut times: HashMap<usize, u64> = HashMap::new();
-        for (block, executed) in self.executions.get(counts).into_iter().flatten().flatten() {
+        for (block, executed) in counts.iter().filter_map(|count| self.executions.get(*count)).flatten() {
             *times.entry(*block).or_default() += executed;
         }
         times
@@ -84,6 +100,9 @@ impl Trace {
 struct Reader {
     marks: [u64; 2],
     mark_sizes: [u64; 2],
+    kinds: [Option<u64>; 3],
+    /// The kind of the next count.
+    kind: Option<usize>,
     /// Instructions of the block that was translated last, until it is executed.
     translated: Vec<Instruction>,
     /// Blocks by the address of their translation.
@@ -101,11 +120,13 @@ impl Reader {
         Ok(Self {
             marks: [begin.address, end.address],
             mark_sizes: [begin.size_bytes, end.size_bytes],
+            kinds: KINDS.map(|name| image.function(name).ok().map(|function| function.address)),
+            kind: None,
             translated: Vec::new(),
             known: HashMap::new(),
             last: None,
             open: false,
-            trace: Trace { counts: Vec::new(), executions: Vec::new(), blocks: Vec::new() },
+            trace: Trace::default(),
             problem: None,
         })
     }
@@ -147,6 +168,7 @@ impl Reader {
             let opens = mark == 0;
             if opens && !self.open {
                 self.trace.counts.push(Count::default());
+                self.trace.kinds.push(self.kind.take());
                 self.trace.executions.push(HashMap::new());
             }
             self.open = opens;
@@ -154,6 +176,7 @@ impl Reader {
         }
         self.last = None;
         if !self.open {
+            self.kind = self.kinds.iter().position(|kind| *kind == Some(address)).or(self.kind);
             return;
         }
         let Some(&block) = self.known.get(&translation) else {
@@ -218,18 +241,21 @@ mod tests {
         Reader {
             marks: [0x10, 0x20],
             mark_sizes: [8, 8],
+            kinds: [None, Some(0x30), None],
+            kind: None,
             translated: Vec::new(),
             known: HashMap::new(),
             last: None,
             open: false,
-            trace: Trace { counts: Vec::new(), executions: Vec::new(), blocks: Vec::new() },
+            trace: Trace::default(),
             problem: None,
         }
     }
 
     #[test]
     fn blocks_between_the_marks_are_counted() {
-        let log = "IN: count_begins\n0x00000010:  4770  bx lr\nTrace 0: 0xa [0/00000010/0/0] count_begins\n\
+        let log = "IN: kind_sample\n0x00000030:  bf00  nop\nTrace 0: 0xd [0/00000030/0/0] kind_sample\n\
+                   IN: count_begins\n0x00000010:  4770  bx lr\nTrace 0: 0xa [0/00000010/0/0] count_begins\n\
                    IN: f\n0x00000100:  ee30 0a20  vadd.f32 s0, s0, s1\n0x00000104:  d1fc  bne #0x100\n\
                    Trace 0: 0xb [0/00000100/0/0] f\nTrace 0: 0xb [0/00000100/0/0] f\n\
                    Trace 0: 0xb [0/00000100/0/0] f\nStopped execution of TB chain before 0xb [00000100] f\n\
@@ -239,7 +265,8 @@ mod tests {
         log.lines().for_each(|line| reader.line(line.as_bytes()));
         let trace = reader.finish().unwrap();
         assert_eq!(trace.counts, [Count { instructions: 4, cycles: 6 }]);
-        let mut instructions = trace.instructions(0..1);
+        assert_eq!(trace.kinds, [Some(1)]);
+        let mut instructions = trace.instructions(&[0]);
         instructions.sort_by_key(|(one, _)| one.address);
         assert_eq!(
             instructions.iter().map(|(one, times)| (one.address, *times)).collect::<Vec<_>>(),

@@ -1,0 +1,49 @@
+//! A checksum of the centre in use, formed with every heartbeat: a word at a time, since a CRC over its record would take
+//! as long as everything else in such a tick.
+
+use crate::procedure::Candidate;
+
+/// FNV-1a (32 bits) over whole words. Each step is a bijection of the sum, so a change of any one word changes it for certain.
+#[derive(Debug, Clone, Copy)]
+struct Sum(u32);
+
+/// The checksum of a centre, and of what its record says of the board.
+pub(super) fn seal(live: &Candidate, serial: u32, rig: u32) -> u32 {
+    let Candidate { run_id, boot, wearer, identified, motion, verification } = live;
+    let mut sum = Sum(0x811C_9DC5);
+    for word in [serial, rig, u32::from(*run_id), u32::from(*boot), u32::from(*wearer)] {
+        sum.add(word);
+    }
+    sum.add_numbers(&identified.parameters.to_array());
+    sum.add_numbers(&identified.covariance_mm2);
+    sum.add_numbers(&identified.offsets_mm);
+    sum.add_numbers(&identified.offset_sigmas_mm);
+    sum.add_numbers(&[identified.noise_mm, identified.rms_residual_mm, identified.excitation_rad]);
+    sum.add_numbers(&identified.machine.base_mm);
+    sum.add_numbers(&identified.machine.ends_mm);
+    sum.add_numbers(&identified.machine.scale);
+    for word in [identified.poses, identified.iterations.into(), identified.termination as u32] {
+        sum.add(word);
+    }
+    for rejected in &identified.rejected {
+        sum.add(rejected.pose);
+        sum.add(rejected.cables.into());
+    }
+    sum.add(u32::from(motion.is_some()));
+    for number in motion.iter().flat_map(|motion| motion.parts().as_flattened()) {
+        sum.add(u32::from(number.cast_unsigned()));
+    }
+    sum.add_numbers(&[verification.deviation_mm, verification.limit_mm]);
+    sum.add(verification.poses.into());
+    sum.0
+}
+
+impl Sum {
+    fn add(&mut self, word: u32) {
+        self.0 = (self.0 ^ word).wrapping_mul(0x0100_0193);
+    }
+
+    fn add_numbers(&mut self, numbers: &[f32]) {
+        numbers.iter().for_each(|number| self.add(number.to_bits()));
+    }
+}
