@@ -37,6 +37,17 @@ pub(super) fn start<T: Real>(machine: &HingeMachine<T>, mean_length_mm: T, index
     )
 }
 
+/// Number of starts beside a hinge.
+pub(super) const STARTS_BESIDE: usize = DIRECTIONS;
+
+/// Start `index` of [`STARTS_BESIDE`]: the axis of a known hinge in the base, anywhere in the platform.
+pub(super) fn beside<T: Real>(machine: &HingeMachine<T>, mean_length_mm: T, known: &Hinge<T>, index: usize) -> Hinge<T> {
+    let start = start(machine, mean_length_mm, index);
+    let (base, _) = plane(machine.base_mm());
+    let in_platform = start.foot_in_platform_mm();
+    Hinge::through(known.axis(), &known.nearest_mm(&base), &start.axis_in_platform(), in_platform)
+}
+
 /// Is the hinge on the platform's side of the base? Everything mirrored in the plane of flat rings fits as well.
 pub(super) fn is_on_platform_side<T: Real>(machine: &HingeMachine<T>, hinge: &Hinge<T>) -> bool {
     let (middle, normal) = plane(machine.base_mm());
