@@ -132,11 +132,11 @@ impl Scene {
             shoulder.at_mm(&raised, &(upper_arm * on_upper_arm + Vector3::from(UPPER_ARM_MM)))
         };
         let hinge = elbow.hinge();
-        let shoulder_on_upper_arm = upper_arm.inverse() * (shoulder.centre_in_platform_mm - Vector3::from(UPPER_ARM_MM));
+        let shoulder_on_upper_arm =
+            upper_arm.inverse() * (shoulder.centre_in_platform_mm - Vector3::from(UPPER_ARM_MM));
         let wrist_on_forearm = forearm * wrist.centre_mm + Vector3::from(FOREARM_MM);
-        let distance = |point: &Vector3<f64>, on_axis: &Vector3<f64>, axis: &Vector3<f64>| {
-            (point - on_axis).cross(axis).norm()
-        };
+        let distance =
+            |point: &Vector3<f64>, on_axis: &Vector3<f64>, axis: &Vector3<f64>| (point - on_axis).cross(axis).norm();
         Self {
             desk,
             arm,
@@ -207,7 +207,7 @@ fn the_hand_is_where_three_logs_and_a_posture_say() {
         let further = numbers(&found["most_useful_pose"], "hand_sigma_mm");
         assert!((further[0] / squares(&whole).sqrt() - 1.0).abs() < 1e-6 && further[1] < further[0], "{further:?}");
         assert_eq!(numbers(&found["most_useful_pose"], "elbow_mm").len(), 4);
-        assert_eq!(parts[3], 0.0, "mounts without a standard deviation add nothing");
+        assert!(parts[3] < 1e-6, "mounts without a standard deviation add nothing: {}", parts[3]);
     }
     let ratio = (sum / (6 * seeds.len()) as f64).sqrt();
     assert!((0.7..1.3).contains(&ratio), "{ratio}");
@@ -267,11 +267,21 @@ fn what_cannot_be_read_is_named_with_its_place() {
         (arm.replace("elbow.csv", "nowhere.csv"), "nowhere.csv"),
         (arm.replace("log = \"shoulder.csv\"", "log = \"elbow.csv\""), "l5"),
         (
-            with_section(arm, "[upper_arm]", "[forearm]", "rotation = [[1, 0, 0], [0, 1, 0], [0, 0, -1]]\norigin = [0, 0, 0]"),
+            with_section(
+                arm,
+                "[upper_arm]",
+                "[forearm]",
+                "rotation = [[1, 0, 0], [0, 1, 0], [0, 0, -1]]\norigin = [0, 0, 0]",
+            ),
             "rotation: the rows are no rotation",
         ),
         (
-            with_section(arm, "[elbow]", "[wrist]", "log = \"elbow.csv\"\nrig = \"elbow.toml\"\nposture = [230.0, 230.0]"),
+            with_section(
+                arm,
+                "[elbow]",
+                "[wrist]",
+                "log = \"elbow.csv\"\nrig = \"elbow.toml\"\nposture = [230.0, 230.0]",
+            ),
             "posture: 4 lengths are wanted, one a cable",
         ),
         (arm.clone() + "sigma_mm = -1.0\n", "sigma_mm: a standard deviation is not negative"),

@@ -75,7 +75,7 @@ fn noise_free_lengths_give_the_hinge_without_a_start() {
 fn the_covariance_of_a_hinge_is_the_bound() {
     for (seed, cables) in [(1, 4), (2, 4), (3, 3), (4, 2)] {
         let mut random = random(seed);
-        let sigma = [0.05, 0.05, 3.0, 3.0, 0.05, 0.05, 3.0, 3.0, 3.0];
+        let sigma = [0.015, 0.015, 1.0, 1.0, 0.015, 0.015, 1.0, 1.0, 1.0];
         let step: [f64; HINGE_UNKNOWNS] = std::array::from_fn(|k| sigma[k] * random.random_range(-0.1..0.1));
         let elbow = Elbow::of_hinge(&mut random, cables, &drawn().moved(&step), &Tolerance::exact());
         let flexions = flexions_rad(&mut random, 20, 120.0);
@@ -352,7 +352,7 @@ fn one_more_pose_narrows_a_carried_point_as_predicted() {
     let elbow = Elbow::of_hinge(&mut random, 4, &drawn(), &Tolerance::exact());
     let drawing = Drawing { hinge: drawn(), sigma: None, range_rad: RANGE_RAD };
     let rig = elbow.rig(Tolerance::exact()).unwrap().with_drawing(drawing);
-    let flexions = flexions_rad(&mut random, 12, 100.0);
+    let flexions = flexions_rad(&mut random, 20, 120.0);
     let mut readings: Vec<_> = flexions.iter().map(|flexion| elbow.reading_mm(*flexion, None)).collect();
     let posture = elbow.reading_mm(-0.8, None);
     let point = CarriedPoint::exact(Vector3::new(120.0, -80.0, 60.0));

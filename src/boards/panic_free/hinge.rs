@@ -38,7 +38,8 @@ pub fn identify() -> Event {
 
 /// The hand through three joints.
 fn carry(elbow: &HingeEstimator<f32>) {
-    let (Ok(rig), Ok(lengths)) = (black_box(Rig::shoulder(black_box(150.0))), CableLengths::new(black_box([0.0; CABLES])))
+    let (Ok(rig), Ok(lengths)) =
+        (black_box(Rig::shoulder(black_box(150.0))), CableLengths::new(black_box([0.0; CABLES])))
     else {
         return;
     };

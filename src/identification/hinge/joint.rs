@@ -121,12 +121,7 @@ impl<T: Real> Hinge<T> {
     pub(super) fn frame(&self) -> Frame<T> {
         let at_zero = self.rotation_at_zero();
         let axis_in_platform = at_zero.tr_mul(&self.axis);
-        Frame {
-            at_zero,
-            axis_in_platform,
-            across: across(&self.axis),
-            across_in_platform: across(&axis_in_platform),
-        }
+        Frame { at_zero, axis_in_platform, across: across(&self.axis), across_in_platform: across(&axis_in_platform) }
     }
 
     /// How a platform point moves with the unknowns and then with the angle, mm per unit. `frame`: the hinge's; `rotation`: the

@@ -41,7 +41,12 @@ pub(super) fn start<T: Real>(machine: &HingeMachine<T>, mean_length_mm: T, index
 pub(super) const STARTS_BESIDE: usize = DIRECTIONS;
 
 /// Start `index` of [`STARTS_BESIDE`]: the axis of a known hinge in the base, anywhere in the platform.
-pub(super) fn beside<T: Real>(machine: &HingeMachine<T>, mean_length_mm: T, known: &Hinge<T>, index: usize) -> Hinge<T> {
+pub(super) fn beside<T: Real>(
+    machine: &HingeMachine<T>,
+    mean_length_mm: T,
+    known: &Hinge<T>,
+    index: usize,
+) -> Hinge<T> {
     let start = start(machine, mean_length_mm, index);
     let (base, _) = plane(machine.base_mm());
     let in_platform = start.foot_in_platform_mm();
@@ -69,7 +74,13 @@ fn plane<T: Real>(points: &[Vector3<T>]) -> (Vector3<T>, Vector3<T>) {
     });
     let eigen = symmetric_eigen(&spread);
     let [x, y, z] = eigen.values.into();
-    let least = if x <= y && x <= z { 0 } else if y <= z { 1 } else { 2 };
+    let least = if x <= y && x <= z {
+        0
+    } else if y <= z {
+        1
+    } else {
+        2
+    };
     (middle, unit(&crate::linear_algebra::column(&eigen.vectors, least)))
 }
 

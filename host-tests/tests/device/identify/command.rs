@@ -54,12 +54,8 @@ impl Desk {
     }
 
     fn run(&self, command: &str, arguments: &str) -> Ran {
-        let output = Command::new(command)
-            .arg("--")
-            .args(arguments.split_whitespace())
-            .current_dir(&self.0)
-            .output()
-            .unwrap();
+        let output =
+            Command::new(command).arg("--").args(arguments.split_whitespace()).current_dir(&self.0).output().unwrap();
         Ran {
             code: output.status.code(),
             stdout: String::from_utf8(output.stdout).unwrap(),
