@@ -3,9 +3,8 @@
 
 use super::measure::Number;
 
-/// For each precision `f32` (all paths of the shoulder), `paper-f32`, `free-f32`, `machine-f32`, `full-f32`, `hinge-f32`,
-/// and `elbow-f32`, which counts what the one before weighs; `device`, `literal`, `none`. All at once would not fit the
-/// board's flash.
+/// For each precision `f32` (all paths of the library), `paper-f32`, `free-f32`, `machine-f32`, `full-f32`; `device`,
+/// `literal`, `none`. All at once would not fit the board's flash.
 const ONLY: &str = match option_env!("GLENOID_SPEED_ONLY") {
     Some(only) => only,
     None => "f32",
@@ -26,23 +25,17 @@ pub enum Part {
     Samples,
     /// What looks at a centre in use.
     InUse,
-    /// The elbow.
-    Hinge,
     /// The whole device.
     Device,
 }
 
 /// Is the image there to be weighed? Its paths are called once then: what counting and preparing take is no part of them.
-pub const WEIGHED: bool = !same(ONLY, "literal")
-    && !same(ONLY, "device")
-    && !same(ONLY, "elbow-f32")
-    && !same(ONLY, "f32")
-    && !same(ONLY, "f64");
+pub const WEIGHED: bool = !same(ONLY, "literal") && !same(ONLY, "device") && !same(ONLY, "f32") && !same(ONLY, "f64");
 
 /// Is this part in the image, in this precision?
 pub const fn holds<T: Number>(part: Part) -> bool {
     if same(ONLY, T::NAME) {
-        return !matches!(part, Part::Hinge | Part::Device);
+        return !matches!(part, Part::Device);
     }
     let full = same(ONLY, T::FULL);
     match part {
@@ -52,7 +45,6 @@ pub const fn holds<T: Number>(part: Part) -> bool {
         Part::Machine => same(ONLY, T::MACHINE) || full,
         Part::Samples => same(ONLY, T::FREE) || same(ONLY, T::MACHINE) || full,
         Part::InUse => full,
-        Part::Hinge => same(ONLY, T::HINGE) || same(ONLY, T::ELBOW),
         Part::Device => same(ONLY, "device"),
     }
 }

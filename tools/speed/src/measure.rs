@@ -20,10 +20,6 @@ pub trait Number: Real {
     const MACHINE: &str;
     /// Name of the image that holds all paths of the library.
     const FULL: &str;
-    /// Name of the image that holds the elbow alone, to be weighed, and to be counted.
-    const HINGE: &str;
-    /// See [`HINGE`](Self::HINGE).
-    const ELBOW: &str;
 }
 
 impl Number for f32 {
@@ -32,8 +28,6 @@ impl Number for f32 {
     const FREE: &str = "free-f32";
     const MACHINE: &str = "machine-f32";
     const FULL: &str = "full-f32";
-    const HINGE: &str = "hinge-f32";
-    const ELBOW: &str = "elbow-f32";
 }
 
 impl Number for f64 {
@@ -42,8 +36,6 @@ impl Number for f64 {
     const FREE: &str = "free-f64";
     const MACHINE: &str = "machine-f64";
     const FULL: &str = "full-f64";
-    const HINGE: &str = "hinge-f64";
-    const ELBOW: &str = "elbow-f64";
 }
 
 /// What a whole run ends with.

@@ -16,7 +16,7 @@ mod constants {
 pub use constants::POSES;
 
 /// Noise of a length that the estimator is given, mm. The lengths have none; the figure only sets the gates.
-pub const NOISE_MM: f64 = 0.057_735;
+const NOISE_MM: f64 = 0.057_735;
 
 /// What is wrong with the lengths of the harder problems.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -30,7 +30,7 @@ pub enum Spoilt {
 }
 
 /// Half the width of the noise, mm.
-pub const NOISE_LIMIT_MM: f64 = 0.1;
+const NOISE_LIMIT_MM: f64 = 0.1;
 /// Poses of the shoulder, how far its centre moves with the arm's direction, mm/rad, and half the width of its slides, mm.
 const SHOULDER_POSES: usize = 60;
 const MOVES_MM_PER_RAD: f64 = 12.0;
@@ -119,7 +119,7 @@ pub fn of_shoulder<T: Real>(problem: &Problem<T>, machine: &Machine<T>) -> Optio
 }
 
 /// Uniform within ±1 (Marsaglia's xorshift).
-pub fn uniform<T: Real>(random: &mut u32) -> T {
+fn uniform<T: Real>(random: &mut u32) -> T {
     *random ^= *random << 13;
     *random ^= *random >> 17;
     *random ^= *random << 5;

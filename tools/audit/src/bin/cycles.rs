@@ -67,14 +67,10 @@ fn measure(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     }
     // Each image takes the place of the one before.
     let mut double = run::paths(&flash::build(toolchain, flash::DOUBLE)?)?;
-    let mut elbow = run::paths(&flash::build(toolchain, flash::ELBOW.0)?)?;
     let (mut device, mut traced_device) = device_events(toolchain)?;
     let image = flash::build(toolchain, flash::SINGLE)?;
     let paths = single_precision_paths(&image)?;
-    elbow.retain(|path| path.name.starts_with(flash::ELBOW.1));
     double.retain(|path| path.precision == flash::DOUBLE);
-    // Not traced, like double precision.
-    double.append(&mut elbow);
     let mut traced = agreement::assign(&paths, &trace::single_precision(&image)?)?;
     let modules = flash::by_module(&image)?;
     let parts = flash::parts(toolchain)?;

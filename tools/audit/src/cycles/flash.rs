@@ -10,17 +10,8 @@ use host_tests::firmware::{self, FirmwareError, Image, Toolchain};
 const ONLY: &str = "GLENOID_SPEED_ONLY";
 
 /// Images that hold a part of the library each, by the word that selects them.
-pub const PARTS: [&str; 9] = [
-    "paper-f32",
-    "free-f32",
-    "machine-f32",
-    "full-f32",
-    "hinge-f32",
-    "paper-f64",
-    "free-f64",
-    "machine-f64",
-    "full-f64",
-];
+pub const PARTS: [&str; 8] =
+    ["paper-f32", "free-f32", "machine-f32", "full-f32", "paper-f64", "free-f64", "machine-f64", "full-f64"];
 
 /// The images of all paths of the library, one for each precision: all at once would not fit the board's flash.
 pub const SINGLE: &str = "f32";
@@ -28,9 +19,6 @@ pub const SINGLE: &str = "f32";
 pub const DOUBLE: &str = "f64";
 /// The image of the whole device.
 pub const DEVICE: &str = "device";
-
-/// The image of the elbow, and the beginning of its paths' names.
-pub const ELBOW: (&str, &str) = ("elbow-f32", "hinge");
 
 /// The image of the paper as it is printed, alone.
 const LITERAL: &str = "literal";

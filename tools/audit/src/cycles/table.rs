@@ -9,7 +9,7 @@ pub const BEGIN: &str = "<!-- cycles: begin -->";
 pub const END: &str = "<!-- cycles: end -->";
 
 /// What the paths are, in the order of the table.
-const PATHS: [(&str, &str); 24] = [
+const PATHS: [(&str, &str); 23] = [
     (LITERAL, "the paper written out, same flags"),
     (LITERAL_FOR_SPEED, "the paper written out, `opt-level = 3`"),
     ("paper", "the paper's iteration, from a start"),
@@ -23,7 +23,6 @@ const PATHS: [(&str, &str); 24] = [
     ("start-free-machine-slice", "longest slice of the same"),
     ("shoulder-machine", "60 poses of a shoulder whose centre moves, the same constants: 48 unknowns"),
     ("shoulder-machine-slice", "longest slice of the same"),
-    ("hinge", "an elbow from four cables, 30 poses, no start"),
     ("predicted-accuracy", "σ predicted for one more pose"),
     ("predicted-accuracy-machine", "the same with 18 unknown constants"),
     ("forward-kinematics", "forward kinematics, no start"),
@@ -37,12 +36,11 @@ const PATHS: [(&str, &str); 24] = [
 ];
 
 /// The images whose sizes are told.
-const PARTS: [(&str, &str); 5] = [
+const PARTS: [(&str, &str); 4] = [
     ("paper", "the paper's iteration"),
     ("free", "no start, weights, covariance, predicted σ, forward kinematics"),
     ("machine", "the same with unknown constants of the machine"),
     ("full", "both, verification and slip detection"),
-    ("hinge", "elbow"),
 ];
 
 /// The whole table of one toolchain's figures.
@@ -58,8 +56,7 @@ pub fn markdown(record: &Record, toolchain: &str) -> String {
             let Some(sum) = value(path, precision, "instructions") else { continue };
             // Of what is counted pose by pose, the longest.
             let worst = value(path, precision, "worst-instructions");
-            // The elbow is another problem than the literal form's.
-            let steps = value(path, precision, "steps").filter(|_| worst.is_none() && path != "hinge");
+            let steps = value(path, precision, "steps").filter(|_| worst.is_none());
             let each = steps.map(|steps| sum / (steps.max(1) * POSES));
             let ratio = value(LITERAL, precision, "instructions")
                 .filter(|_| steps.is_some())
@@ -79,8 +76,8 @@ pub fn markdown(record: &Record, toolchain: &str) -> String {
     text += "\n| flash, B | f32 | f64 |\n|---|--:|--:|\n";
     for (part, words) in PARTS {
         let [single, double] = ["f32", "f64"].map(|precision| value(part, precision, "flash-bytes"));
-        if let Some(single) = single {
-            text += &format!("| {words} | {} | {} |\n", grouped(single), double.map(grouped).unwrap_or_default());
+        if let (Some(single), Some(double)) = (single, double) {
+            text += &format!("| {words} | {} | {} |\n", grouped(single), grouped(double));
         }
     }
     text

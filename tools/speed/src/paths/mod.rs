@@ -1,7 +1,6 @@
 //! The paths, one after the other.
 
 mod device;
-mod hinge;
 mod in_use;
 mod literal_form;
 mod samples;
@@ -44,7 +43,6 @@ pub enum Held<T: Number> {
     Estimator(Estimator<T>),
     Accuracy(PredictedAccuracy<T>),
     Detector(SlipDetector<T>),
-    Elbow(hinge::Elbow<T>),
 }
 
 impl<T: Number> Bench<T> {
@@ -88,9 +86,6 @@ fn call<T: Number>(bench: &mut Bench<T>) -> bool {
     if const { holds::<T>(Part::InUse) } {
         sound &= in_use::new_detector(bench).is_some() && in_use::detect(bench, 0).is_some();
         sound &= samples::new_verification(bench).is_some() && samples::verify(bench, 0).is_some();
-    }
-    if const { holds::<T>(Part::Hinge) } {
-        sound &= hinge::begin(bench).is_some() && hinge::run(bench).is_some();
     }
     sound
 }
@@ -154,10 +149,6 @@ pub fn run<T: Number>(bench: &mut Bench<T>) -> bool {
         let detector = size_of::<SlipDetector<T>>();
         sound &= print::<T>("slip-detection", measure::pieces(bench, detector, in_use::new_detector, in_use::detect));
         sound &= print::<T>("verify", measure::pieces(bench, 0, samples::new_verification, samples::verify));
-    }
-    if const { holds::<T>(Part::Hinge) } {
-        let state = hinge::state_bytes::<T>();
-        sound &= print::<T>("hinge", measure::whole(bench, state, &hinge::truth(), hinge::begin, hinge::run));
     }
     sound
 }
