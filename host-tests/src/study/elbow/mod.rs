@@ -30,6 +30,8 @@ pub const ACCEPTS: Study = Study {
 
 /// How far somebody's elbow is from a good drawing (2.9°, 3 mm): 1σ of each unknown, rad and mm.
 const GOOD_DRAWING: [f64; 9] = [0.05, 0.05, 3.0, 3.0, 0.05, 0.05, 3.0, 3.0, 3.0];
+/// Somebody's own elbow, measured (1.4°, 1.5 mm).
+const FINE_DRAWING: [f64; 9] = [0.025, 0.025, 1.5, 1.5, 0.025, 0.025, 1.5, 1.5, 1.5];
 /// The same of one drawing for everybody (8.6°, 12 and 8 mm).
 pub const ANYBODY: [f64; 9] = [0.15, 0.15, 12.0, 12.0, 0.15, 0.15, 8.0, 8.0, 5.0];
 
@@ -158,6 +160,7 @@ fn drawings(plan: &Plan, findings: &mut Findings) {
         ("4 cables, .5/.5/.3/.1 %, drawing 2.9°, 3 mm", with(4, HAND_BUILT, GOOD_DRAWING)),
         ("4 cables, exact, drawing 2.9°, 3 mm", with(4, EXACT, GOOD_DRAWING)),
         ("3 cables, exact, drawing 2.9°, 3 mm", with(3, EXACT, GOOD_DRAWING)),
+        ("3 cables, exact, drawing 1.4°, 1.5 mm", with(3, EXACT, FINE_DRAWING)),
         ("2 cables, exact, drawing 2.9°, 3 mm", with(2, EXACT, GOOD_DRAWING)),
     ] {
         let cell = cell(plan, name, &case);
