@@ -150,6 +150,18 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
         }
     }
 
+    /// Takes unknown `k` out before the matrix is factored: its step is zero.
+    pub fn hold(&mut self, k: usize) {
+        for other in 0..self.unknowns {
+            if let Some(entry) = self.matrix.get_mut(packed_index(k.max(other), k.min(other))) {
+                *entry = if other == k { T::one() } else { T::zero() };
+            }
+        }
+        if let Some(gradient) = self.gradient.get_mut(k) {
+            *gradient = T::zero();
+        }
+    }
+
     /// Adds to eᵀe.
     pub fn add_squares(&mut self, squares: T) {
         self.squares += squares;
