@@ -54,7 +54,6 @@ pub mod transition;
 
 pub use commands::Reply;
 pub use guidance::Guidance;
-pub(crate) use guidance::rotation_vector;
 pub use limits::{Limits, LimitsError, Settings};
 pub use outcome::{Candidate, Ending, PoseNotice, Verification};
 pub use plausible::Plausibility;

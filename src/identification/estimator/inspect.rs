@@ -15,7 +15,7 @@ use crate::identification::machine::Machine;
 use crate::identification::parameters::MAX_UNKNOWNS;
 use crate::identification::pose::Pose;
 use crate::identification::refusal::Refusal;
-use crate::linear_algebra::{NormalEquations, column, largest_eigenpair, non_negative_root};
+use crate::linear_algebra::{NormalEquations, column, dot, largest_eigenpair, non_negative_root};
 use crate::scalar::Real;
 use nalgebra::{Matrix3, Vector3};
 
@@ -207,7 +207,7 @@ impl<T: Real> Inspect<T> {
             return;
         }
         let step = split.step();
-        let gain = step.iter().zip(split.gradient()).fold(T::zero(), |sum, (x, g)| sum + *x * *g) / fit.variance_mm2();
+        let gain = dot(&step, split.gradient()) / fit.variance_mm2();
         if self.best.is_none_or(|best| gain > best.gain) {
             let [x, y, z, u, v, w] = step;
             let (of_base, of_cuff) = (Vector3::new(x, y, z), Vector3::new(u, v, w));

@@ -13,7 +13,7 @@ use crate::identification::pose::Pose;
 use crate::identification::verification::{CentrePrediction, VerifiedPose};
 use crate::kinematics::rotation::{rotation_of, turned};
 use crate::kinematics::{AttitudeSearch, AttitudeSolver, AttitudeTrack, CableLengths, CableSet};
-use crate::linear_algebra::{inverse_of_positive_definite, rounding};
+use crate::linear_algebra::{dot, inverse_of_positive_definite, rounding};
 use crate::scalar::Real;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
@@ -242,7 +242,7 @@ impl<T: Real> Fit<T> {
     /// The product of two rows.
     pub(super) fn product_of_rows(&self, rows: &[[T; MAX_UNKNOWNS]], i: usize, j: usize) -> T {
         let (Some(a), Some(b)) = (rows.get(i), rows.get(j)) else { return T::zero() };
-        a.iter().zip(b).take(self.equations.unknowns()).fold(T::zero(), |sum, (a, b)| sum + *a * *b)
+        dot(a.get(..self.equations.unknowns()).unwrap_or_default(), b)
     }
 
     /// Derivative of the predicted centre O0 + A φ(R) with the unknowns.
