@@ -3,7 +3,7 @@
 mod report;
 mod request;
 
-pub use report::{ArmReport, Point, Segment};
+pub use report::{ArmReport, FurtherPose, Point, Segment};
 pub use request::ArmFile;
 
 use crate::estimation::{Estimation, estimate_poses};
@@ -50,9 +50,27 @@ pub fn run(path: &Path) -> Result<ArmReport, InputError> {
     };
     let posture = ArmPose { shoulder: shoulder.posture, elbow_mm: arm.elbow.posture_mm, wrist: wrist.posture };
     Ok(match chain.position(&posture, &arm.hand_mm) {
-        Ok(position) => ArmReport::accepted(&position, &chain.segments()),
+        Ok(position) => {
+            let further = further_pose(&chain, &posture, &arm, &elbow, position.hand.covariance_mm2.trace().sqrt());
+            ArmReport::accepted(&position, &chain.segments(), further)
+        }
         Err(module) => ArmReport::refused(module, "the lengths of the posture fit no pose"),
     })
+}
+
+/// Which row of the elbow's log is worth another one like it.
+fn further_pose(
+    chain: &Arm<'_, f64>,
+    posture: &ArmPose<f64>,
+    arm: &ArmFile,
+    elbow: &Solved<f64>,
+    now_mm: f64,
+) -> Option<FurtherPose> {
+    let used: Vec<_> = elbow.poses.iter().filter(|pose| pose.is_used()).collect();
+    let angles_rad: Vec<_> = used.iter().map(|pose| pose.angle_rad).collect();
+    let (index, then_mm) = chain.most_useful_bend(posture, &arm.hand_mm, &angles_rad)?;
+    let elbow_mm = used[index].lengths_mm[..arm.elbow.rig.cables().len()].to_vec();
+    Some(FurtherPose { elbow_mm, hand_sigma_mm: [now_mm, then_mm] })
 }
 
 fn ball(file: &BallFile) -> Result<Identified, InputError> {

@@ -68,6 +68,7 @@ pub const ALL: &[Study] = &[
     shoulder::STUDY,
     free_motion::STUDY,
     elbow::STUDY,
+    elbow::ACCEPTS,
     arm::STUDY,
     pulley::STUDY,
 ];

@@ -150,18 +150,28 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
         }
     }
 
+    /// Takes unknown `k` out before the matrix is factored: its step is zero.
+    pub fn hold(&mut self, k: usize) {
+        for other in 0..self.unknowns {
+            if let Some(entry) = self.matrix.get_mut(packed_index(k.max(other), k.min(other))) {
+                *entry = if other == k { T::one() } else { T::zero() };
+            }
+        }
+        if let Some(gradient) = self.gradient.get_mut(k) {
+            *gradient = T::zero();
+        }
+    }
+
     /// Adds to eᵀe.
     pub fn add_squares(&mut self, squares: T) {
         self.squares += squares;
     }
 
-    /// Adds the equations of another system in the same unknowns, `times` times.
-    pub fn add(&mut self, other: &Self, times: T) {
+    /// Adds another normal matrix in the same unknowns, packed, `times` times. It says nothing of Jᵀe and eᵀe.
+    pub fn add_matrix(&mut self, packed: &[T], times: T) {
         let used = packed_index(self.unknowns, 0);
-        let add = |(entry, other): (&mut T, &T)| *entry += *other * times;
-        self.matrix.iter_mut().zip(&other.matrix).take(used).for_each(add);
-        self.gradient.iter_mut().zip(&other.gradient).take(self.unknowns).for_each(add);
-        self.squares += other.squares * times;
+        let entries = self.matrix.iter_mut().zip(packed).take(used);
+        entries.for_each(|(entry, other)| *entry += *other * times);
     }
 
     /// Is the whole matrix factored?
@@ -254,25 +264,26 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
     /// Solves with the part of the factor from unknown `from` on: the unknowns before it are eliminated. `right` is
     /// zero before `from`.
     pub fn solve_trailing(&self, right: &mut [T; N], from: usize) {
-        self.solve_forwards(right, from);
-        self.solve_backwards(right, from);
+        self.solve_forwards(right, from, from..self.unknowns);
+        self.solve_backwards(right, from, from..self.unknowns);
     }
 
-    /// The first half of it, L y = `right`: `right` becomes y.
-    pub fn solve_forwards(&self, right: &mut [T; N], from: usize) {
-        solve_forwards(&self.matrix, right, from..self.unknowns);
+    /// The first half of it, L y = `right`: `right` becomes y. Of these rows, for callers that solve a few at a time; those
+    /// before must be solved.
+    pub fn solve_forwards(&self, right: &mut [T; N], from: usize, rows: Range<usize>) {
+        solve_forwards(&self.matrix, right, from, rows);
     }
 
-    /// The second half, Lᵀ x = y: `y` becomes x.
-    pub fn solve_backwards(&self, y: &mut [T; N], from: usize) {
-        solve_backwards(&self.matrix, y, from..self.unknowns);
+    /// The second half, Lᵀ x = y: `y` becomes x. From the last of these rows to the first; those behind must be solved.
+    pub fn solve_backwards(&self, y: &mut [T; N], from: usize, rows: Range<usize>) {
+        solve_backwards(&self.matrix, y, from, rows);
     }
 
     /// `right` becomes L⁻¹ `right`, once factored. The squared norm of L⁻¹ k is kᵀ (JᵀJ)⁻¹ k, the variance of k·x.
     /// The zeros that it begins with stay.
     pub fn whiten(&self, right: &mut [T; N]) {
-        let from = right.iter().take_while(|entry| **entry == T::zero()).count();
-        self.solve_forwards(right, from);
+        let from = leading_zeros(right);
+        self.solve_forwards(right, from, from..self.unknowns);
     }
 
     /// Column `column` of the covariance (the inverse of JᵀJ) of the unknowns from `from` on, the ones before
@@ -293,7 +304,7 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
         if let Some(entry) = whitened.get_mut(unknown) {
             *entry = T::one();
         }
-        solve_forwards(&self.matrix, &mut whitened, unknown..self.unknowns);
+        solve_forwards(&self.matrix, &mut whitened, unknown, unknown..self.unknowns);
         whitened.iter().take(self.unknowns).skip(unknown).fold(T::zero(), |sum, x| sum + *x * *x)
     }
 }
@@ -326,10 +337,9 @@ fn factor_row<T: Real>(matrix: &mut [T], i: usize) -> Result<T, Singular> {
     Ok(ratio)
 }
 
-/// L y = x, of these unknowns; y takes the place of x, which is zero before them.
-fn solve_forwards<T: Real>(factor: &[T], x: &mut [T], unknowns: Range<usize>) {
-    let from = unknowns.start;
-    for i in unknowns {
+/// L y = x, of these rows; y takes the place of x, which is zero before `from`.
+fn solve_forwards<T: Real>(factor: &[T], x: &mut [T], from: usize, rows: Range<usize>) {
+    for i in rows {
         let Some((row, inverse)) = row_of_factor(factor, i) else { return };
         let Some((solved, [x, ..])) = x.split_at_mut_checked(i) else { return };
         let (Some(row), Some(solved)) = (row.get(from..), solved.get(from..)) else { return };
@@ -338,15 +348,14 @@ fn solve_forwards<T: Real>(factor: &[T], x: &mut [T], unknowns: Range<usize>) {
     }
 }
 
-/// Lᵀ x = y, of these unknowns; x takes the place of y.
-fn solve_backwards<T: Real>(factor: &[T], x: &mut [T], unknowns: Range<usize>) {
-    let from = unknowns.start;
-    for i in unknowns.rev() {
+/// Lᵀ x = y, of these rows from the last to the first; x takes the place of y.
+fn solve_backwards<T: Real>(factor: &[T], x: &mut [T], from: usize, rows: Range<usize>) {
+    for i in rows.rev() {
         let Some((row, inverse)) = row_of_factor(factor, i) else { return };
         let Some((open, [solved, ..])) = x.split_at_mut_checked(i) else { return };
+        let (Some(row), Some(open)) = (row.get(from..), open.get_mut(from..)) else { return };
         *solved *= inverse;
         let solved = *solved;
-        let (Some(row), Some(open)) = (row.get(from..), open.get_mut(from..)) else { return };
         for (x, a) in open.iter_mut().zip(row) {
             *x -= *a * solved;
         }
@@ -357,6 +366,11 @@ fn solve_backwards<T: Real>(factor: &[T], x: &mut [T], unknowns: Range<usize>) {
 fn row_of_factor<T: Real>(factor: &[T], i: usize) -> Option<(&[T], T)> {
     let (inverse, row) = factor.get(packed_index(i, 0)..=packed_index(i, i))?.split_last()?;
     Some((row, *inverse))
+}
+
+/// How many zeros these numbers begin with.
+pub fn leading_zeros<T: Real>(numbers: &[T]) -> usize {
+    numbers.iter().take_while(|number| **number == T::zero()).count()
 }
 
 /// Adds the products of `a` with the columns, as far as there are entries.

@@ -276,6 +276,12 @@ impl Procedure {
         &mut self.live
     }
 
+    /// What it goes by, to spoil it as memory can.
+    #[cfg(test)]
+    pub(crate) fn spoil_constants(&mut self, rig: Rig<f32>, limits: Limits) {
+        (self.rig, self.limits) = (rig, limits);
+    }
+
     /// The centre in use.
     pub const fn live(&self) -> Option<&Candidate> {
         self.live.as_ref()

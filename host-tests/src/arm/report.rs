@@ -27,6 +27,15 @@ pub struct Segment {
     pub sigma_mm: f64,
 }
 
+/// The pose that would help most.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FurtherPose {
+    /// The elbow's lengths in it, mm: those of a row of its log.
+    pub elbow_mm: Vec<f64>,
+    /// The hand's σ before and with it, root of the summed variances, mm.
+    pub hand_sigma_mm: [f64; 2],
+}
+
 /// The outcome. What is not known is `null`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ArmReport {
@@ -44,6 +53,8 @@ pub struct ArmReport {
     pub hand: Option<Point>,
     /// What shoulder, elbow, wrist and the mounts add to the hand's σ, mm.
     pub hand_sigma_by_module_mm: Option<[f64; 4]>,
+    /// One more pose of the elbow that would make that smallest.
+    pub most_useful_pose: Option<FurtherPose>,
     /// From the shoulder's centre to the elbow's axis.
     pub upper_arm: Option<Segment>,
     /// From the elbow's axis to the wrist's centre.
@@ -63,7 +74,11 @@ impl Point {
 
 impl ArmReport {
     /// Of an arm that is identified.
-    pub fn accepted(position: &ArmPosition<f64>, segments: &Segments<f64>) -> Self {
+    pub fn accepted(
+        position: &ArmPosition<f64>,
+        segments: &Segments<f64>,
+        most_useful_pose: Option<FurtherPose>,
+    ) -> Self {
         let segment = |(length_mm, sigma_mm)| Some(Segment { length_mm, sigma_mm });
         Self {
             status: Status::Accepted,
@@ -73,6 +88,7 @@ impl ArmReport {
             wrist: Some(Point::of(&position.wrist)),
             hand: Some(Point::of(&position.hand)),
             hand_sigma_by_module_mm: Some(position.by_module_mm),
+            most_useful_pose,
             upper_arm: segment(segments.upper_arm_mm),
             forearm: segment(segments.forearm_mm),
         }
@@ -93,6 +109,7 @@ impl ArmReport {
             wrist: None,
             hand: None,
             hand_sigma_by_module_mm: None,
+            most_useful_pose: None,
             upper_arm: None,
             forearm: None,
         }
@@ -125,6 +142,15 @@ impl ArmReport {
             let _ = writeln!(
                 text,
                 "  hand's sigma    shoulder {shoulder}, elbow {elbow}, wrist {wrist}, mounts {mounts} mm"
+            );
+        }
+        if let Some(FurtherPose { elbow_mm, hand_sigma_mm: [now, then] }) = &self.most_useful_pose {
+            let lengths: Vec<_> = elbow_mm.iter().map(|length| fixed(*length, 0)).collect();
+            let (now, then) = (fixed(*now, 2), fixed(*then, 2));
+            let _ = writeln!(
+                text,
+                "  one more pose   of the elbow with cables of {} mm: hand's sigma {then} instead of {now} mm",
+                lengths.join(", ")
             );
         }
         text

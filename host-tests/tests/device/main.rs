@@ -1,6 +1,7 @@
 //! The device and everything around it: procedure, bus vocabulary, record, virtual wearer, host commands, documents.
 
 mod architecture;
+mod arm;
 mod built_machine;
 mod commission;
 mod documentation;

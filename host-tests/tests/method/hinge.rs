@@ -10,6 +10,7 @@ use glenoid::rig::{CableEnds, Pulley, RigError, Tolerance};
 use glenoid::scalar::Real;
 use host_tests::study::elbow::bound;
 use host_tests::study::elbow::scene::{Elbow, drawn, flexions_rad};
+use host_tests::study::scene::normal;
 use nalgebra::{DMatrix, Matrix3, Vector3};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -74,7 +75,7 @@ fn noise_free_lengths_give_the_hinge_without_a_start() {
 fn the_covariance_of_a_hinge_is_the_bound() {
     for (seed, cables) in [(1, 4), (2, 4), (3, 3), (4, 2)] {
         let mut random = random(seed);
-        let sigma = [0.05, 0.05, 3.0, 3.0, 0.05, 0.05, 3.0, 3.0, 3.0];
+        let sigma = [0.015, 0.015, 1.0, 1.0, 0.015, 0.015, 1.0, 1.0, 1.0];
         let step: [f64; HINGE_UNKNOWNS] = std::array::from_fn(|k| sigma[k] * random.random_range(-0.1..0.1));
         let elbow = Elbow::of_hinge(&mut random, cables, &drawn().moved(&step), &Tolerance::exact());
         let flexions = flexions_rad(&mut random, 20, 120.0);
@@ -323,6 +324,52 @@ fn a_point_carried_through_the_hinge_moves_as_its_covariance_says() {
     }
     let scale = covariance.trace();
     assert!((whole.covariance_mm2 - covariance).norm() < 0.01 * scale, "{} {covariance}", whole.covariance_mm2);
+}
+
+/// Three cables and a drawing leave a valley of χ² that bends. In these sets, found among 6 000, the linear covariance is so far
+/// from true that the estimate was off by more than 5 of its σ.
+#[test]
+fn a_hinge_whose_covariance_would_be_untrue_is_refused() {
+    let sigma = [0.05, 0.05, 3.0, 3.0, 0.05, 0.05, 3.0, 3.0, 3.0];
+    for stream in [707, 878, 1420, 3240, 3985, 4240, 4488, 4544, 4731, 5182, 5959] {
+        let mut random = random(0x5a73f1720ca645a7);
+        random.set_stream(stream);
+        let step: [f64; HINGE_UNKNOWNS] = std::array::from_fn(|k| sigma[k] * normal(&mut random));
+        let elbow = Elbow::of_hinge(&mut random, 3, &drawn().moved(&step), &Tolerance::exact());
+        let flexions = flexions_rad(&mut random, 30, 120.0);
+        let readings = elbow.readings_mm(&mut random, &flexions);
+        let drawing = Drawing { hinge: drawn(), sigma: Some(sigma), range_rad: RANGE_RAD };
+        let rig = elbow.rig(Tolerance::exact()).unwrap().with_drawing(drawing);
+        let refusal = run(&rig, &mut poses(&readings)).unwrap_err();
+        assert!(matches!(refusal, HingeRefusal::TwoAxesFit { .. }), "{stream}: {refusal:?}");
+    }
+}
+
+/// What one more pose is said to bring is what it brings.
+#[test]
+fn one_more_pose_narrows_a_carried_point_as_predicted() {
+    let mut random = random(52);
+    let elbow = Elbow::of_hinge(&mut random, 4, &drawn(), &Tolerance::exact());
+    let drawing = Drawing { hinge: drawn(), sigma: None, range_rad: RANGE_RAD };
+    let rig = elbow.rig(Tolerance::exact()).unwrap().with_drawing(drawing);
+    let flexions = flexions_rad(&mut random, 20, 120.0);
+    let mut readings: Vec<_> = flexions.iter().map(|flexion| elbow.reading_mm(*flexion, None)).collect();
+    let posture = elbow.reading_mm(-0.8, None);
+    let point = CarriedPoint::exact(Vector3::new(120.0, -80.0, 60.0));
+    let mut before = HingeEstimator::new(&rig, HingeSettings::for_rig(&rig));
+    let mut set = poses(&readings);
+    before.run(&mut set).unwrap();
+    let now = before.carry(&posture, &point).unwrap().covariance_mm2;
+    for (pose, reading) in set.iter().zip(readings.clone()) {
+        let predicted = before.carry_with_one_more(&posture, &point, pose.angle_rad).unwrap().covariance_mm2;
+        readings.push(reading);
+        let mut after = HingeEstimator::new(&rig, HingeSettings::for_rig(&rig));
+        after.run(&mut poses(&readings)).unwrap();
+        readings.pop();
+        let found = after.carry(&posture, &point).unwrap().covariance_mm2;
+        assert!((found - predicted).norm() < 1e-3 * now.norm(), "{found} {predicted}");
+        assert!(found.trace() < now.trace());
+    }
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! An image that links only if nothing in the library can panic (`cargo panic-free`).
 //!
 //! It holds all that the boards call: the device with procedure, identification and slip detection, the CAN vocabulary, SLCAN, the
-//! rig link, the record, the crash record, and the paper's iteration besides. Everything that comes from outside is
+//! rig link, the record, the crash record, and besides what no board runs yet: the paper's iteration and the hinge. Everything that comes from outside is
 //! hidden from the optimiser, so no check is left out because of a value that happens to be known here. The panic handler
 //! calls a function that does not exist: a single way to a panic, and there is no image. Never run.
 #![no_std]
@@ -11,6 +11,7 @@
 compile_error!("this image is for the Cortex-M4F: use `cargo panic-free`");
 
 mod flash;
+mod hinge;
 
 use core::hint::black_box;
 use core::panic::PanicInfo;
@@ -80,6 +81,7 @@ fn run(rig: Rig<f32>) {
             (_, 3) => Event::ReceiveOverrun { lost: black_box(1) },
             (_, 4) => Event::Bus(black_box(Default::default())),
             (_, 5) => paper(&rig),
+            (_, 6) => hinge::identify(),
             (_, other) => links.hear(other),
         };
     }

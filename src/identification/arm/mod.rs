@@ -118,6 +118,25 @@ impl<T: Real> Arm<'_, T> {
         Ok(ArmPosition { elbow, wrist, hand: in_base, by_module_mm })
     }
 
+    /// Which of some further poses of the elbow, by their angles from the hinge's own zero (rad), would leave the smallest σ of
+    /// the hand in this posture: its index, and that σ, root of the summed variances, mm. `None` without angles, or where the
+    /// lengths fit no pose.
+    pub fn most_useful_bend(&self, pose: &ArmPose<T>, hand_mm: &Vector3<T>, angles_rad: &[T]) -> Option<(usize, T)> {
+        let hand = self.position(pose, hand_mm).ok()?.hand;
+        let on_wrist_base = self.wrist.carry(&pose.wrist, &CarriedPoint::exact(*hand_mm))?;
+        let on_forearm = self.forearm.carry(&on_wrist_base);
+        let now = self.elbow.carry(&pose.elbow_mm, &on_forearm)?.covariance_mm2.trace();
+        let mut best: Option<(usize, T)> = None;
+        for (index, angle) in angles_rad.iter().enumerate() {
+            let then = self.elbow.carry_with_one_more(&pose.elbow_mm, &on_forearm, *angle)?.covariance_mm2.trace();
+            if best.is_none_or(|(_, least)| then < least) {
+                best = Some((index, then));
+            }
+        }
+        // A rotation leaves the summed variances as they are, and the other modules theirs.
+        best.map(|(index, then)| (index, non_negative_root(hand.covariance_mm2.trace() - now + then)))
+    }
+
     /// The lengths of the limbs: what a therapist can compare with a tape.
     pub fn segments(&self) -> Segments<T> {
         let shoulder = self.upper_arm.carry_back(&self.shoulder.centre_in_platform());

@@ -44,8 +44,8 @@ enum Step<T: Real> {
     See(UnitQuaternion<T>),
     /// The columns of its equations.
     Columns(Evidence<T>),
-    /// Their covariance, a row a slice.
-    Whiten(Evidence<T>, usize),
+    /// Their covariance: they are whitened.
+    Whiten(Evidence<T>),
 }
 
 /// What a pose says of the centre.
@@ -118,16 +118,13 @@ impl<T: Real> Estimator<T> {
                     let Some(in_work) = fit.scratch.pose() else { return Some(None) };
                     let rows = in_work.sensitivity();
                     fit.scratch.put_rows(&rows);
-                    Step::Whiten(evidence, 0)
+                    Step::Whiten(evidence)
                 } else {
                     Step::Columns(evidence)
                 }
             }
-            Step::Whiten(evidence, row) if row < 3 => {
-                fit.whiten_row(row);
-                Step::Whiten(evidence, row + 1)
-            }
-            Step::Whiten(evidence, _) => {
+            Step::Whiten(evidence) if !fit.whiten() => Step::Whiten(evidence),
+            Step::Whiten(evidence) => {
                 return Some(fit.verified(
                     machine.relative_variance(pose.samples),
                     &evidence,

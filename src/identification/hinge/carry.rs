@@ -22,6 +22,25 @@ impl<T: Real> HingeEstimator<T> {
     ///
     /// The angle follows from the lengths: δθ = D⁺ (δL − J δξ) for errors of the lengths and of the unknowns ξ.
     pub fn carry(&self, lengths_mm: &[T; MAX_CABLES], point: &CarriedPoint<T>) -> Option<CarriedPoint<T>> {
+        self.carry_knowing(lengths_mm, point, None)
+    }
+
+    /// The same as it would be with one more pose in the set, at this angle from the hinge's own zero, rad.
+    pub fn carry_with_one_more(
+        &self,
+        lengths_mm: &[T; MAX_CABLES],
+        point: &CarriedPoint<T>,
+        angle_rad: T,
+    ) -> Option<CarriedPoint<T>> {
+        self.carry_knowing(lengths_mm, point, Some(angle_rad))
+    }
+
+    fn carry_knowing(
+        &self,
+        lengths_mm: &[T; MAX_CABLES],
+        point: &CarriedPoint<T>,
+        one_more_rad: Option<T>,
+    ) -> Option<CarriedPoint<T>> {
         let fit = &self.fit;
         let hinge = &fit.hinge;
         let at = PoseAt::new(hinge, &fit.machine);
@@ -32,7 +51,7 @@ impl<T: Real> HingeEstimator<T> {
         }
         let rotation = hinge.rotation(angle);
         let arm = point.at_mm - hinge.foot_in_platform_mm();
-        let [of_hinge @ .., turning] = hinge.motions(&rotation, &arm);
+        let [of_hinge @ .., turning] = hinge.motions(&hinge.frame(), &rotation, &arm);
         let rows = at.rows(lengths_mm, angle, fit.constants);
         let information = rows.by_angle.iter().fold(T::zero(), |sum, d| sum + *d * *d).max(T::of(1e-9));
         let mut carrying = [[T::zero(); MAX_UNKNOWNS]; 3];
@@ -46,7 +65,7 @@ impl<T: Real> HingeEstimator<T> {
         let variance = self.noise_mm * self.noise_mm;
         let mut carried = point.moved(&rotation, hinge.platform_foot_mm() + rotation * arm);
         carried.covariance_mm2 += turning * turning.transpose() * (variance / information);
-        carried.covariance_mm2 += self.covariance_of(&carrying);
+        carried.covariance_mm2 += self.covariance_of(&carrying, one_more_rad);
         Some(carried)
     }
 
@@ -62,7 +81,7 @@ impl<T: Real> HingeEstimator<T> {
             put(&mut rows, AXIS + k, &(e * along));
             put(&mut rows, FOOT + k, e);
         }
-        CarriedPoint { at_mm: hinge.nearest_mm(&middle), covariance_mm2: self.covariance_of(&rows) }
+        CarriedPoint { at_mm: hinge.nearest_mm(&middle), covariance_mm2: self.covariance_of(&rows, None) }
     }
 
     /// Distance of a point from the axis, mm, and its 1σ; `in_platform`: a point of the platform, else of the base.
@@ -83,24 +102,49 @@ impl<T: Real> HingeEstimator<T> {
             put(&mut rows, first + k, &(e * along));
             put(&mut rows, first + 2 + k, e);
         }
-        let covariance = point.covariance_mm2 + self.covariance_of(&rows);
+        let covariance = point.covariance_mm2 + self.covariance_of(&rows, None);
         (distance, non_negative_root(direction.dot(&(covariance * direction))))
     }
 
-    /// Covariance of three linear functions of the unknowns, mm².
-    fn covariance_of(&self, rows: &Rows<T>) -> Matrix3<T> {
+    /// Covariance of three linear functions of the unknowns, mm²; with one more pose at an angle, if one is given.
+    fn covariance_of(&self, rows: &Rows<T>, one_more_rad: Option<T>) -> Matrix3<T> {
         let mut whitened = *rows;
         whitened.iter_mut().for_each(|row| self.fit.equations.whiten(row));
-        let product = |a: &[T; MAX_UNKNOWNS], b: &[T; MAX_UNKNOWNS]| {
-            a.iter().zip(b).take(self.fit.unknowns()).fold(T::zero(), |sum, (a, b)| sum + *a * *b)
-        };
+        if let Some(angle) = one_more_rad {
+            self.learn(&mut whitened, angle);
+        }
         let [x, y, z] = &whitened;
         let axes = [x, y, z];
         Matrix3::from_fn(|i, j| match (axes.get(i), axes.get(j)) {
-            (Some(a), Some(b)) => product(a, b),
+            (Some(a), Some(b)) => dot(a, b),
             _ => T::zero(),
         }) * (self.noise_mm * self.noise_mm)
     }
+
+    /// What a pose at an angle takes off whitened functions: each of its rows v leaves (I + v vᵀ)^(-1/2) of them.
+    fn learn(&self, whitened: &mut Rows<T>, angle_rad: T) {
+        let fit = &self.fit;
+        let at = PoseAt::new(&fit.hinge, &fit.machine);
+        let mut rows = at.rows(&[T::zero(); MAX_CABLES], angle_rad, fit.constants);
+        let by_angle = rows.by_angle;
+        rows.eliminate(&by_angle, fit.unknowns());
+        rows.jacobian.iter_mut().for_each(|row| fit.equations.whiten(row));
+        let mut rest = &mut rows.jacobian[..];
+        while let Some((row, after)) = rest.split_first_mut() {
+            let squares = dot(row, row);
+            // (I + v vᵀ)^(-1/2) = I − v vᵀ (1 − 1/√(1 + v²)) / v²
+            let share = (T::one() - T::one() / (T::one() + squares).root()) / squares.max(T::of(1e-12));
+            for other in after.iter_mut().chain(whitened.iter_mut()) {
+                let along = dot(row, other) * share;
+                other.iter_mut().zip(row.iter()).for_each(|(other, v)| *other -= *v * along);
+            }
+            rest = after;
+        }
+    }
+}
+
+fn dot<T: Real>(a: &[T; MAX_UNKNOWNS], b: &[T; MAX_UNKNOWNS]) -> T {
+    a.iter().zip(b).fold(T::zero(), |sum, (a, b)| sum + *a * *b)
 }
 
 fn put<T: Real>(rows: &mut Rows<T>, unknown: usize, motion: &Vector3<T>) {

@@ -5,6 +5,7 @@ use super::fit::Fit;
 use super::joint::{AXIS, AXIS_IN_PLATFORM, FOOT, FOOT_IN_PLATFORM, HINGE_UNKNOWNS, Hinge};
 use super::judge;
 use super::pose::{HingePose, MAX_UNKNOWNS};
+use super::profile;
 use super::refusal::{HingePart, HingeRefusal};
 use super::result::IdentifiedHinge;
 use super::rig::HingeRig;
@@ -82,6 +83,10 @@ impl<T: Real> HingeEstimator<T> {
         let found = self.result(poses)?;
         let found = self.the_drawn_one(found, &candidates, poses)?;
         found.require_accuracy(&self.settings)?;
+        let finished = self.fit.clone();
+        let are_true = profile::require_true_sigmas(&finished, &found, poses);
+        self.return_to(finished, poses);
+        are_true?;
         judge::isolate(&self.fit, poses);
         Ok(found)
     }

@@ -36,6 +36,8 @@ pub(super) struct Fit<T: Real> {
     pub constants: bool,
     pub drawing: Option<Drawing<T>>,
     pub noise_mm: T,
+    /// An unknown of the hinge that stays where it is.
+    pub held: Option<usize>,
     /// Squares of the residuals and priors, mm².
     pub squares_mm2: T,
     /// At the present estimate, factored by [`Fit::finish`].
@@ -51,6 +53,7 @@ impl<T: Real> Fit<T> {
             constants: false,
             drawing: rig.drawing().copied(),
             noise_mm: rig.length_noise_mm(),
+            held: None,
             squares_mm2: T::zero(),
             equations: Equations::new(HINGE_UNKNOWNS),
         }
@@ -121,7 +124,7 @@ impl<T: Real> Fit<T> {
         for pose in poses.iter().filter(|pose| pose.is_used()) {
             let mut rows = at.rows(&pose.lengths_mm, pose.angle_rad, self.constants);
             let by_angle = rows.by_angle;
-            rows.eliminate(&by_angle);
+            rows.eliminate(&by_angle, unknowns);
             let weight = pose.weight.root();
             for (row, residual) in rows.jacobian.iter_mut().zip(&rows.residual_mm).take(self.machine.cables()) {
                 row.iter_mut().for_each(|entry| *entry *= weight);
@@ -207,6 +210,9 @@ impl<T: Real> Fit<T> {
             // Something of its own for an unknown that nothing depends on.
             damped.add_to_entry(k, k, diagonal * damping + T::of(1e-9));
         }
+        if let Some(held) = self.held {
+            damped.hold(held);
+        }
         damped.factor().ok()?;
         let mut step = damped.step();
         let mut shorter = T::one();
@@ -220,7 +226,8 @@ impl<T: Real> Fit<T> {
         step.iter().all(|x| x.is_a_number()).then_some(step)
     }
 
-    fn take(&mut self, step: &[T; MAX_UNKNOWNS]) {
+    /// Moves all unknowns by a step.
+    pub fn take(&mut self, step: &[T; MAX_UNKNOWNS]) {
         self.hinge = self.hinge.moved(step);
         if self.constants {
             let mut values: [T; MAX_CONSTANTS] = *self.machine.values();

@@ -36,6 +36,15 @@ pub struct Hinge<T: Real> {
     along_mm: T,
 }
 
+/// What follows from a hinge alone, whatever the pose.
+pub(super) struct Frame<T: Real> {
+    /// Rotation of the platform ({P} to {B}) at angle zero.
+    pub at_zero: Matrix3<T>,
+    axis_in_platform: Vector3<T>,
+    across: [Vector3<T>; 2],
+    across_in_platform: [Vector3<T>; 2],
+}
+
 /// Two unit vectors across an axis, and across each other.
 pub fn across<T: Real>(axis: &Vector3<T>) -> [Vector3<T>; 2] {
     let other = if axis.x.abs() < T::of(0.7) { Vector3::x() } else { Vector3::y() };
@@ -108,24 +117,35 @@ impl<T: Real> Hinge<T> {
         self.foot_mm + self.axis * self.axis.dot(point_mm)
     }
 
-    /// How a platform point moves with the unknowns and then with the angle, mm per unit. `rotation`: the platform's;
-    /// `arm_mm`: from the platform's foot point to the point, in {P}.
+    /// The hinge's frame.
+    pub(super) fn frame(&self) -> Frame<T> {
+        let at_zero = self.rotation_at_zero();
+        let axis_in_platform = at_zero.tr_mul(&self.axis);
+        Frame { at_zero, axis_in_platform, across: across(&self.axis), across_in_platform: across(&axis_in_platform) }
+    }
+
+    /// How a platform point moves with the unknowns and then with the angle, mm per unit. `frame`: the hinge's; `rotation`: the
+    /// platform's; `arm_mm`: from the platform's foot point to the point, in {P}.
     ///
     /// A foot point stays at a right angle to its axis: what it gives way along the axis counts as well.
-    pub(super) fn motions(&self, rotation: &Matrix3<T>, arm_mm: &Vector3<T>) -> [Vector3<T>; HINGE_UNKNOWNS + 1] {
+    pub(super) fn motions(
+        &self,
+        frame: &Frame<T>,
+        rotation: &Matrix3<T>,
+        arm_mm: &Vector3<T>,
+    ) -> [Vector3<T>; HINGE_UNKNOWNS + 1] {
         let (a, c, q) = (&self.axis, &self.foot_mm, &self.foot_in_platform_mm);
-        let d = self.axis_in_platform();
-        let ([e1, e2], [f1, f2]) = (across(a), across(&d));
+        let Frame { axis_in_platform: d, across: [e1, e2], across_in_platform: [f1, f2], .. } = frame;
         let from_axis = a * self.along_mm + rotation * arm_mm;
         let turned = |e: &Vector3<T>| a.cross(e).cross(&from_axis) - a * e.dot(c);
         let turned_in_platform = |f: &Vector3<T>| a * f.dot(q) - rotation * d.cross(f).cross(arm_mm);
         [
-            turned(&e1),
-            turned(&e2),
-            e1,
-            e2,
-            turned_in_platform(&f1),
-            turned_in_platform(&f2),
+            turned(e1),
+            turned(e2),
+            *e1,
+            *e2,
+            turned_in_platform(f1),
+            turned_in_platform(f2),
             -(rotation * f1),
             -(rotation * f2),
             *a,

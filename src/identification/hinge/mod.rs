@@ -46,6 +46,7 @@ mod joint;
 mod judge;
 mod machine;
 mod pose;
+mod profile;
 mod refusal;
 mod result;
 mod rig;

@@ -1,10 +1,10 @@
 //! A pose of a hinge: its cables' lengths, its angle, and its equations with the angle eliminated.
 
-use super::joint::{HINGE_UNKNOWNS, Hinge};
+use super::joint::{Frame, HINGE_UNKNOWNS, Hinge, about};
 use super::machine::{Constant, HingeMachine, MAX_CONSTANTS};
 use super::rig::MAX_CABLES;
 use crate::scalar::Real;
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 /// Maximum number of unknowns: the hinge's, then the machine's.
 pub const MAX_UNKNOWNS: usize = HINGE_UNKNOWNS + MAX_CONSTANTS;
@@ -108,6 +108,8 @@ pub(super) struct PoseRows<T> {
 pub(super) struct PoseAt<'a, T: Real> {
     pub hinge: &'a Hinge<T>,
     pub machine: &'a HingeMachine<T>,
+    /// The hinge's.
+    pub frame: Frame<T>,
     /// The platform's ends in {P}, mm: the machine's, or moved against them.
     pub end_mm: &'a [Vector3<T>; MAX_CABLES],
     /// Bit k set: cable k takes part.
@@ -117,7 +119,11 @@ pub(super) struct PoseAt<'a, T: Real> {
 impl<'a, T: Real> PoseAt<'a, T> {
     /// All cables, the ends where the machine has them.
     pub fn new(hinge: &'a Hinge<T>, machine: &'a HingeMachine<T>) -> Self {
-        Self { hinge, machine, end_mm: machine.end_mm(), cables: u8::MAX }
+        Self { hinge, machine, frame: hinge.frame(), end_mm: machine.end_mm(), cables: u8::MAX }
+    }
+
+    fn rotation(&self, angle_rad: T) -> Matrix3<T> {
+        about(self.hinge.axis(), angle_rad) * self.frame.at_zero
     }
 
     fn takes_part(&self, cable: usize) -> bool {
@@ -137,7 +143,7 @@ impl<'a, T: Real> PoseAt<'a, T> {
 
     /// Dᵀe, DᵀD and eᵀe of a pose at an angle, D the derivative with the angle.
     fn sums(&self, lengths_mm: &[T; MAX_CABLES], angle_rad: T) -> (T, T, T) {
-        let rotation = self.hinge.rotation(angle_rad);
+        let rotation = self.rotation(angle_rad);
         let foot = self.hinge.platform_foot_mm();
         let (mut gradient, mut information, mut squares) = (T::zero(), T::zero(), T::zero());
         for (cable, (end, measured)) in self.end_mm.iter().zip(lengths_mm).enumerate() {
@@ -164,7 +170,7 @@ impl<'a, T: Real> PoseAt<'a, T> {
             by_angle: [zero; MAX_CABLES],
             jacobian: [[zero; MAX_UNKNOWNS]; MAX_CABLES],
         };
-        let rotation = self.hinge.rotation(angle_rad);
+        let rotation = self.rotation(angle_rad);
         let outputs = rows.residual_mm.iter_mut().zip(&mut rows.by_angle).zip(&mut rows.jacobian);
         for (cable, ((residual, by_angle), row)) in outputs.enumerate() {
             let (Some(end), Some(measured)) = (self.end_mm.get(cable), lengths_mm.get(cable)) else { continue };
@@ -176,7 +182,7 @@ impl<'a, T: Real> PoseAt<'a, T> {
             let (reading, scale) = self.machine.reading(cable, span.length_mm);
             let u = span.direction * scale;
             *residual = *measured - reading;
-            let [of_hinge @ .., turning] = self.hinge.motions(&rotation, &arm);
+            let [of_hinge @ .., turning] = self.hinge.motions(&self.frame, &rotation, &arm);
             *by_angle = u.dot(&turning);
             let (hinge_part, constant_part) = row.split_at_mut(HINGE_UNKNOWNS);
             hinge_part.iter_mut().zip(&of_hinge).for_each(|(entry, motion)| *entry = u.dot(motion));
@@ -200,8 +206,9 @@ impl<'a, T: Real> PoseAt<'a, T> {
 }
 
 impl<T: Real> PoseRows<T> {
-    /// The same equations without what a nuisance with these derivatives can explain: the projection onto what is left.
-    pub fn eliminate(&mut self, by_nuisance: &[T; MAX_CABLES]) {
+    /// The same equations in the first `unknowns` without what a nuisance with these derivatives can explain: the projection onto
+    /// what is left.
+    pub fn eliminate(&mut self, by_nuisance: &[T; MAX_CABLES], unknowns: usize) {
         let squares = by_nuisance.iter().fold(T::zero(), |sum, d| sum + *d * *d);
         let scale = T::one() / squares.max(T::of(1e-9));
         let pairs = self.residual_mm.iter().zip(by_nuisance);
@@ -211,10 +218,10 @@ impl<T: Real> PoseRows<T> {
         }
         let mut shares = [T::zero(); MAX_UNKNOWNS];
         for (row, d) in self.jacobian.iter().zip(by_nuisance) {
-            shares.iter_mut().zip(row).for_each(|(share, entry)| *share += *entry * *d * scale);
+            shares.iter_mut().zip(row).take(unknowns).for_each(|(share, entry)| *share += *entry * *d * scale);
         }
         for (row, d) in self.jacobian.iter_mut().zip(by_nuisance) {
-            row.iter_mut().zip(&shares).for_each(|(entry, share)| *entry -= *share * *d);
+            row.iter_mut().zip(&shares).take(unknowns).for_each(|(entry, share)| *entry -= *share * *d);
         }
     }
 }

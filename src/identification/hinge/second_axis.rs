@@ -77,8 +77,8 @@ impl<T: Real> TwoAxes<'_, T> {
             for pose in poses.iter_mut() {
                 let (mut rows, across) = self.best_angles(pose);
                 let by_angle = rows.by_angle;
-                rows.eliminate(&by_angle);
-                rows.eliminate(&across);
+                rows.eliminate(&by_angle, ALL_UNKNOWNS);
+                rows.eliminate(&across, ALL_UNKNOWNS);
                 for (row, residual) in rows.jacobian.iter().zip(&rows.residual_mm) {
                     equations.add_row(row, *residual);
                     squares += *residual * *residual;

@@ -37,6 +37,22 @@ pub(super) fn start<T: Real>(machine: &HingeMachine<T>, mean_length_mm: T, index
     )
 }
 
+/// Number of starts beside a hinge.
+pub(super) const STARTS_BESIDE: usize = DIRECTIONS;
+
+/// Start `index` of [`STARTS_BESIDE`]: the axis of a known hinge in the base, anywhere in the platform.
+pub(super) fn beside<T: Real>(
+    machine: &HingeMachine<T>,
+    mean_length_mm: T,
+    known: &Hinge<T>,
+    index: usize,
+) -> Hinge<T> {
+    let start = start(machine, mean_length_mm, index);
+    let (base, _) = plane(machine.base_mm());
+    let in_platform = start.foot_in_platform_mm();
+    Hinge::through(known.axis(), &known.nearest_mm(&base), &start.axis_in_platform(), in_platform)
+}
+
 /// Is the hinge on the platform's side of the base? Everything mirrored in the plane of flat rings fits as well.
 pub(super) fn is_on_platform_side<T: Real>(machine: &HingeMachine<T>, hinge: &Hinge<T>) -> bool {
     let (middle, normal) = plane(machine.base_mm());
@@ -57,12 +73,14 @@ fn plane<T: Real>(points: &[Vector3<T>]) -> (Vector3<T>, Vector3<T>) {
         sum + from * from.transpose()
     });
     let eigen = symmetric_eigen(&spread);
-    let mut least = 0;
-    for k in 1..3 {
-        if eigen.values[k] < eigen.values[least] {
-            least = k;
-        }
-    }
+    let [x, y, z] = eigen.values.into();
+    let least = if x <= y && x <= z {
+        0
+    } else if y <= z {
+        1
+    } else {
+        2
+    };
     (middle, unit(&crate::linear_algebra::column(&eigen.vectors, least)))
 }
 

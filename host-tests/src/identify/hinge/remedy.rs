@@ -50,7 +50,8 @@ pub(super) fn remedy(refusal: &RefusalReport) -> &'static str {
             "Bend further: the axis shows only in the arc that the forearm describes."
         }
         RefusalReport::TwoAxesFit { .. } => {
-            "Bend further, hold more poses; or say in the section [hinge] where the drawing puts the axis. A machine whose \
+            "Bend further, hold more poses; or say in the section [hinge] where the drawing puts the axis, better than it \
+             does now. A machine whose \
              ends are turned by turns to one side and the other tells the two apart best."
         }
         RefusalReport::Weak { .. } => {

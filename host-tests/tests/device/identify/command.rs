@@ -45,12 +45,17 @@ impl Desk {
 
     /// Runs the command here, as `cargo identify -- LENGTHS.csv ...` does; the arguments are separated by blanks.
     pub fn identify(&self, arguments: &str) -> Ran {
-        let output = Command::new(env!("CARGO_BIN_EXE_identify"))
-            .arg("--")
-            .args(arguments.split_whitespace())
-            .current_dir(&self.0)
-            .output()
-            .unwrap();
+        self.run(env!("CARGO_BIN_EXE_identify"), arguments)
+    }
+
+    /// Runs `cargo arm -- ...` here.
+    pub fn arm(&self, arguments: &str) -> Ran {
+        self.run(env!("CARGO_BIN_EXE_arm"), arguments)
+    }
+
+    fn run(&self, command: &str, arguments: &str) -> Ran {
+        let output =
+            Command::new(command).arg("--").args(arguments.split_whitespace()).current_dir(&self.0).output().unwrap();
         Ran {
             code: output.status.code(),
             stdout: String::from_utf8(output.stdout).unwrap(),

@@ -6,7 +6,7 @@ mod bad_logs;
 mod bad_rigs;
 mod bus_logs;
 mod causes;
-mod command;
+pub mod command;
 mod hinge;
 mod log_shapes;
 mod recorded;
