@@ -59,6 +59,8 @@ pub struct SlcanClient {
     stream: TcpStream,
     line: LineBuffer<64, b'\r'>,
     frames: VecDeque<Frame>,
+    /// Lines written that the adapter answers.
+    written: u64,
     acknowledged: u64,
     refused: u64,
 }
@@ -89,7 +91,7 @@ impl SlcanClient {
     pub fn connect(address: SocketAddr) -> Result<Self, ClientError> {
         let stream = TcpStream::connect(address)?;
         stream.set_nodelay(true)?;
-        Ok(Self { stream, line: LineBuffer::new(), frames: VecDeque::new(), acknowledged: 0, refused: 0 })
+        Ok(Self { stream, line: LineBuffer::new(), frames: VecDeque::new(), written: 0, acknowledged: 0, refused: 0 })
     }
 
     /// Puts a frame on the bus. The adapter's acknowledgement is counted when it comes.
@@ -105,6 +107,7 @@ impl SlcanClient {
     /// # Errors
     /// [`ClientError::Line`].
     pub fn write(&mut self, bytes: &[u8]) -> Result<(), ClientError> {
+        self.written += bytes.iter().filter(|&&byte| byte == b'\r').count() as u64;
         Ok(self.stream.write_all(bytes)?)
     }
 
@@ -153,6 +156,25 @@ impl SlcanClient {
     /// Lines that the adapter answered with a bell, as far as its answers were read.
     pub fn refused(&self) -> u64 {
         self.refused
+    }
+
+    /// Asks the adapter for nothing but its answer.
+    ///
+    /// # Errors
+    /// [`ClientError::Line`].
+    pub fn ping(&mut self) -> Result<(), ClientError> {
+        self.write(b"\r")
+    }
+
+    /// Lines that the adapter has not answered yet, as far as its answers were read. Lines that are answered by more than an
+    /// acknowledgement, such as the version, count for ever.
+    pub fn under_way(&self) -> u64 {
+        self.written.saturating_sub(self.acknowledged + self.refused)
+    }
+
+    /// Expects no answers any more to what was written so far: the adapter has started anew.
+    pub fn forget_under_way(&mut self) {
+        self.written = self.acknowledged + self.refused;
     }
 
     /// Reads what is there, waiting at most `limit` for the first byte.

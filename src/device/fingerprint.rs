@@ -5,26 +5,31 @@ use crate::rig::{Rig, Tolerance};
 /// Fingerprint of a rig's constants: FNV-1a (32 bits) over the bits of its geometry, its drive and its tolerances.
 pub fn fingerprint(rig: &Rig<f32>) -> u32 {
     let mut hash = Fnv(0x811C_9DC5);
-    rig.base_mm().iter().for_each(|point| hash.add(point.as_slice()));
-    hash.add(rig.edges_mm());
+    for_each_number(rig, &mut |numbers| hash.add(numbers));
+    hash.0
+}
+
+/// The numbers of a rig's geometry, its drive and its tolerances, in their order.
+pub(super) fn for_each_number(rig: &Rig<f32>, add: &mut dyn FnMut(&[f32])) {
+    rig.base_mm().iter().for_each(|point| add(point.as_slice()));
+    add(rig.edges_mm());
     let drum = rig.drum();
-    hash.add(&drum.home_length_mm);
-    hash.add(&[drum.radius_mm, drum.counts_per_turn]);
+    add(&drum.home_length_mm);
+    add(&[drum.radius_mm, drum.counts_per_turn]);
     // A machine whose cables have ends of their own, or that was commissioned, is another one.
     for cable in rig.cables().into_iter().flatten() {
-        hash.add(cable.base_mm.as_slice());
-        hash.add(cable.end_mm.as_slice());
-        hash.add(&[cable.pulley.radius_mm]);
-        hash.add(cable.pulley.axis.as_slice());
+        add(cable.base_mm.as_slice());
+        add(cable.end_mm.as_slice());
+        add(&[cable.pulley.radius_mm]);
+        add(cable.pulley.axis.as_slice());
     }
     if let Some(found) = rig.correction() {
-        hash.add(&found.offset_mm);
-        hash.add(&found.scale);
+        add(&found.offset_mm);
+        add(&found.scale);
     }
     // And one that is known otherwise: a centre is kept with what was found of the machine within its tolerances.
     let Tolerance { base_mm, edges_mm, offset_mm, drum } = *rig.tolerance();
-    hash.add(&[base_mm, edges_mm, offset_mm, drum]);
-    hash.0
+    add(&[base_mm, edges_mm, offset_mm, drum]);
 }
 
 struct Fnv(u32);

@@ -51,10 +51,10 @@ use crate::can::watch::WatchReport;
 use crate::can::{BaseId, Frame, ParameterAnswer, ParameterRequest};
 use crate::kinematics::PlatformSolver;
 use crate::parameters::ParameterSet;
-use crate::procedure::{Limits, PoseNotice, Procedure, Reason, StateName};
+use crate::procedure::{PoseNotice, Procedure, Reason, StateName};
 use crate::record::{JournalEntry, Loaded, Record, StoreError, Stored};
 use crate::restart::{CrashRecord, ResetCause};
-use crate::rig::{CABLES, Rig};
+use crate::rig::CABLES;
 use answered::Answered;
 use button::Button;
 use button_commands::ConfirmingPresses;
@@ -64,6 +64,7 @@ use numbering::Numbering;
 use parameters::Saving;
 use persistence::Persistence;
 use report::Reporter;
+use seal::seal_of_constants;
 use sets::{OutgoingLive, OutgoingTelemetry};
 use slip_monitor::SlipMonitor;
 use status::Pace;
@@ -247,8 +248,8 @@ pub struct Device {
     /// The state and run in which the press under way began.
     press_began: Option<(StateName, u16)>,
     confirming: ConfirmingPresses,
-    /// A second copy of what the procedure goes by, to notice memory that changes.
-    constants: (Rig<f32>, Limits),
+    /// Checksum of what the procedure goes by, to notice memory that changes.
+    constants: u32,
     lock: Lock,
     numbering: Numbering,
     /// The parameters in use, those that are being prepared, and what saving them waits for.
@@ -304,7 +305,7 @@ impl Device {
             telemetry_out: OutgoingTelemetry::every(sets::period_ms(config.telemetry_hz)),
             press_began: None,
             confirming: ConfirmingPresses::default(),
-            constants: (config.rig, config.limits),
+            constants: seal_of_constants(&config.rig, &config.limits),
             lock: Lock::new(config.lock_key),
             numbering: Numbering::new(config.numbering_check),
             in_use: config.parameters,

@@ -1,7 +1,7 @@
 //! The centre in use across power-down: from the record at power-up, to the record when a new one is accepted; and a
 //! seal on it in between, since a centre that changes in memory is a wrong one.
 
-use super::seal::seal;
+use super::seal::{seal, seal_of_constants};
 use super::slip_monitor::SlipMonitor;
 use super::{Action, Device, LogEntry, status};
 use crate::identification::outcome::MAX_REJECTED;
@@ -62,11 +62,8 @@ impl Device {
     /// Looks whether the centre in use, and what it is judged by, is still what was taken into use. If not, memory cannot be trusted: the
     /// board starts anew, from the record.
     pub(super) fn check_live(&self, out: &mut impl FnMut(Action)) {
-        let (rig, limits) = &self.constants;
-        if self.persistence.seal != self.live_checksum()
-            || rig != self.procedure.rig()
-            || limits != self.procedure.limits()
-        {
+        let constants = seal_of_constants(self.procedure.rig(), self.procedure.limits());
+        if self.persistence.seal != self.live_checksum() || self.constants != constants {
             out(Action::Stop(ResetCause::MemoryError));
         }
     }
@@ -181,7 +178,8 @@ mod tests {
     use super::*;
     use crate::identification::joint::ShownMotion;
     use crate::identification::machine::MachineDeviation;
-    use crate::rig::Parameters;
+    use crate::procedure::{Limits, Settings};
+    use crate::rig::{Parameters, Rig};
 
     /// Every field has a value of its own, so that none can be taken for another.
     fn live() -> Candidate {
@@ -259,6 +257,36 @@ mod tests {
         }
         *device.procedure.live_mut() = None;
         assert!(stops(&mut device) > 0, "a centre that vanishes");
+    }
+
+    /// The same of what the procedure goes by, whether there is a centre or not.
+    #[test]
+    fn a_rig_and_limits_that_change_in_memory_are_noticed() {
+        let rig = Rig::shoulder(150.0).unwrap();
+        let device = Device::new(&crate::device::Config::for_rig(rig));
+        let limits = |settings| Limits::new(&rig, settings).unwrap();
+        let settings = Settings::for_rig(&rig);
+        let noisier = rig.with_noise(rig.length_noise_mm(), 0.01).unwrap();
+        let spoilt = [
+            (rig, limits(settings), false),
+            (Rig::shoulder(150.001).unwrap(), limits(settings), true),
+            (noisier, limits(settings), true),
+            (rig, limits(Settings { review_timeout_ms: settings.review_timeout_ms ^ 1, ..settings }), true),
+            (rig, limits(Settings { capture_in_motion: true, ..settings }), true),
+            (rig, Limits::new(&noisier, settings).unwrap(), false),
+            (rig, Limits::new(&Rig::wrist().unwrap(), settings).unwrap(), true),
+        ];
+        for (case, (rig, limits, is_noticed)) in spoilt.into_iter().enumerate() {
+            let mut device = device.clone();
+            device.procedure.spoil_constants(rig, limits);
+            let mut is_stopped = false;
+            for now_ms in 0..200 {
+                device.handle(now_ms, crate::device::Event::Tick, &mut |action| {
+                    is_stopped |= action == Action::Stop(ResetCause::MemoryError);
+                });
+            }
+            assert_eq!(is_stopped, is_noticed, "case {case}");
+        }
     }
 
     #[test]

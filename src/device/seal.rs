@@ -1,11 +1,23 @@
-//! A checksum of the centre in use, formed with every heartbeat: a word at a time, since a CRC over its record would take
-//! as long as everything else in such a tick.
+//! Checksums of the centre in use and of what the procedure goes by, formed with every heartbeat: a word at a time, since a
+//! CRC over a record would take as long as everything else in such a tick.
 
-use crate::procedure::Candidate;
+use super::fingerprint::for_each_number;
+use crate::procedure::{Candidate, Limits};
+use crate::rig::Rig;
 
 /// FNV-1a (32 bits) over whole words. Each step is a bijection of the sum, so a change of any one word changes it for certain.
 #[derive(Debug, Clone, Copy)]
 struct Sum(u32);
+
+/// The checksum of a rig and its limits.
+pub(super) fn seal_of_constants(rig: &Rig<f32>, limits: &Limits) -> u32 {
+    let mut sum = Sum(0x811C_9DC5);
+    for_each_number(rig, &mut |numbers| sum.add_numbers(numbers));
+    sum.add_numbers(&[rig.length_noise_mm(), rig.sample_noise_mm()]);
+    sum.add_numbers(&rig.nominal().to_array());
+    limits.words().into_iter().for_each(|word| sum.add(word));
+    sum.0
+}
 
 /// The checksum of a centre, and of what its record says of the board.
 pub(super) fn seal(live: &Candidate, serial: u32, rig: u32) -> u32 {

@@ -6,7 +6,8 @@ use crate::can::live_set::{LIVE_SET_FRAMES, LIVE_SET_LEN};
 use crate::can::set::piece;
 use crate::can::telemetry::{TELEMETRY_FRAMES, TELEMETRY_LEN, Telemetry};
 use crate::kinematics::CableLengths;
-use crate::procedure::{Reason, rotation_vector};
+use crate::kinematics::rotation::rotation_vector_of;
+use crate::procedure::Reason;
 
 /// A set that was packed and goes out a frame a tick.
 #[derive(Debug, Clone)]
@@ -120,7 +121,7 @@ impl Device {
             slack: slack.map_or(0, |not_ready| not_ready.cable),
             standing: self.standing().0,
             lengths_mm: *lengths.as_mm(),
-            rotation_rad: platform.as_ref().map(|platform| rotation_vector(&platform.rotation).into()),
+            rotation_rad: platform.as_ref().map(|platform| rotation_vector_of(&platform.rotation).into()),
             centre: match self.slip_monitor.live_joint() {
                 Some(joint) => platform
                     .and_then(|platform| joint.at(&platform, &corrected.ok()?))

@@ -91,6 +91,8 @@ impl<T: Real> MarginalInformation<T> {
     }
 
     /// How the three equations change with each of the six lengths.
+    // Not inlined: two copies are 2 KB of flash (`cargo footprint --sections`).
+    #[inline(never)]
     pub fn projector(&self) -> [Vector3<T>; CABLES] {
         let [first, second, third] = &self.reflections;
         // The last three rows of the product of the reflections.

@@ -84,7 +84,9 @@ impl<T: Real> Pose<T> {
 
     /// Back to the state before placing; lengths and samples stay.
     pub fn reset(&mut self) {
-        *self = Self { samples: self.samples, ..Self::new(self.lengths) };
+        let Self { attitude, origin_mm, chi_square, state, suspect_cables, .. } = Self::new(self.lengths);
+        (self.attitude, self.origin_mm) = (attitude, origin_mm);
+        (self.chi_square, self.state, self.suspect_cables) = (chi_square, state, suspect_cables);
     }
 
     fn set_platform(&mut self, pose: &PlatformPose<T>) {

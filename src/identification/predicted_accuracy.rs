@@ -14,40 +14,51 @@ use super::excitation::Excitation;
 use super::joint::Joint;
 use super::machine::{MAX_MACHINE, Machine, MachineEstimate};
 use super::marginal_information::MarginalInformation;
-use super::parameters::{CENTRE_UNKNOWNS, CentreSums, Equations, PoseAt};
+use super::parameters::{CENTRE_UNKNOWNS, CentreSums, Equations, MAX_UNKNOWNS, PoseAt};
 use super::pivot_calibration::PivotCalibration;
 use super::pose::Pose;
 use super::pose_in_work::PoseInWork;
 use super::uncertainty::worst_direction_of_point;
+use crate::kinematics::rotation::rotation_of;
 use crate::kinematics::{JointCentre, LengthJacobian};
+use crate::linear_algebra::packed_index;
 use crate::rig::Parameters;
 use crate::scalar::Real;
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, UnitQuaternion};
 
 /// Multiplications of a slice of the factorization.
-const PRODUCTS_A_SLICE: usize = 900;
+const PRODUCTS_A_SLICE: usize = 700;
 
-const _: () = assert!(MAX_MACHINE + CENTRE_UNKNOWNS <= super::parameters::MAX_UNKNOWNS);
+/// Unknowns at the most: the machine's constants, O and C. The estimator's equations have room for more.
+const UNKNOWNS: usize = MAX_MACHINE + CENTRE_UNKNOWNS;
+const _: () = assert!(UNKNOWNS <= MAX_UNKNOWNS);
 
 /// The information gathered so far.
 #[derive(Clone, Debug)]
 pub struct PredictedAccuracy<T: Real> {
     centre: JointCentre<T>,
     calibration: PivotCalibration<T>,
-    /// Of the poses alone, without priors.
-    information: Equations<T>,
+    /// The normal matrix of the poses alone, without priors: a packed lower triangle.
+    information: [T; packed_index(UNKNOWNS, 0)],
+    unknowns: usize,
     poses: usize,
     step: Step<T>,
 }
 
 /// Where the prediction under way stands.
 #[derive(Clone, Copy, Debug)]
-enum Step<T> {
+enum Step<T: Real> {
     /// There is none.
     Nothing,
-    /// The pose is added.
+    /// The centre is found anew, with the pose that is added: its rotation as it was captured.
+    Centre(UnitQuaternion<T>),
+    /// What the pose says of the centre.
+    See(UnitQuaternion<T>),
+    /// What it says of the machine.
     Columns,
     Rows,
+    /// Its information is added to that of the others.
+    Keep,
     /// The covariance with the poses so far.
     Now(Covariance<T>),
     /// With more of them.
@@ -92,7 +103,8 @@ impl<T: Real> PredictedAccuracy<T> {
         Self {
             centre: JointCentre::from_parameters(nominal, machine.geometry()),
             calibration: PivotCalibration::default(),
-            information: Equations::new(machine.parameters() + CENTRE_UNKNOWNS),
+            information: [T::zero(); packed_index(UNKNOWNS, 0)],
+            unknowns: machine.parameters() + CENTRE_UNKNOWNS,
             poses: 0,
             step: Step::Nothing,
         }
@@ -102,42 +114,53 @@ impl<T: Real> PredictedAccuracy<T> {
     pub fn restart(&mut self, machine: &Machine<T>, nominal: &Parameters<T>) {
         self.centre = JointCentre::from_parameters(nominal, machine.geometry());
         self.calibration = PivotCalibration::default();
-        self.information.clear(machine.parameters() + CENTRE_UNKNOWNS);
+        self.information.iter_mut().for_each(|entry| *entry = T::zero());
+        self.unknowns = machine.parameters() + CENTRE_UNKNOWNS;
         (self.poses, self.step) = (0, Step::Nothing);
     }
 
     /// Adds a placed pose.
     pub fn add(&mut self, machine: &Machine<T>, pose: &Pose<T>) {
-        let mut scratch = Scratch::Free;
-        self.begin(machine, pose, &mut scratch);
-        let Some(in_work) = scratch.pose() else { return };
-        while !Self::add_columns(machine, in_work) {}
-        while !in_work.add_rows(&mut self.information) {}
+        let (mut equations, mut scratch) = (Equations::new(self.unknowns), Scratch::Free);
+        self.begin(pose);
+        while !matches!(self.step, Step::Now(_)) {
+            let workspace = Workspace { equations: &mut equations, scratch: &mut scratch };
+            let _ = self.advance(machine, pose, 0, workspace);
+        }
         self.step = Step::Nothing;
     }
 
-    /// Begins to add a placed pose: what it says of the centre; what it says of the machine goes to work.
-    pub fn begin(&mut self, machine: &Machine<T>, pose: &Pose<T>, scratch: &mut Scratch<T>) {
-        self.step = Step::Now(Covariance::Sum(T::one()));
+    /// Begins to add a placed pose. Its lengths are wanted again until that is done, its rotation is not.
+    pub fn begin(&mut self, pose: &Pose<T>) {
         self.calibration.add(&pose.platform());
-        // The nominal centre serves until the pivot calibration of the poses has a solution.
-        if let Ok(centre) = self.calibration.solve() {
-            self.centre = centre;
-        }
-        let rotation = pose.rotation();
+        self.step = Step::Centre(*pose.attitude());
+    }
+
+    /// What a pose says of the centre; what it says of the machine goes to work.
+    fn see(
+        &mut self,
+        machine: &Machine<T>,
+        pose: &Pose<T>,
+        attitude: &UnitQuaternion<T>,
+        Workspace { equations, scratch }: Workspace<'_, T>,
+    ) -> Step<T> {
+        let rotation = rotation_of(attitude);
         let jacobian = LengthJacobian::new(machine.geometry(), &self.centre, &rotation, pose.lengths());
-        let Ok(information) = MarginalInformation::new(&jacobian) else { return };
+        let Ok(information) = MarginalInformation::new(&jacobian) else {
+            return Step::Now(Covariance::Sum(T::one()));
+        };
         let at = PoseAt { rotation: &rotation, lengths: pose.lengths(), jacobian: &jacobian };
         let weight = T::one() / machine.relative_variance(pose.samples);
+        equations.clear(self.unknowns);
         let mut sums = CentreSums::default();
         sums.add(&rotation, &information, weight);
-        sums.move_to(&mut self.information);
-        self.information.add_squares(information.squares_mm2() * weight);
+        sums.move_to(equations);
         self.poses += 1;
-        if machine.parameters() > 0 {
-            *scratch = Scratch::Pose(PoseInWork::new(&at, &information, None, weight));
-            self.step = Step::Columns;
+        if machine.parameters() == 0 {
+            return Step::Keep;
         }
+        *scratch = Scratch::Pose(PoseInWork::new(&at, &information, None, weight));
+        Step::Columns
     }
 
     fn add_columns(machine: &Machine<T>, in_work: &mut PoseInWork<T>) -> bool {
@@ -146,29 +169,45 @@ impl<T: Real> PredictedAccuracy<T> {
         in_work.add_columns(&Model { machine, estimate, joint: &Joint::Ball, features: None })
     }
 
-    /// The next slice of what was begun; what it promises, after the last. `more`: poses distributed like those so far.
+    /// The next slice of what was begun with this pose; what all of them promise, after the last. `more`: poses distributed
+    /// like those so far.
     pub fn advance(
         &mut self,
         machine: &Machine<T>,
+        pose: &Pose<T>,
         more: usize,
-        Workspace { equations, scratch }: Workspace<'_, T>,
+        workspace: Workspace<'_, T>,
     ) -> Option<Prediction<T>> {
         let nothing = Prediction { now: None, sigma_with_more_mm: None };
-        match (self.step, scratch.pose()) {
-            (Step::Nothing, _) => return Some(nothing),
-            (Step::Columns, Some(in_work)) => {
-                if Self::add_columns(machine, in_work) {
+        let Workspace { equations, scratch } = workspace;
+        match self.step {
+            Step::Nothing => return Some(nothing),
+            Step::Centre(attitude) => {
+                // The nominal centre serves until the pivot calibration of the poses has a solution.
+                if let Ok(centre) = self.calibration.solve() {
+                    self.centre = centre;
+                }
+                self.step = Step::See(attitude);
+            }
+            Step::See(attitude) => self.step = self.see(machine, pose, &attitude, Workspace { equations, scratch }),
+            Step::Columns => {
+                if scratch.pose().is_none_or(|in_work| Self::add_columns(machine, in_work)) {
                     self.step = Step::Rows;
                 }
             }
-            (Step::Rows, Some(in_work)) => {
-                if in_work.add_rows(&mut self.information) {
+            Step::Rows => {
+                if scratch.pose().is_none_or(|in_work| in_work.add_rows(equations)) {
                     *scratch = Scratch::Free;
-                    self.step = Step::Now(Covariance::Sum(T::one()));
+                    self.step = Step::Keep;
                 }
             }
-            (Step::Columns | Step::Rows, None) => self.step = Step::Now(Covariance::Sum(T::one())),
-            (Step::Now(mut covariance), _) => {
+            Step::Keep => {
+                let used = packed_index(self.unknowns, 0);
+                let entries = self.information.iter_mut().zip(equations.matrix()).take(used);
+                entries.for_each(|(entry, of_pose)| *entry += *of_pose);
+                self.step = Step::Now(Covariance::Sum(T::one()));
+            }
+            Step::Now(mut covariance) => {
                 let Some(predicted) = self.next_of(&mut covariance, machine, equations) else {
                     self.step = Step::Now(covariance);
                     return None;
@@ -183,7 +222,7 @@ impl<T: Real> PredictedAccuracy<T> {
                 }
                 self.step = Step::WithMore(now, Covariance::Sum(self.times_with(more)));
             }
-            (Step::WithMore(now, mut covariance), _) => {
+            Step::WithMore(now, mut covariance) => {
                 let Some(with_more) = self.next_of(&mut covariance, machine, equations) else {
                     self.step = Step::WithMore(now, covariance);
                     return None;
@@ -215,7 +254,7 @@ impl<T: Real> PredictedAccuracy<T> {
     }
 
     fn predicted_of(&self, machine: &Machine<T>, times: T) -> Option<Predicted<T>> {
-        let mut equations = Equations::new(self.information.unknowns());
+        let mut equations = Equations::new(self.unknowns);
         let mut covariance = Covariance::Sum(times);
         loop {
             if let Some(predicted) = self.next_of(&mut covariance, machine, &mut equations) {
@@ -234,8 +273,8 @@ impl<T: Real> PredictedAccuracy<T> {
         let noise_mm = machine.noise_mm();
         *covariance = match *covariance {
             Covariance::Sum(times) => {
-                equations.clear(self.information.unknowns());
-                equations.add(&self.information, times);
+                equations.clear(self.unknowns);
+                equations.add_matrix(&self.information, times);
                 Covariance::Prior
             }
             Covariance::Prior => {

@@ -100,6 +100,8 @@ impl<T: Real> AttitudeSearch<T> {
 
     /// Goes on with the next mode, a few Gauss-Newton steps at most; true when the last mode is through. The lengths are
     /// those of the first call.
+    // Not inlined: two copies are 1 KB of flash (`cargo footprint --sections`).
+    #[inline(never)]
     pub fn advance(&mut self, solver: &AttitudeSolver<'_, T>, lengths: &CableLengths<T>, cables: CableSet) -> bool {
         let start = || AttitudeTrack::new(solver.start_in(self.next_mode, lengths, cables));
         let mut track = self.under_way.take().unwrap_or_else(start);
@@ -149,7 +151,6 @@ impl<T: Real> AttitudeSolver<'_, T> {
     /// Best rotation for the cables in `cables` from a start nearby: for tracking, the rotation of the sample before.
     ///
     /// `None` when the iteration meets a singularity or does not converge.
-    #[cfg_attr(feature = "ccm", inline(never), unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
     pub fn track(
         &self,
         start: UnitQuaternion<T>,
@@ -164,8 +165,9 @@ impl<T: Real> AttitudeSolver<'_, T> {
     }
 
     /// So many steps at most.
-    // Inlined, as `step`: 2 022 instructions a tracked sample otherwise, 1 847 with it (`cargo cycles`).
-    #[inline(always)]
+    // Not inlined: tracking and search share it, 3 KB of flash (`cargo footprint --sections`).
+    #[inline(never)]
+    #[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
     fn steps(
         &self,
         attitude: &mut UnitQuaternion<T>,

@@ -4,6 +4,7 @@
 //! The matrix is a packed lower triangle, row by row. How many of the `N` unknowns take part is decided at run time.
 //! Its Cholesky factor takes its place, a few rows a call if wanted.
 
+use super::dot;
 use crate::scalar::Real;
 use core::ops::Range;
 use nalgebra::{SMatrix, Vector3};
@@ -166,13 +167,11 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
         self.squares += squares;
     }
 
-    /// Adds the equations of another system in the same unknowns, `times` times.
-    pub fn add(&mut self, other: &Self, times: T) {
+    /// Adds another normal matrix in the same unknowns, packed, `times` times. It says nothing of Jᵀe and eᵀe.
+    pub fn add_matrix(&mut self, packed: &[T], times: T) {
         let used = packed_index(self.unknowns, 0);
-        let add = |(entry, other): (&mut T, &T)| *entry += *other * times;
-        self.matrix.iter_mut().zip(&other.matrix).take(used).for_each(add);
-        self.gradient.iter_mut().zip(&other.gradient).take(self.unknowns).for_each(add);
-        self.squares += other.squares * times;
+        let entries = self.matrix.iter_mut().zip(packed).take(used);
+        entries.for_each(|(entry, other)| *entry += *other * times);
     }
 
     /// Is the whole matrix factored?
@@ -222,24 +221,7 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
     pub fn factor_rows(&mut self, rows: usize) -> Result<(), Singular> {
         let last = if rows < self.unknowns - self.factored { self.factored + rows } else { self.unknowns };
         for i in self.factored..last {
-            let (above, rest) = self.matrix.split_at_mut_checked(packed_index(i, 0)).ok_or(Singular)?;
-            let (row, rest) = rest.split_at_mut_checked(i).ok_or(Singular)?;
-            let diagonal = rest.first_mut().ok_or(Singular)?;
-            let mut above = above.iter();
-            for j in 0..i {
-                // Row j of the factor: j entries, then the inverse of its diagonal.
-                let (done, open) = row.split_at_mut_checked(j).ok_or(Singular)?;
-                let product = done.iter().zip(above.by_ref()).fold(T::zero(), |sum, (a, b)| sum + *a * *b);
-                let (Some(entry), Some(inverse)) = (open.first_mut(), above.next()) else { return Err(Singular) };
-                *entry = (*entry - product) * *inverse;
-            }
-            let pivot = row.iter().fold(*diagonal, |rest, a| rest - *a * *a);
-            // Refuses NaN too.
-            if !(pivot > *diagonal * smallest_pivot() && pivot > T::zero()) {
-                return Err(Singular);
-            }
-            self.pivot_ratio = self.pivot_ratio.max(*diagonal / pivot);
-            *diagonal = T::one() / pivot.root();
+            self.pivot_ratio = self.pivot_ratio.max(factor_row(&mut self.matrix, i)?);
         }
         self.factored = last;
         Ok(())
@@ -275,46 +257,33 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
 
     /// The sum of squares after a step by the linear model, mm².
     pub fn squares_after(&self, step: &[T; N]) -> T {
-        let gained = step.iter().zip(&self.gradient).take(self.unknowns).fold(T::zero(), |sum, (x, g)| sum + *x * *g);
+        let gained = dot(step.get(..self.unknowns).unwrap_or_default(), &self.gradient);
         (self.squares - gained).max(T::zero())
     }
 
     /// Solves with the part of the factor from unknown `from` on: the unknowns before it are eliminated. `right` is
     /// zero before `from`.
     pub fn solve_trailing(&self, right: &mut [T; N], from: usize) {
-        self.solve_forwards(right, from);
-        self.solve_backwards(right, from);
+        self.solve_forwards(right, from, from..self.unknowns);
+        self.solve_backwards(right, from, from..self.unknowns);
     }
 
-    /// The first half of it, L y = `right`: `right` becomes y.
-    pub fn solve_forwards(&self, right: &mut [T; N], from: usize) {
-        for i in from..self.unknowns {
-            let Some((row, inverse)) = self.factor_row(i) else { return };
-            let known = row.iter().zip(right.iter()).skip(from).fold(T::zero(), |sum, (a, b)| sum + *a * *b);
-            if let Some(x) = right.get_mut(i) {
-                *x = (*x - known) * inverse;
-            }
-        }
+    /// The first half of it, L y = `right`: `right` becomes y. Of these rows, for callers that solve a few at a time; those
+    /// before must be solved.
+    pub fn solve_forwards(&self, right: &mut [T; N], from: usize, rows: Range<usize>) {
+        solve_forwards(&self.matrix, right, from, rows);
     }
 
-    /// The second half, Lᵀ x = y: `y` becomes x.
-    pub fn solve_backwards(&self, y: &mut [T; N], from: usize) {
-        for i in (from..self.unknowns).rev() {
-            let Some((row, inverse)) = self.factor_row(i) else { return };
-            let Some(solved) = y.get_mut(i) else { return };
-            *solved *= inverse;
-            let solved = *solved;
-            for (x, a) in y.iter_mut().zip(row).skip(from) {
-                *x -= *a * solved;
-            }
-        }
+    /// The second half, Lᵀ x = y: `y` becomes x. From the last of these rows to the first; those behind must be solved.
+    pub fn solve_backwards(&self, y: &mut [T; N], from: usize, rows: Range<usize>) {
+        solve_backwards(&self.matrix, y, from, rows);
     }
 
     /// `right` becomes L⁻¹ `right`, once factored. The squared norm of L⁻¹ k is kᵀ (JᵀJ)⁻¹ k, the variance of k·x.
     /// The zeros that it begins with stay.
     pub fn whiten(&self, right: &mut [T; N]) {
-        let from = right.iter().take_while(|entry| **entry == T::zero()).count();
-        self.solve_forwards(right, from);
+        let from = leading_zeros(right);
+        self.solve_forwards(right, from, from..self.unknowns);
     }
 
     /// Column `column` of the covariance (the inverse of JᵀJ) of the unknowns from `from` on, the ones before
@@ -332,24 +301,77 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
     /// the unit vector, which is zero before that unknown.
     pub fn variance(&self, unknown: usize) -> T {
         let mut whitened = [T::zero(); N];
-        let mut variance = T::zero();
-        for i in unknown..self.unknowns {
-            let Some((row, inverse)) = self.factor_row(i) else { return variance };
-            let known = row.iter().zip(&whitened).skip(unknown).fold(T::zero(), |sum, (a, b)| sum + *a * *b);
-            let one = if i == unknown { T::one() } else { T::zero() };
-            if let Some(entry) = whitened.get_mut(i) {
-                *entry = (one - known) * inverse;
-                variance += *entry * *entry;
-            }
+        if let Some(entry) = whitened.get_mut(unknown) {
+            *entry = T::one();
         }
-        variance
+        solve_forwards(&self.matrix, &mut whitened, unknown, unknown..self.unknowns);
+        whitened.iter().take(self.unknowns).skip(unknown).fold(T::zero(), |sum, x| sum + *x * *x)
     }
+}
 
-    /// Row `i` of the factor without its diagonal, and the inverse of that.
-    fn factor_row(&self, i: usize) -> Option<(&[T], T)> {
-        let (inverse, row) = self.matrix.get(packed_index(i, 0)..=packed_index(i, i))?.split_last()?;
-        Some((row, *inverse))
+// The functions below are for any number of unknowns, and not inlined: one copy of each instead of three, 4 KB of flash. Their
+// sums are written out: a call of `dot` for each row would be a tenth of a solution.
+
+/// Row `i` of the matrix becomes the factor's, whose rows before it are done. Gives the ratio of its diagonal entry to its
+/// pivot.
+#[inline(never)]
+fn factor_row<T: Real>(matrix: &mut [T], i: usize) -> Result<T, Singular> {
+    let (above, rest) = matrix.split_at_mut_checked(packed_index(i, 0)).ok_or(Singular)?;
+    let (row, rest) = rest.split_at_mut_checked(i).ok_or(Singular)?;
+    let diagonal = rest.first_mut().ok_or(Singular)?;
+    for j in 0..i {
+        let (done, open) = row.split_at_mut_checked(j).ok_or(Singular)?;
+        let (Some(entry), Some((other, inverse))) = (open.first_mut(), row_of_factor(above, j)) else {
+            return Err(Singular);
+        };
+        let product = done.iter().zip(other).fold(T::zero(), |sum, (a, b)| sum + *a * *b);
+        *entry = (*entry - product) * inverse;
     }
+    let pivot = row.iter().fold(*diagonal, |rest, a| rest - *a * *a);
+    // Refuses NaN too.
+    if !(pivot > *diagonal * smallest_pivot() && pivot > T::zero()) {
+        return Err(Singular);
+    }
+    let ratio = *diagonal / pivot;
+    *diagonal = T::one() / pivot.root();
+    Ok(ratio)
+}
+
+/// L y = x, of these rows; y takes the place of x, which is zero before `from`.
+#[inline(never)]
+fn solve_forwards<T: Real>(factor: &[T], x: &mut [T], from: usize, rows: Range<usize>) {
+    for i in rows {
+        let Some((row, inverse)) = row_of_factor(factor, i) else { return };
+        let Some((solved, [x, ..])) = x.split_at_mut_checked(i) else { return };
+        let (Some(row), Some(solved)) = (row.get(from..), solved.get(from..)) else { return };
+        let known = row.iter().zip(solved).fold(T::zero(), |sum, (a, b)| sum + *a * *b);
+        *x = (*x - known) * inverse;
+    }
+}
+
+/// Lᵀ x = y, of these rows from the last to the first; x takes the place of y.
+#[inline(never)]
+fn solve_backwards<T: Real>(factor: &[T], x: &mut [T], from: usize, rows: Range<usize>) {
+    for i in rows.rev() {
+        let Some((row, inverse)) = row_of_factor(factor, i) else { return };
+        let Some((open, [solved, ..])) = x.split_at_mut_checked(i) else { return };
+        let (Some(row), Some(open)) = (row.get(from..), open.get_mut(from..)) else { return };
+        *solved *= inverse;
+        for (x, a) in open.iter_mut().zip(row) {
+            *x -= *a * *solved;
+        }
+    }
+}
+
+/// Row `i` of the factor without its diagonal, and the inverse of that.
+fn row_of_factor<T: Real>(factor: &[T], i: usize) -> Option<(&[T], T)> {
+    let (inverse, row) = factor.get(packed_index(i, 0)..=packed_index(i, i))?.split_last()?;
+    Some((row, *inverse))
+}
+
+/// How many zeros these numbers begin with.
+pub fn leading_zeros<T: Real>(numbers: &[T]) -> usize {
+    numbers.iter().take_while(|number| **number == T::zero()).count()
 }
 
 /// Adds the products of `a` with the columns, as far as there are entries.

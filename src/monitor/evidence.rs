@@ -1,7 +1,7 @@
 //! The evidence of a suspicious stretch of motion, fitted with each possible cause.
 
 use crate::identification::marginal_information::MarginalInformation;
-use crate::linear_algebra::{NormalEquations, inverse_of_positive_definite};
+use crate::linear_algebra::{NormalEquations, dot, inverse_of_positive_definite};
 use crate::rig::CABLES;
 use crate::scalar::Real;
 use nalgebra::{Matrix3, Vector3};
@@ -157,7 +157,7 @@ impl<T: Real> Evidence<T> {
         let mut drift = self.drift;
         drift.factor().ok()?;
         let step = drift.step();
-        let explained = step.iter().zip(drift.gradient()).fold(T::zero(), |sum, (x, g)| sum + *x * *g);
+        let explained = dot(&step, drift.gradient());
         // A radian of elevation to 10 degrees.
         let per_ten_degrees = Vector3::new(step[3], step[4], step[5]) * T::of(0.174_532_925_199_432_95);
         Some((Cause::NotABall(per_ten_degrees), explained, 6))

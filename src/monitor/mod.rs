@@ -28,7 +28,7 @@ use self::evidence::Evidence;
 use crate::identification::joint::Joint;
 use crate::identification::machine::{Machine, MachineDeviation};
 use crate::identification::marginal_information::MarginalInformation;
-use crate::kinematics::rotation::{rotation_of, turned};
+use crate::kinematics::rotation::{rotation_of, scaled_axis, turned};
 use crate::kinematics::{AttitudeSearch, AttitudeSolver, AttitudeTrack, CableLengths, CableSet, Geometry, JointCentre};
 use crate::rig::{CABLES, Correction, Parameters};
 use crate::scalar::Real;
@@ -287,11 +287,11 @@ impl<T: Real> SlipDetector<T> {
             DetectorState::Quiet if self.chi_square > T::of(SUSPICIOUS) => {
                 self.state = DetectorState::Suspicious;
                 self.evidence = Evidence::new();
-                self.first = attitude.scaled_axis();
+                self.first = scaled_axis(&attitude);
                 self.span = T::zero();
             }
             DetectorState::Suspicious => {
-                let turned = (attitude.scaled_axis() - self.first).norm();
+                let turned = (scaled_axis(&attitude) - self.first).norm_squared().root();
                 self.span = self.span.max(turned);
                 self.look = Look::Add(*attitude);
             }

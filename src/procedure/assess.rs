@@ -14,15 +14,15 @@ pub(super) struct Assessing {
     notice: PoseNotice,
     /// It was not captured by command.
     is_automatic: bool,
-    has_begun: bool,
 }
 
 impl Procedure {
     /// What is told of a pose at once; `None` for one that is to be assessed before.
     pub(super) fn assessed(&mut self, notice: PoseNotice, is_automatic: bool) -> Option<PoseNotice> {
         let is_told_later = notice.reason == Reason::Fine && notice.set == PoseSet::Identification;
-        if is_told_later {
-            self.assessing = Some(Assessing { notice, is_automatic, has_begun: false });
+        if is_told_later && let Some(pose) = self.poses.poses().last() {
+            self.accuracy.begin(pose);
+            self.assessing = Some(Assessing { notice, is_automatic });
         }
         (!is_told_later).then_some(notice)
     }
@@ -30,19 +30,12 @@ impl Procedure {
     /// The next slice of the prediction; the pose as it is told, after the last, and whether it was captured automatically.
     /// The estimator has nothing to do meanwhile, so that its workspace serves.
     pub(super) fn assess(&mut self) -> Option<(PoseNotice, bool)> {
-        let assessing = self.assessing.as_mut()?;
-        let workspace = self.work.workspace();
-        if !assessing.has_begun {
-            assessing.has_begun = true;
-            if let Some(pose) = self.poses.poses().last() {
-                self.accuracy.begin(&self.machine, pose, workspace.scratch);
-            }
-            return None;
-        }
-        let prediction = self.accuracy.advance(&self.machine, MORE_POSES, workspace)?;
+        let Assessing { notice, is_automatic } = self.assessing?;
+        // No other is captured meanwhile.
+        let pose = self.poses.poses().last()?;
+        let prediction = self.accuracy.advance(&self.machine, pose, MORE_POSES, self.work.workspace())?;
         self.predicted_sigma_mm = prediction.now.map(|predicted| predicted.sigma_mm);
         self.sigma_with_more_mm = prediction.sigma_with_more_mm;
-        let Assessing { notice, is_automatic, .. } = *assessing;
         self.assessing = None;
         Some((PoseNotice { sigma_mm: self.predicted_sigma_mm, ..notice }, is_automatic))
     }

@@ -1,6 +1,7 @@
 //! A set of captured poses, and how far apart they are.
 
 use crate::identification::{Pose, PoseBuffer};
+use crate::scalar::Real;
 
 /// Poses of one set.
 #[derive(Debug, Clone, PartialEq)]
@@ -53,12 +54,19 @@ impl<const N: usize> Captured<N> {
 
     /// Angle to the nearest pose of the set, rad, 0 to π; None for an empty set.
     pub fn nearest_rad(&self, pose: &Pose<f32>) -> Option<f32> {
-        // The cosine of half the angle between two rotations; q and -q are the same rotation.
-        let cosine = |other: &Pose<f32>| other.attitude().coords.dot(&pose.attitude().coords).abs();
-        let nearest = self.poses().iter().map(cosine).reduce(f32::max)?;
-        // Of a small angle the cosine has lost the digits: |q1 - q2|² = 2 - 2 cos, = 4 sin² of a quarter of the angle.
-        Some(4.0 * libm::asinf(libm::sqrtf((2.0 - 2.0 * nearest).max(0.0)) * 0.5))
+        nearest_rad(self.poses(), pose)
     }
+}
+
+/// The same for a set of any capacity.
+fn nearest_rad(poses: &[Pose<f32>], pose: &Pose<f32>) -> Option<f32> {
+    // The cosine of half the angle between two rotations; q and -q are the same rotation.
+    let cosine = |other: &Pose<f32>| other.attitude().coords.dot(&pose.attitude().coords).abs();
+    let nearest = poses.iter().map(cosine).reduce(f32::max)?;
+    // Of a small angle the cosine has lost the digits: sine and cosine of a quarter of the angle have not. An arc sine would
+    // be one root less, but takes double precision in software, 3 KB of flash.
+    let (sine, cosine) = ((0.5 - 0.5 * nearest).max(0.0).root(), (0.5 + 0.5 * nearest).root());
+    Some(4.0 * libm::atan2f(sine, cosine))
 }
 
 impl<const N: usize> Default for Captured<N> {

@@ -1,5 +1,7 @@
 //! What the person at the arm should do next, in words that need no mathematics.
 
+use crate::kinematics::rotation::rotation_vector;
+use crate::scalar::Real;
 use nalgebra::{Matrix3, Vector3};
 
 /// The advice. The numbers go over CAN and are never renumbered.
@@ -122,7 +124,7 @@ impl Spread {
     /// Adds the rotation ({P} to {B}) of a captured pose.
     pub fn add(&mut self, rotation: &Matrix3<f32>) {
         let first = *self.first.get_or_insert(*rotation);
-        let vector = rotation_vector(&(rotation * first.transpose()));
+        let vector = rotation_vector(&first, rotation);
         self.sum += vector;
         self.products += vector * vector.transpose();
         self.poses = self.poses.saturating_add(1);
@@ -155,7 +157,7 @@ impl Spread {
         // Eigenvalues of the horizontal 2x2 block: variance of the tilt in its widest and its narrowest plane.
         let (a, b, c) = (covariance.m11, covariance.m22, covariance.m12);
         let middle = (a + b) * 0.5;
-        let radius = libm::sqrtf((a - b) * (a - b) * 0.25 + c * c);
+        let radius = ((a - b) * (a - b) * 0.25 + c * c).root();
         let is_below = |variance: f32, limit_rad: f32| variance < limit_rad * limit_rad;
         if is_below(middle + radius, TILT_RAD) {
             Guidance::TiltMore
@@ -165,14 +167,4 @@ impl Spread {
             Guidance::MoveOn
         }
     }
-}
-
-/// Axis times angle of a rotation, rad; the angle lies between 0 and π.
-pub(crate) fn rotation_vector(rotation: &Matrix3<f32>) -> Vector3<f32> {
-    let twice_sine_axis =
-        Vector3::new(rotation.m32 - rotation.m23, rotation.m13 - rotation.m31, rotation.m21 - rotation.m12);
-    let sine = twice_sine_axis.norm() * 0.5;
-    let cosine = (rotation.trace() - 1.0) * 0.5;
-    // Near 180 degrees the axis is lost in the antisymmetric part. No arm gets there; the vector is short then.
-    if sine < 1e-6 { twice_sine_axis * 0.5 } else { twice_sine_axis * (libm::atan2f(sine, cosine) / (2.0 * sine)) }
 }

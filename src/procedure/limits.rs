@@ -194,6 +194,60 @@ impl Limits {
         }
     }
 
+    /// Every number of them: the bits of a fraction, an integer as it is.
+    pub(crate) fn words(&self) -> [u32; 26] {
+        let Settings {
+            still_band_mm,
+            hold_ms,
+            min_samples,
+            silence_ms,
+            sample_jitter_ms,
+            frozen_mm,
+            lost_after_samples,
+            nearest_pose_rad,
+            enough_poses,
+            enough_poses_with_zeros,
+            zero_prior_mm,
+            target_sigma_mm,
+            verification_poses,
+            verification_deviation_mm,
+            capture_in_motion,
+            max_attempts,
+            collecting_timeout_ms,
+            verifying_timeout_ms,
+            review_timeout_ms,
+            plausibility: Plausibility { centre_mm, min_radius_mm, max_radius_mm, sigma_mm, offset_mm },
+        } = self.settings;
+        [
+            still_band_mm.to_bits(),
+            hold_ms,
+            min_samples.into(),
+            silence_ms,
+            sample_jitter_ms,
+            frozen_mm.to_bits(),
+            lost_after_samples.into(),
+            nearest_pose_rad.to_bits(),
+            enough_poses.into(),
+            enough_poses_with_zeros.into(),
+            zero_prior_mm.to_bits(),
+            target_sigma_mm.to_bits(),
+            verification_poses.into(),
+            verification_deviation_mm.to_bits(),
+            capture_in_motion.into(),
+            max_attempts.into(),
+            collecting_timeout_ms,
+            verifying_timeout_ms,
+            review_timeout_ms,
+            centre_mm.to_bits(),
+            min_radius_mm.to_bits(),
+            max_radius_mm.to_bits(),
+            sigma_mm.to_bits(),
+            offset_mm.to_bits(),
+            self.mm_per_count.to_bits(),
+            self.noise_mm.to_bits(),
+        ]
+    }
+
     /// What counts as slow motion, in counts of the rig's drum.
     pub fn slow_motion(&self) -> SlowMotionLimits {
         SlowMotionLimits {

@@ -54,7 +54,6 @@ pub mod transition;
 
 pub use commands::Reply;
 pub use guidance::Guidance;
-pub(crate) use guidance::rotation_vector;
 pub use limits::{Limits, LimitsError, Settings};
 pub use outcome::{Candidate, Ending, PoseNotice, Verification};
 pub use plausible::Plausibility;
@@ -275,6 +274,12 @@ impl Procedure {
     #[cfg(test)]
     pub(crate) fn live_mut(&mut self) -> &mut Option<Candidate> {
         &mut self.live
+    }
+
+    /// What it goes by, to spoil it as memory can.
+    #[cfg(test)]
+    pub(crate) fn spoil_constants(&mut self, rig: Rig<f32>, limits: Limits) {
+        (self.rig, self.limits) = (rig, limits);
     }
 
     /// The centre in use.

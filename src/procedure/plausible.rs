@@ -5,6 +5,7 @@
 use super::reason::Reason;
 use super::solve::Detail;
 use crate::rig::{Parameters, Rig};
+use crate::scalar::Real;
 
 /// What a centre may be on a rig.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -70,7 +71,7 @@ impl Plausibility {
         offsets_mm: &[f32],
     ) -> Result<(), Detail> {
         // each comparison is written so that NaN fails it
-        let away_mm = (parameters.centre_mm - nominal.centre_mm).norm();
+        let away_mm = (parameters.centre_mm - nominal.centre_mm).norm_squared().root();
         // on the platform's side of the base: {B}'s z axis points there
         let in_front = parameters.centre_mm.z > 0.0 || nominal.centre_mm.z <= 0.0;
         if !(away_mm <= self.centre_mm && in_front) {

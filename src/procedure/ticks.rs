@@ -10,6 +10,7 @@ use super::{Guidance, Procedure, Run, State, Verifying};
 use crate::identification::estimator::PoseVerification;
 use crate::identification::verification::rms_limit_mm;
 use crate::identification::{Identified, Progress};
+use crate::scalar::Real;
 
 impl Run {
     pub(super) const fn before_the_first() -> Self {
@@ -211,7 +212,7 @@ impl Procedure {
             return;
         }
         let poses = judging.next;
-        let deviation_mm = libm::sqrtf(judging.squares_mm2 / f32::from(poses.max(1)) / 3.0);
+        let deviation_mm = (judging.squares_mm2 / f32::from(poses.max(1)) / 3.0).root();
         let joint = self.work.estimator().joint();
         let limit_mm = rms_limit_mm(deviation_mm, judging.chi_square, usize::from(poses), identified.noise_mm, joint);
         let verification = Verification { deviation_mm, limit_mm, poses };

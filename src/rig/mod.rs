@@ -182,10 +182,11 @@ impl<T: Real> Rig<T> {
         let normal = (b2 - b1).cross(&(b3 - b1));
         let longest = (b2 - b1).norm_squared().max((b3 - b1).norm_squared()).max((b3 - b2).norm_squared());
         // Twice the triangle's area against its longest side squared: 0.87 when equilateral.
-        if !(normal.norm() > longest * T::of(1e-3)) {
+        let twice_area = normal.norm_squared().root();
+        if !(twice_area > longest * T::of(1e-3)) {
             return Err(RigError::BaseCollapsed);
         }
-        if normal.z.abs() < normal.norm() * T::of(1e-2) {
+        if normal.z.abs() < twice_area * T::of(1e-2) {
             return Err(RigError::BaseOnEdge);
         }
         // 1e-3 of slack: a platform flatter than that has no well-defined plane.

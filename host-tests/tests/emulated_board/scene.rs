@@ -18,8 +18,14 @@ use std::time::{Duration, Instant};
 const PERIOD: Duration = Duration::from_millis(10);
 /// Duration of a movement, ms: slow enough for the drive.
 const MOVE_MS: u32 = 400;
-/// Foreign frames that may be on their way to the board at once.
-const MOST_UNDER_WAY: u64 = 200;
+/// Samples that may be on their way to the board at once. A host under load stops the emulator for seconds. All samples of that
+/// time would wait in the line then, and the board would get them within a few milliseconds each: an arm in motion would be an
+/// encoder that leaps, and the run would end.
+const SAMPLES_UNDER_WAY: u64 = 3;
+/// Foreign frames that may be on their way beside them.
+const FRAMES_UNDER_WAY: u64 = 200;
+/// After so long without an answer the board has been reset, and has forgotten what it was asked.
+const FORGOTTEN: Duration = Duration::from_secs(3);
 
 /// A board, the person at its arm, and a client on its bus.
 pub struct Scene {
@@ -64,10 +70,12 @@ impl Scene {
 
     /// One sample of the encoders at its time; takes in what the board sends meanwhile.
     pub fn sample(&mut self, [c1, c2, c3, c4, c5, c6]: [i32; 6]) -> Result<(), Failed> {
+        self.wait_for_the_board()?;
         self.rig.write_all(format!("e {c1} {c2} {c3} {c4} {c5} {c6}\n").as_bytes())?;
+        self.can.ping()?;
         for _ in 0..self.crowd {
             // A host that runs the emulator slowly gets a thinner crowd, not an endless queue before each command.
-            if u64::from(self.sent) >= self.can.acknowledged() + MOST_UNDER_WAY {
+            if self.can.under_way() >= FRAMES_UNDER_WAY {
                 break;
             }
             self.sent += 1;
@@ -80,6 +88,21 @@ impl Scene {
         while let Some(left) = self.clock.checked_duration_since(Instant::now()) {
             if let Some(frame) = self.can.receive(left)? {
                 self.heard.extend(Message::unpack(&frame, BaseId::DEFAULT));
+            }
+        }
+        Ok(())
+    }
+
+    /// The machine goes no faster than the board that looks at it: waits while too much is on its way.
+    fn wait_for_the_board(&mut self) -> Result<(), Failed> {
+        let most = SAMPLES_UNDER_WAY + if self.crowd > 0 { FRAMES_UNDER_WAY } else { 0 };
+        let until = Instant::now() + FORGOTTEN;
+        while self.can.under_way() >= most {
+            if let Some(frame) = self.can.receive(Duration::from_millis(1))? {
+                self.heard.extend(Message::unpack(&frame, BaseId::DEFAULT));
+            }
+            if Instant::now() >= until {
+                self.can.forget_under_way();
             }
         }
         Ok(())
@@ -145,7 +168,7 @@ impl Scene {
             while Instant::now() < again {
                 self.sample(self.at.counts)?;
                 let answer = self.heard.iter().find_map(|message| match message {
-                    Message::Answer(answer) if answer.nonce == nonce => Some(*answer),
+                    Message::Answer(answer) if (answer.nonce, answer.opcode) == (nonce, opcode as u8) => Some(*answer),
                     _ => None,
                 });
                 if let Some(answer) = answer {
@@ -196,7 +219,11 @@ impl Scene {
             match self.ask_when_still(Opcode::Capture, 0)?.code {
                 Reason::Fine => captured += 1,
                 Reason::PoseTooNear => {}
-                other => return Err(format!("{other:?}").into()),
+                other => {
+                    let states: Vec<String> =
+                        self.board.log().into_iter().filter(|line| line.contains(" to: ")).collect();
+                    return Err(format!("{other:?}; the board's states: {states:?}").into());
+                }
             }
         }
         Ok(())

@@ -18,7 +18,7 @@ use crate::identification::pose::Pose;
 use crate::identification::pose_in_work::PoseInWork;
 use crate::identification::refusal::Refusal;
 use crate::kinematics::rotation::rotation_of;
-use crate::kinematics::{JointCentre, LengthJacobian};
+use crate::kinematics::{AttitudeSolver, AttitudeTrack, CableSet, JointCentre, LengthJacobian};
 use crate::scalar::Real;
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -53,8 +53,8 @@ enum Step<T> {
     Sum(Sum<T>),
     /// The normal equations are factored.
     Factor { used: usize },
-    /// The step is taken.
-    Take { used: usize },
+    /// They are solved, then the step is taken.
+    Solve { used: usize },
 }
 
 /// The sum over the poses under way.
@@ -62,7 +62,8 @@ enum Step<T> {
 struct Sum<T> {
     /// The next pose, from 0.
     next: usize,
-    /// Its rotation, once that is found.
+    /// The search for its rotation, from that about the moving centre; and the rotation, once it is found.
+    track: Option<AttitudeTrack<T>>,
     attitude: Option<UnitQuaternion<T>>,
     /// The columns of the pose in work are known.
     has_columns: bool,
@@ -94,13 +95,14 @@ impl<T: Real> Compare<T> {
                 Ok(false) => None,
                 Ok(true) => {
                     fit.begin_step();
-                    self.step = Step::Take { used: *used };
+                    self.step = Step::Solve { used: *used };
                     None
                 }
                 // Priors and damping determine all of it; rounding may not.
                 Err(_) => Some(Self::go_on(fit, machine)),
             },
-            Step::Take { used } => {
+            Step::Solve { .. } if !fit.solve() => None,
+            Step::Solve { used } => {
                 let used = *used;
                 self.take_step(fit, machine, used)
             }
@@ -109,7 +111,7 @@ impl<T: Real> Compare<T> {
 
     /// Takes the step of a pass, and judges what it leaves.
     fn take_step(&mut self, fit: &mut Fit<T>, machine: &Machine<T>, used: usize) -> Option<Stage<T>> {
-        let step = fit.step();
+        let step = fit.scratch.solution();
         let squares_mm2 = fit.equations.squares_after(&step);
         let freedom = T::of_integer((3 * used as i32 - CENTRE_UNKNOWNS as i32).max(1));
         if squares_mm2 <= fit.variance_mm2() * freedom * T::of(EXPLAINED) {
@@ -151,7 +153,7 @@ impl<T: Real> Sum<T> {
         }
         let Some(pose) = poses.get(self.next) else { return false };
         match self.attitude.take() {
-            None if pose.is_used() => self.attitude = Some(rotation_about(ball, centre, pose)),
+            None if pose.is_used() => self.attitude = self.turn(ball, centre, pose),
             None => self.next += 1,
             Some(attitude) => {
                 self.add(fit, ball, centre, pose, &attitude);
@@ -160,6 +162,17 @@ impl<T: Real> Sum<T> {
             }
         }
         true
+    }
+
+    /// A few steps towards the rotation that fits a pose best about the ball; once it is found, that. Where none fits, the one
+    /// that it has.
+    fn turn(&mut self, ball: &Model<'_, T>, centre: &JointCentre<T>, pose: &Pose<T>) -> Option<UnitQuaternion<T>> {
+        let track = self.track.get_or_insert(AttitudeTrack::new(*pose.attitude()));
+        let lengths = ball.estimate.corrected(ball.machine, pose.lengths());
+        let solver = AttitudeSolver { geometry: ball.estimate.geometry(), centre };
+        let found = track.advance(&solver, &lengths, CableSet::ALL)?;
+        self.track = None;
+        Some(found.map_or(*pose.attitude(), |fit| fit.attitude))
     }
 
     /// Adds a pose with its rotation about the ball; its columns and rows follow.
@@ -189,11 +202,6 @@ fn begin_pass<T: Real>(fit: &mut Fit<T>, machine: &Machine<T>, estimate: &Machin
     fit.scratch = Scratch::Free;
     fit.equations.clear(estimate.count() + CENTRE_UNKNOWNS);
     Model { machine, estimate, joint: &Joint::Ball, features: None }.add_prior(&mut fit.equations, 0, variance);
-    Step::Sum(Sum { next: 0, attitude: None, has_columns: false, used: 0, centre: CentreSums::default() })
-}
-
-/// The rotation that fits a pose best about the ball, from that about the moving centre.
-fn rotation_about<T: Real>(ball: &Model<'_, T>, centre: &JointCentre<T>, pose: &Pose<T>) -> UnitQuaternion<T> {
-    let lengths = ball.estimate.corrected(ball.machine, pose.lengths());
-    Joint::Ball.track(ball.estimate.geometry(), centre, *pose.attitude(), &lengths).unwrap_or(*pose.attitude())
+    let centre = CentreSums::default();
+    Step::Sum(Sum { next: 0, track: None, attitude: None, has_columns: false, used: 0, centre })
 }

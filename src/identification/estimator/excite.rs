@@ -13,8 +13,9 @@ use crate::identification::refusal::Refusal;
 use crate::identification::weights::Weights;
 use crate::scalar::Real;
 
-/// Poses a slice.
+/// Poses a slice; of a moving centre, where each takes an arc tangent and two rotations more.
 const POSES_A_SLICE: usize = 16;
+const POSES_A_SLICE_OF_ARM: usize = 4;
 
 /// What the excitation is computed for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,7 +55,11 @@ impl<T: Real> Excite<T> {
         let least = if self.purpose == Purpose::Accept { PoseState::Used } else { PoseState::Placed };
         // The steps before have diverged along the singular direction, and the rotations with them: place again.
         let has_diverged = self.purpose == Purpose::NameWhatIsSingular && self.motion.is_none();
-        let poses_a_slice = if has_diverged { 1 } else { POSES_A_SLICE };
+        let poses_a_slice = match self.arm {
+            _ if has_diverged => 1,
+            Some(_) => POSES_A_SLICE_OF_ARM,
+            None => POSES_A_SLICE,
+        };
         let slice = poses.iter_mut().enumerate().skip(self.next).take(poses_a_slice);
         for (index, pose) in slice {
             if has_diverged {

@@ -1,13 +1,13 @@
 //! The fit under way: the unknowns, the normal equations of a pass, and the residuals that it leaves.
 
 use super::model::Model;
-use super::scratch::Scratch;
+use super::scratch::{PRODUCTS_A_SLICE, Scratch};
 use crate::identification::joint::{HeldCentre, Joint};
 use crate::identification::machine::{Machine, MachineEstimate};
 use crate::identification::marginal_information::MarginalInformation;
 use crate::identification::noise::Residuals;
 use crate::identification::outcome::{Identified, rms_residual};
-use crate::identification::parameters::{CENTRE_UNKNOWNS, CentreSums, Equations, MAX_UNKNOWNS, ParameterBlock, PoseAt};
+use crate::identification::parameters::{CENTRE_UNKNOWNS, CentreSums, Equations, ParameterBlock, PoseAt};
 use crate::identification::pose::{Pose, PoseState};
 use crate::identification::pose_in_work::PoseInWork;
 use crate::identification::refusal::Refusal;
@@ -24,9 +24,6 @@ use nalgebra::{Matrix3, Matrix6, Vector3};
 /// Ridge on a pose's information when its own centre is computed: bounds the direction that a pose near a singularity
 /// does not determine.
 const OWN_CENTRE_RIDGE: f64 = 0.02;
-
-/// Multiplications of a slice of the Cholesky factor.
-const PRODUCTS_A_SLICE: usize = 900;
 
 /// Everything that the stages work on.
 #[derive(Clone, Debug)]
@@ -218,11 +215,14 @@ impl<T: Real> Fit<T> {
         are_in
     }
 
-    /// Whitens one of the rows.
-    pub fn whiten_row(&mut self, row: usize) {
-        if let Some(row) = self.scratch.rows_mut().get_mut(row) {
-            self.equations.whiten(row);
-        }
+    /// Whitens what is next in the rows at work; true when they are white.
+    pub fn whiten(&mut self) -> bool {
+        self.scratch.whiten(&self.equations)
+    }
+
+    /// Solves what is next of the right side at work; true when it is solved.
+    pub fn solve(&mut self) -> bool {
+        self.scratch.solve(&self.equations)
     }
 
     /// Goes on searching for a pose's rotation; true when that is over.
@@ -317,22 +317,14 @@ impl<T: Real> Fit<T> {
         Ok(self.equations.is_factored())
     }
 
-    /// The first half of the step of a pass, once factored.
+    /// The step of a pass goes to work, once factored.
     pub fn begin_step(&mut self) {
-        self.scratch.put_rows(&[*self.equations.gradient()]);
-        self.whiten_row(0);
+        self.scratch.put_right(self.equations.gradient(), 0);
     }
 
-    /// The second half.
-    pub fn step(&self) -> [T; MAX_UNKNOWNS] {
-        let mut step = self.scratch.rows().first().copied().unwrap_or([T::zero(); MAX_UNKNOWNS]);
-        self.equations.solve_backwards(&mut step, 0);
-        step
-    }
-
-    /// Takes the step, and keeps its residuals. Returns the largest change of any unknown, mm.
+    /// Takes the step, once solved, and keeps its residuals. Returns the largest change of any unknown, mm.
     pub fn take_step(&mut self, machine: &Machine<T>, pass: &Pass<T>) -> T {
-        let step = self.step();
+        let step = self.scratch.solution();
         let squares_mm2 = self.equations.squares_after(&step);
         let parameters = self.parameters();
         let in_machine = self.estimate.count();

@@ -15,7 +15,7 @@ use crate::identification::machine::Machine;
 use crate::identification::parameters::MAX_UNKNOWNS;
 use crate::identification::pose::Pose;
 use crate::identification::refusal::Refusal;
-use crate::linear_algebra::{NormalEquations, column, largest_eigenpair, non_negative_root};
+use crate::linear_algebra::{NormalEquations, column, dot, largest_eigenpair, non_negative_root};
 use crate::scalar::Real;
 use nalgebra::{Matrix3, Vector3};
 
@@ -54,7 +54,7 @@ pub(super) struct Inspect<T: Real> {
     seen: usize,
     /// Information and gradient of ΔO, ΔC.
     split: NormalEquations<T, 6, 21>,
-    /// Mixed block with the other unknowns, whitened: a row each of ΔO, ΔC.
+    /// L⁻¹ times the mixed block with the other unknowns, with L the factor of their equations: a row each of ΔO, ΔC.
     shared: [[T; MAX_UNKNOWNS]; 6],
     best: Option<Split<T>>,
     /// Σ δ̂ δ̂ᵀ, mm².
@@ -75,10 +75,10 @@ enum Step {
     See,
     /// The columns of its equations.
     Columns,
-    /// Their derivatives with all unknowns are whitened, a row a slice, and added.
-    Share(usize),
-    /// The covariance of the centre that is predicted in it, a row a slice.
-    Path(usize),
+    /// What its equations share with the other unknowns is whitened.
+    Shared,
+    /// So is what the centre that is predicted in it hangs on.
+    Path,
     /// The split before it.
     Split,
 }
@@ -115,30 +115,27 @@ impl<T: Real> Inspect<T> {
                 Step::Columns
             }
             Step::Columns if !fit.add_columns(machine) => Step::Columns,
-            Step::Columns => {
-                let sensitivity = fit.scratch.pose()?.sensitivity();
-                fit.scratch.put_rows(&sensitivity);
-                Step::Share(0)
-            }
-            Step::Share(row) if row < 3 => {
-                fit.whiten_row(row);
-                Step::Share(row + 1)
-            }
-            Step::Share(_) => {
+            Step::Columns => match fit.scratch.pose().map(|in_work| in_work.sensitivity()) {
+                Some(sensitivity) => {
+                    fit.scratch.put_rows(&sensitivity);
+                    Step::Shared
+                }
+                None => Step::See,
+            },
+            Step::Shared if !fit.whiten() => Step::Shared,
+            Step::Shared => {
                 let rotation = poses.get(self.next)?.rotation();
-                self.add_shared(fit.scratch.rows(), &rotation);
+                self.add_shared(&rotation, fit.scratch.rows());
                 let rows = fit.path_rows(&rotation);
                 fit.scratch.put_rows(&rows);
-                Step::Path(0)
+                Step::Path
             }
-            Step::Path(row) if row < 3 => {
-                fit.whiten_row(row);
-                Step::Path(row + 1)
-            }
-            Step::Path(_) => {
+            Step::Path if !fit.whiten() => Step::Path,
+            Step::Path => {
                 self.add_path(fit, &poses.get(self.next)?.rotation());
                 let side = MIN_SIDE.max(fit.residuals.used / SIDE_SHARE);
-                if self.seen >= side && fit.residuals.used >= side + self.seen { Step::Split } else { Step::See }
+                let is_possible = self.seen >= side && fit.residuals.used >= side + self.seen;
+                if is_possible { Step::Split } else { Step::See }
             }
             Step::Split => {
                 self.try_split(fit);
@@ -171,13 +168,14 @@ impl<T: Real> Inspect<T> {
         self.previous_mm = own;
     }
 
-    /// Adds what it says of them together with the other unknowns: of unknown u, Kᵤᵀ and -(Rᵀ Kᵤ)ᵀ. The three rows of K come
-    /// whitened: so each pose's are whitened once, not the sums before every split.
-    fn add_shared(&mut self, whitened: &[[T; MAX_UNKNOWNS]], rotation: &Matrix3<T>) {
-        let [x, y, z] = whitened else { return };
+    /// Adds what it says of them together with the other unknowns: of unknown u, Kᵤᵀ and -(Rᵀ Kᵤ)ᵀ. The rows of K are
+    /// whitened.
+    fn add_shared(&mut self, rotation: &Matrix3<T>, rows: &[[T; MAX_UNKNOWNS]]) {
+        let [x, y, z] = rows else { return };
         let [a, b, c, d, e, f] = &mut self.shared;
+        let columns = x.iter().zip(y).zip(z);
         let shared = a.iter_mut().zip(b).zip(c).zip(d).zip(e).zip(f);
-        for (((x, y), z), (((((a, b), c), d), e), f)) in x.iter().zip(y).zip(z).zip(shared) {
+        for (((x, y), z), (((((a, b), c), d), e), f)) in columns.zip(shared) {
             let column = Vector3::new(*x, *y, *z);
             let of_platform = -rotation.tr_mul(&column);
             *a += column.x;
@@ -209,7 +207,7 @@ impl<T: Real> Inspect<T> {
             return;
         }
         let step = split.step();
-        let gain = step.iter().zip(split.gradient()).fold(T::zero(), |sum, (x, g)| sum + *x * *g) / fit.variance_mm2();
+        let gain = dot(&step, split.gradient()) / fit.variance_mm2();
         if self.best.is_none_or(|best| gain > best.gain) {
             let [x, y, z, u, v, w] = step;
             let (of_base, of_cuff) = (Vector3::new(x, y, z), Vector3::new(u, v, w));

@@ -63,8 +63,8 @@ enum Step<T> {
     Sum(Pass<T>),
     /// The normal equations are factored.
     Factor(Pass<T>),
-    /// The step is taken.
-    Take(Pass<T>),
+    /// They are solved, then the step is taken.
+    Solve(Pass<T>),
     /// Its residuals are kept; the median of χ² is sought.
     Median { pass: Pass<T>, largest_mm: T, search: MedianSearch<T> },
 }
@@ -111,12 +111,13 @@ impl<T: Real> Refine<T> {
                 Ok(false) => None,
                 Ok(true) => {
                     fit.begin_step();
-                    self.step = Step::Take(*pass);
+                    self.step = Step::Solve(*pass);
                     None
                 }
                 Err(Singular) => Some(self.after_singular(fit, poses)),
             },
-            Step::Take(pass) => {
+            Step::Solve(_) if !fit.solve() => None,
+            Step::Solve(pass) => {
                 let largest_mm = fit.take_step(machine, pass);
                 self.step = Step::Median { pass: *pass, largest_mm, search: MedianSearch::new(poses) };
                 None

@@ -7,7 +7,7 @@ use crate::identification::gates::{Accuracy, require_accuracy};
 use crate::identification::leave_one_out::{Candidates, candidates};
 use crate::identification::machine::Machine;
 use crate::identification::outcome::Rejected;
-use crate::identification::parameters::CENTRE_UNKNOWNS;
+use crate::identification::parameters::{CENTRE_UNKNOWNS, MAX_UNKNOWNS};
 use crate::identification::pose::Pose;
 use crate::identification::refusal::Refusal;
 use crate::identification::uncertainty::{ShapeShare, parameters_of, unpacked, worst_direction_of_point};
@@ -17,7 +17,7 @@ use crate::rig::CABLES;
 use crate::scalar::Real;
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
-/// Columns of the covariance of O and C a slice, and standard deviations of offsets.
+/// Columns of the covariance of O and C a slice.
 const COLUMNS_A_SLICE: usize = 2;
 
 /// What is accepted.
@@ -47,6 +47,10 @@ pub(super) struct Acceptance<T> {
     /// What the platform's shape adds to the covariance, for a noise of 1 mm; so many of its parameters are included.
     of_shape: ShapeShare<T>,
     in_shape: usize,
+    /// The covariances of the next one are being computed.
+    has_begun_shape: bool,
+    /// The result is written.
+    is_written: bool,
 }
 
 impl<T: Real> Acceptance<T> {
@@ -61,6 +65,8 @@ impl<T: Real> Acceptance<T> {
             offsets: 0,
             of_shape: ShapeShare::none(),
             in_shape: 0,
+            has_begun_shape: false,
+            is_written: false,
         }
     }
 
@@ -82,10 +88,10 @@ impl<T: Real> Acceptance<T> {
         if let Some(first) = machine.first_offset()
             && self.offsets < CABLES
         {
-            for (cable, sigma) in self.offset_sigmas.iter_mut().enumerate().skip(self.offsets).take(COLUMNS_A_SLICE) {
-                *sigma = non_negative_root(fit.equations.variance(first + cable));
+            if let Some(sigma) = self.offset_sigmas.get_mut(self.offsets) {
+                *sigma = non_negative_root(fit.equations.variance(first + self.offsets));
             }
-            self.offsets += COLUMNS_A_SLICE;
+            self.offsets += 1;
             return None;
         }
         let Some((noise_mm, sigma_noise_mm)) = self.noise_mm else {
@@ -96,19 +102,29 @@ impl<T: Real> Acceptance<T> {
             return self.gate(fit, machine).err().map(Err);
         };
         if let Some(index) = machine.platform_shape().nth(self.in_shape).filter(|_| fit.estimate.count() > 0) {
-            fit.add_shape_share(machine, index, &mut self.of_shape);
-            self.in_shape += 1;
+            if !self.has_begun_shape {
+                fit.begin_shape_share(machine, index);
+                self.has_begun_shape = true;
+            } else if fit.solve() {
+                fit.add_shape_share(machine, index, &mut self.of_shape);
+                self.has_begun_shape = false;
+                self.in_shape += 1;
+            }
             return None;
         }
-        let widened = match self.of {
-            Accepted::Ball { .. } => T::one(),
-            Accepted::Moving => fit.joint.variance_factor(),
-        };
-        let variance = sigma_noise_mm * sigma_noise_mm * widened;
-        let covariances = [self.covariance * variance, self.of_shape.covariance_mm2 * variance];
-        fit.write_result(machine, poses, &covariances, noise_mm);
-        if machine.first_offset().is_some() {
-            fit.result.offset_sigmas_mm = self.offset_sigmas.map(|sigma| sigma * sigma_noise_mm);
+        if !self.is_written {
+            let widened = match self.of {
+                Accepted::Ball { .. } => T::one(),
+                Accepted::Moving => fit.joint.variance_factor(),
+            };
+            let variance = sigma_noise_mm * sigma_noise_mm * widened;
+            let covariances = [self.covariance * variance, self.of_shape.covariance_mm2 * variance];
+            fit.write_result(machine, poses, &covariances, noise_mm);
+            if machine.first_offset().is_some() {
+                fit.result.offset_sigmas_mm = self.offset_sigmas.map(|sigma| sigma * sigma_noise_mm);
+            }
+            self.is_written = true;
+            return None;
         }
         let check = match self.of {
             Accepted::Ball { dominant } if fit.settings.require_redundancy => {
@@ -142,10 +158,19 @@ impl<T: Real> Fit<T> {
         Stage::Check(Check::new(Acceptance::new(of)))
     }
 
-    /// Adds what one parameter of the platform's shape does to the covariance of centre and radii.
+    /// The covariances of one parameter of the platform's shape go to work.
+    fn begin_shape_share(&mut self, machine: &Machine<T>, index: usize) {
+        let mut unit = [T::zero(); MAX_UNKNOWNS];
+        if let Some(entry) = unit.get_mut(index) {
+            *entry = T::one();
+        }
+        self.scratch.put_right(&unit, machine.platform_shape().start);
+    }
+
+    /// Adds what that parameter does to the covariance of centre and radii, once they are known.
     fn add_shape_share(&self, machine: &Machine<T>, index: usize, share: &mut ShapeShare<T>) {
         let shape = machine.platform_shape();
-        let column = self.equations.covariance_column(index, shape.start);
+        let column = self.scratch.solution();
         let entry = |unknown: usize| column.get(unknown).copied().unwrap_or_else(T::zero);
         let first = self.equations.unknowns() - CENTRE_UNKNOWNS;
         let point = |at: usize| Vector3::new(entry(at), entry(at + 1), entry(at + 2));

@@ -13,7 +13,7 @@ use crate::identification::pose::Pose;
 use crate::identification::verification::{CentrePrediction, VerifiedPose};
 use crate::kinematics::rotation::{rotation_of, turned};
 use crate::kinematics::{AttitudeSearch, AttitudeSolver, AttitudeTrack, CableLengths, CableSet};
-use crate::linear_algebra::{inverse_of_positive_definite, rounding};
+use crate::linear_algebra::{dot, inverse_of_positive_definite, rounding};
 use crate::scalar::Real;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
@@ -44,8 +44,8 @@ enum Step<T: Real> {
     See(UnitQuaternion<T>),
     /// The columns of its equations.
     Columns(Evidence<T>),
-    /// Their covariance, a row a slice.
-    Whiten(Evidence<T>, usize),
+    /// Their covariance: they are whitened.
+    Whiten(Evidence<T>),
 }
 
 /// What a pose says of the centre.
@@ -118,16 +118,13 @@ impl<T: Real> Estimator<T> {
                     let Some(in_work) = fit.scratch.pose() else { return Some(None) };
                     let rows = in_work.sensitivity();
                     fit.scratch.put_rows(&rows);
-                    Step::Whiten(evidence, 0)
+                    Step::Whiten(evidence)
                 } else {
                     Step::Columns(evidence)
                 }
             }
-            Step::Whiten(evidence, row) if row < 3 => {
-                fit.whiten_row(row);
-                Step::Whiten(evidence, row + 1)
-            }
-            Step::Whiten(evidence, _) => {
+            Step::Whiten(evidence) if !fit.whiten() => Step::Whiten(evidence),
+            Step::Whiten(evidence) => {
                 return Some(fit.verified(
                     machine.relative_variance(pose.samples),
                     &evidence,
@@ -245,7 +242,7 @@ impl<T: Real> Fit<T> {
     /// The product of two rows.
     pub(super) fn product_of_rows(&self, rows: &[[T; MAX_UNKNOWNS]], i: usize, j: usize) -> T {
         let (Some(a), Some(b)) = (rows.get(i), rows.get(j)) else { return T::zero() };
-        a.iter().zip(b).take(self.equations.unknowns()).fold(T::zero(), |sum, (a, b)| sum + *a * *b)
+        dot(a.get(..self.equations.unknowns()).unwrap_or_default(), b)
     }
 
     /// Derivative of the predicted centre O0 + A φ(R) with the unknowns.

@@ -70,10 +70,9 @@ impl<T: Real> Joint<T> {
         rotation: &Matrix3<T>,
         lengths: &CableLengths<T>,
     ) -> LengthJacobian<T> {
+        let Self::Moving(moving) = self else { return LengthJacobian::new(geometry, centre, rotation, lengths) };
         let mut jacobian = LengthJacobian::new(geometry, &self.centre_at(centre, rotation), rotation, lengths);
-        if let Some(turning) = self.turning(rotation) {
-            jacobian.include_motion(&turning);
-        }
+        jacobian.include_motion(&moving.turning(rotation));
         jacobian
     }
 
@@ -95,14 +94,6 @@ impl<T: Real> Joint<T> {
             }
         }
         Some(attitude)
-    }
-
-    /// Derivative of the joint centre in {B} with a rotation ω of the pose, mm/rad; `None` for a ball.
-    pub fn turning(&self, rotation: &Matrix3<T>) -> Option<Matrix3<T>> {
-        match self {
-            Self::Ball | Self::Held(_) => None,
-            Self::Moving(moving) => Some(moving.turning(rotation)),
-        }
     }
 
     /// Variance of the scatter of a pose's own centre along each axis, mm².
