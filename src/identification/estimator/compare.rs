@@ -49,6 +49,8 @@ pub(super) struct Compare<T: Real> {
 
 #[derive(Clone, Copy, Debug)]
 enum Step<T> {
+    /// The equations are to hold the priors of an unmeasured machine only.
+    Begin,
     /// The poses are summed.
     Sum(Sum<T>),
     /// The normal equations are factored.
@@ -75,13 +77,16 @@ impl<T: Real> Compare<T> {
     /// Begins. The moving centre's fit goes on when it is not the machine.
     pub fn new(fit: &mut Fit<T>, machine: &Machine<T>) -> Self {
         let estimate = MachineEstimate::unmeasured(machine);
-        let step = begin_pass(fit, machine, &estimate);
-        Self { estimate, centre: fit.centre, step, passes: 0, squares_mm2: T::of(f64::INFINITY) }
+        Self { estimate, centre: fit.centre, step: Step::Begin, passes: 0, squares_mm2: T::of(f64::INFINITY) }
     }
 
     /// The next slice of a pose, of the factor, or of the step.
     pub fn advance(&mut self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &[Pose<T>]) -> Option<Stage<T>> {
         match &mut self.step {
+            Step::Begin => {
+                self.step = begin_pass(fit, machine, &self.estimate);
+                None
+            }
             Step::Sum(sum) => {
                 let ball = Model { machine, estimate: &self.estimate, joint: &Joint::Ball, features: None };
                 if !sum.advance(fit, &ball, &self.centre, poses) {
@@ -99,7 +104,7 @@ impl<T: Real> Compare<T> {
                     None
                 }
                 // Priors and damping determine all of it; rounding may not.
-                Err(_) => Some(Self::go_on(fit, machine)),
+                Err(_) => Some(Self::go_on(fit)),
             },
             Step::Solve { .. } if !fit.solve() => None,
             Step::Solve { used } => {
@@ -121,7 +126,7 @@ impl<T: Real> Compare<T> {
         let is_over = self.passes >= MAX_PASSES || !(squares_mm2 <= self.squares_mm2 * T::of(GOES_ON));
         self.squares_mm2 = squares_mm2;
         if is_over {
-            return Some(Self::go_on(fit, machine));
+            return Some(Self::go_on(fit));
         }
         let (constants, centre) = step.split_at_checked(self.estimate.count()).unwrap_or_default();
         self.estimate.apply(machine, constants);
@@ -129,14 +134,14 @@ impl<T: Real> Compare<T> {
             self.centre.in_base_mm += Vector3::new(*x, *y, *z);
             self.centre.in_platform_mm += Vector3::new(*u, *v, *w);
         }
-        self.step = begin_pass(fit, machine, &self.estimate);
+        self.step = Step::Begin;
         None
     }
 
     /// It is not the machine: the moving centre's fit goes on.
-    fn go_on(fit: &mut Fit<T>, machine: &Machine<T>) -> Stage<T> {
+    fn go_on(fit: &mut Fit<T>) -> Stage<T> {
         fit.is_compared = true;
-        Stage::Refine(Refine::select(fit, machine))
+        Stage::Refine(Refine::select(fit))
     }
 }
 

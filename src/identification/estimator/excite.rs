@@ -129,7 +129,7 @@ impl<T: Real> Excite<T> {
         match self.purpose {
             Purpose::NameWhatIsSingular => Stage::Done(Err(Refusal::Singular)),
             Purpose::MeasureMigration { rejected } => {
-                Stage::Refine(Refine::new(fit, machine, Weights::OwnCentres { rejected }, true))
+                Stage::Refine(Refine::new(fit, Weights::OwnCentres { rejected }, true))
             }
             Purpose::MovingCentre => self.begin_moving(fit, machine, poses, excitation),
             Purpose::Accept => fit.accept(Accepted::Ball { dominant: motion.dominant_pose() }),

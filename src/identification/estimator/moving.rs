@@ -38,7 +38,7 @@ impl<T: Real> Fit<T> {
         }
         self.residuals.noise_mm = machine.noise_mm().min(self.residuals.noise_mm);
         self.result.rms_residuals_mm.clear();
-        Stage::Refine(Refine::new(self, machine, Weights::Equal, true))
+        Stage::Refine(Refine::new(self, Weights::Equal, true))
     }
 }
 
@@ -58,8 +58,8 @@ impl<T: Real> Fit<T> {
 
 impl<T: Real> Refine<T> {
     /// Goes on with a joint that moves or scatters, each pose in or out.
-    pub(super) fn select(fit: &mut Fit<T>, machine: &Machine<T>) -> Self {
-        Self::new(fit, machine, Weights::Inliers(T::of(INLIER_LIMIT)), true)
+    pub(super) fn select(fit: &mut Fit<T>) -> Self {
+        Self::new(fit, Weights::Inliers(T::of(INLIER_LIMIT)), true)
     }
 
     /// What follows a pass of the moving centre's model.
@@ -73,15 +73,15 @@ impl<T: Real> Refine<T> {
     ) -> Stage<T> {
         let variance = fit.variance_mm2();
         let (median, residuals) = (fit.residuals.chi_squares.median, fit.residuals);
-        let Some(scatter) = fit.joint.scatter_mut() else { return self.again(fit, machine) };
+        let Some(scatter) = fit.joint.scatter_mut() else { return self.again(fit) };
         if let (Weights::Equal, true) = (self.weights, self.passes <= MEDIAN_PASSES) {
             scatter.follow_median(median / T::of(MEDIAN_OF_CHI_SQUARE_3));
             if self.passes < MEDIAN_PASSES {
-                return self.again(fit, machine);
+                return self.again(fit);
             }
             return match &fit.joint {
                 Joint::Moving(_) if !fit.is_compared => Stage::Compare(Compare::new(fit, machine)),
-                _ => Stage::Refine(Self::select(fit, machine)),
+                _ => Stage::Refine(Self::select(fit)),
             };
         }
         let excess = residuals.squares_mm2 / variance - residuals.freedom;
@@ -92,7 +92,7 @@ impl<T: Real> Refine<T> {
         match self.weights {
             Weights::Inliers(_) if is_too_many && self.passes > 2 => {
                 // It is not a few poses: fit all of them, and let the scatter show it.
-                Stage::Refine(Self::new(fit, machine, Weights::Equal, true).after(MEDIAN_PASSES))
+                Stage::Refine(Self::new(fit, Weights::Equal, true).after(MEDIAN_PASSES))
             }
             _ if is_stable => match &fit.joint {
                 Joint::Held(scatter) => fit.judge_held(scatter.sigma_mm()),
@@ -101,7 +101,7 @@ impl<T: Real> Refine<T> {
             _ if self.passes >= MAX_PASSES + MEDIAN_PASSES => {
                 Stage::Done(Err(fit.ball_refusal.unwrap_or(Refusal::IterationCap)))
             }
-            _ => self.again(fit, machine),
+            _ => self.again(fit),
         }
     }
 }

@@ -49,7 +49,7 @@ impl<T: Real> Place<T> {
                 match fit.settings.joint {
                     JointChoice::Held => fit.begin_scattered(machine, Joint::Held(Scatter::default())),
                     JointChoice::Moving => Stage::Excite(Excite::new(Purpose::MovingCentre)),
-                    _ => Stage::Refine(Refine::new(fit, machine, Weights::Equal, false)),
+                    _ => Stage::Refine(Refine::new(fit, Weights::Equal, false)),
                 }
             }
             Err(Singular) => Stage::Excite(Excite::new(Purpose::NameWhatIsSingular)),

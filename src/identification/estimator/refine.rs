@@ -59,6 +59,8 @@ pub(super) struct Refine<T> {
 /// A pass step by step.
 #[derive(Clone, Copy, Debug)]
 enum Step<T> {
+    /// The equations are to hold the priors only.
+    Begin,
     /// The poses are summed.
     Sum(Pass<T>),
     /// The normal equations are factored.
@@ -71,7 +73,7 @@ enum Step<T> {
 
 impl<T: Real> Refine<T> {
     /// Begins with these weights.
-    pub fn new(fit: &mut Fit<T>, machine: &Machine<T>, weights: Weights<T>, reinitialised: bool) -> Self {
+    pub fn new(fit: &mut Fit<T>, weights: Weights<T>, reinitialised: bool) -> Self {
         if let Weights::OwnCentres { .. } = weights {
             fit.estimate.hold();
         }
@@ -81,7 +83,7 @@ impl<T: Real> Refine<T> {
             reinitialise_above: Self::reinitialise_above(&weights, 1),
             reinitialised,
             used_before: 0,
-            step: Step::Sum(fit.begin_pass(machine)),
+            step: Step::Begin,
         }
     }
 
@@ -101,6 +103,10 @@ impl<T: Real> Refine<T> {
     /// One slice of a pass.
     pub fn advance(&mut self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &mut [Pose<T>]) -> Option<Stage<T>> {
         match &mut self.step {
+            Step::Begin => {
+                self.step = Step::Sum(fit.begin_pass(machine));
+                None
+            }
             Step::Sum(pass) => {
                 if !fit.add_next_pose(pass, machine, poses, &self.weights, self.reinitialise_above) {
                     self.step = Step::Factor(*pass);
@@ -131,7 +137,7 @@ impl<T: Real> Refine<T> {
                 }
                 let settled = largest_mm <= fit.settings.tolerance_mm;
                 Some(match fit.joint {
-                    Joint::Ball => self.after_pass(fit, machine, poses, settled),
+                    Joint::Ball => self.after_pass(fit, poses, settled),
                     Joint::Held(_) | Joint::Moving(_) => self.after_moving_pass(fit, machine, poses, &pass, settled),
                 })
             }
@@ -139,18 +145,18 @@ impl<T: Real> Refine<T> {
     }
 
     /// What follows a pass of the ball model.
-    fn after_pass(&self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &[Pose<T>], settled: bool) -> Stage<T> {
+    fn after_pass(&self, fit: &mut Fit<T>, poses: &[Pose<T>], settled: bool) -> Stage<T> {
         let residuals = &fit.residuals;
         let noise = fit.settings.noise;
         match self.weights {
             Weights::Equal => {
                 if settled && residuals.used == poses.len() && residuals.are_noise(noise, poses.len()) {
-                    return self.converged(fit, machine, poses);
+                    return self.converged(fit, poses);
                 }
                 // An outlier with large leverage would pull the next passes off: weight it down at once.
                 if settled || stands_out(fit) || self.passes > max_equal_passes(fit) {
                     let scale = first_scale(fit, poses.len());
-                    return self.weight_down(fit, machine, scale);
+                    return self.weight_down(fit, scale);
                 }
             }
             Weights::GemanMcClure(scale) => {
@@ -162,20 +168,15 @@ impl<T: Real> Refine<T> {
                 // The median of fewer poses is too coarse to estimate the noise again.
                 let shrinks = poses.len() >= POSES_TO_ESTIMATE && estimate_noise(fit, poses.len());
                 if !shrinks && scale <= T::of(FINAL_SCALE) {
-                    return Stage::Refine(Self::new(
-                        fit,
-                        machine,
-                        Weights::Inliers(T::of(INLIER_LIMIT)),
-                        self.reinitialised,
-                    ));
+                    return Stage::Refine(Self::new(fit, Weights::Inliers(T::of(INLIER_LIMIT)), self.reinitialised));
                 }
                 if !shrinks {
-                    return self.weight_down(fit, machine, scale * T::of(SCALE_STEP));
+                    return self.weight_down(fit, scale * T::of(SCALE_STEP));
                 }
             }
             Weights::Inliers(_) => {
                 if settled && residuals.used == self.used_before {
-                    return self.judge_inliers(fit, machine, poses);
+                    return self.judge_inliers(fit, poses);
                 }
                 if self.passes > MAX_INLIER_PASSES {
                     return measure_migration(poses);
@@ -188,17 +189,17 @@ impl<T: Real> Refine<T> {
             }
             Weights::OwnCentres { .. } | Weights::Without { .. } => {}
         }
-        self.again(fit, machine)
+        self.again(fit)
     }
 
     /// Another pass with the same weights.
-    pub(super) fn again(&self, fit: &mut Fit<T>, machine: &Machine<T>) -> Stage<T> {
+    pub(super) fn again(&self, fit: &mut Fit<T>) -> Stage<T> {
         let passes = self.passes.saturating_add(1);
         Stage::Refine(Self {
             passes,
             reinitialise_above: Self::reinitialise_above(&self.weights, passes),
             used_before: fit.residuals.used,
-            step: Step::Sum(fit.begin_pass(machine)),
+            step: Step::Begin,
             ..*self
         })
     }
@@ -209,15 +210,15 @@ impl<T: Real> Refine<T> {
     }
 
     /// Starts a Geman-McClure pass with this scale (not below the final one).
-    fn weight_down(&self, fit: &mut Fit<T>, machine: &Machine<T>, scale: T) -> Stage<T> {
+    fn weight_down(&self, fit: &mut Fit<T>, scale: T) -> Stage<T> {
         let weights = Weights::GemanMcClure(scale.max(T::of(FINAL_SCALE)));
-        Stage::Refine(Self::new(fit, machine, weights, self.reinitialised))
+        Stage::Refine(Self::new(fit, weights, self.reinitialised))
     }
 
     /// Near a singularity two assembly modes fit to within the noise. Where the residuals of the other poses vanish
     /// (noise-free lengths), one in the wrong mode stands out though it is no outlier: such poses are re-initialised
     /// once from the known centre.
-    fn converged(&self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &[Pose<T>]) -> Stage<T> {
+    fn converged(&self, fit: &mut Fit<T>, poses: &[Pose<T>]) -> Stage<T> {
         let limit = fit.residuals.chi_squares.median * T::of(STANDS_OUT);
         if self.reinitialised || count_within(poses, limit) >= fit.residuals.used {
             return Stage::Excite(Excite::new(Purpose::Accept));
@@ -227,13 +228,13 @@ impl<T: Real> Refine<T> {
             reinitialise_above: limit,
             reinitialised: true,
             used_before: fit.residuals.used,
-            step: Step::Sum(fit.begin_pass(machine)),
+            step: Step::Begin,
             ..*self
         })
     }
 
     /// After the selection: are enough poses left, and are their residuals noise?
-    fn judge_inliers(&self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &[Pose<T>]) -> Stage<T> {
+    fn judge_inliers(&self, fit: &mut Fit<T>, poses: &[Pose<T>]) -> Stage<T> {
         let used = fit.residuals.used;
         if !is_selection_large_enough(used, poses.len())
             || !fit.residuals.of_inliers_are_noise(fit.settings.noise, poses.len())
@@ -241,7 +242,7 @@ impl<T: Real> Refine<T> {
         {
             return measure_migration(poses);
         }
-        self.converged(fit, machine, poses)
+        self.converged(fit, poses)
     }
 
     /// The equations of a pass have no solution.

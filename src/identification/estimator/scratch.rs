@@ -71,23 +71,22 @@ impl<T: Real> Scratch<T> {
         }
     }
 
-    /// Whitens what is next in the rows; true when they are white.
+    /// Whitens what is next in the rows; true when they are white already.
     pub fn whiten(&mut self, equations: &Equations<T>) -> bool {
         let Self::Rows(RowsInWork { rows, row, from, next }) = self else { return true };
-        if let Some(values) = rows.get_mut(*row) {
-            if *next == 0 {
-                // The zeros that it begins with stay.
-                *from = leading_zeros(values);
-                *next = *from;
-            }
-            let last = rows_for(*next, *from, equations.unknowns());
-            equations.solve_forwards(values, *from, *next..last);
-            *next = last;
+        let Some(values) = rows.get_mut(*row) else { return true };
+        if *next == 0 {
+            // The zeros that it begins with stay.
+            *from = leading_zeros(values);
+            *next = *from;
         }
+        let last = rows_for(*next, *from, equations.unknowns());
+        equations.solve_forwards(values, *from, *next..last);
+        *next = last;
         if *next >= equations.unknowns() {
             (*row, *next) = (*row + 1, 0);
         }
-        *row >= rows.len()
+        false
     }
 
     /// Takes up a right side in place of what was there, zero before unknown `from`: those before are eliminated.
@@ -95,14 +94,17 @@ impl<T: Real> Scratch<T> {
         *self = Self::Right(RightInWork { values: *values, from, next: from, is_half_solved: false });
     }
 
-    /// Solves what is next of the right side; true when it is solved.
+    /// Solves what is next of the right side; true when it is solved already.
     pub fn solve(&mut self, equations: &Equations<T>) -> bool {
         let Self::Right(RightInWork { values, from, next, is_half_solved }) = self else { return true };
+        if *is_half_solved && *next <= *from {
+            return true;
+        }
         if *is_half_solved {
             let first = first_row_for(*next, *from);
             equations.solve_backwards(values, *from, first..*next);
             *next = first;
-            return *next <= *from;
+            return false;
         }
         let last = rows_for(*next, *from, equations.unknowns());
         equations.solve_forwards(values, *from, *next..last);
@@ -170,7 +172,7 @@ mod tests {
         rows[1][..20].fill(0.0);
         let mut scratch = Scratch::Free;
         scratch.put_rows(&rows);
-        let mut slices = 1;
+        let mut slices = 0;
         while !scratch.whiten(&equations) {
             slices += 1;
         }
