@@ -287,11 +287,11 @@ impl<T: Real> SlipDetector<T> {
             DetectorState::Quiet if self.chi_square > T::of(SUSPICIOUS) => {
                 self.state = DetectorState::Suspicious;
                 self.evidence = Evidence::new();
-                self.first = scaled_axis(&attitude);
+                self.first = scaled_axis(attitude);
                 self.span = T::zero();
             }
             DetectorState::Suspicious => {
-                let turned = (scaled_axis(&attitude) - self.first).norm_squared().root();
+                let turned = (scaled_axis(attitude) - self.first).norm_squared().root();
                 self.span = self.span.max(turned);
                 self.look = Look::Add(*attitude);
             }
