@@ -309,11 +309,12 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
     }
 }
 
-// The functions below are for any number of unknowns: one copy of each instead of three, 4 KB of flash (`cargo footprint
-// --sections`). Their sums are written out: a call of `dot` for each row would be a tenth of a solution.
+// The functions below are for any number of unknowns, and not inlined: one copy of each instead of three, 4 KB of flash (`cargo
+// footprint --sections`). Their sums are written out: a call of `dot` for each row would be a tenth of a solution.
 
 /// Row `i` of the matrix becomes the factor's, whose rows before it are done. Gives the ratio of its diagonal entry to its
 /// pivot.
+#[inline(never)]
 fn factor_row<T: Real>(matrix: &mut [T], i: usize) -> Result<T, Singular> {
     let (above, rest) = matrix.split_at_mut_checked(packed_index(i, 0)).ok_or(Singular)?;
     let (row, rest) = rest.split_at_mut_checked(i).ok_or(Singular)?;
@@ -338,6 +339,7 @@ fn factor_row<T: Real>(matrix: &mut [T], i: usize) -> Result<T, Singular> {
 }
 
 /// L y = x, of these rows; y takes the place of x, which is zero before `from`.
+#[inline(never)]
 fn solve_forwards<T: Real>(factor: &[T], x: &mut [T], from: usize, rows: Range<usize>) {
     for i in rows {
         let Some((row, inverse)) = row_of_factor(factor, i) else { return };
@@ -349,6 +351,7 @@ fn solve_forwards<T: Real>(factor: &[T], x: &mut [T], from: usize, rows: Range<u
 }
 
 /// Lᵀ x = y, of these rows from the last to the first; x takes the place of y.
+#[inline(never)]
 fn solve_backwards<T: Real>(factor: &[T], x: &mut [T], from: usize, rows: Range<usize>) {
     for i in rows.rev() {
         let Some((row, inverse)) = row_of_factor(factor, i) else { return };
