@@ -40,6 +40,8 @@ fn main() -> io::Result<()> {
     if for_board && env::var_os("CARGO_FEATURE_PANIC_FREE").is_some() {
         fs::write(out_dir.join("device.x"), DEVICE_X)?;
         link_image("panic-free", EMULATOR, Some(&out_dir));
+        // It holds more than any board does.
+        println!("cargo::rustc-link-arg-bin=panic-free=--defsym=FLASH_LENGTH=480K");
         println!("cargo::rerun-if-env-changed={LINK_ANYWAY}");
         if env::var_os(LINK_ANYWAY).is_some() {
             println!("cargo::rustc-link-arg-bin=panic-free=--defsym=a_way_to_a_panic_is_left=Reset");

@@ -100,7 +100,7 @@ impl<T: Real> AttitudeSearch<T> {
 
     /// Goes on with the next mode, a few Gauss-Newton steps at most; true when the last mode is through. The lengths are
     /// those of the first call.
-    // Not inlined: two copies are 1 KB of flash (`cargo footprint --sections`).
+    // Not inlined: the second copy is 3 KB of flash (`cargo footprint --sections`).
     #[inline(never)]
     pub fn advance(&mut self, solver: &AttitudeSolver<'_, T>, lengths: &CableLengths<T>, cables: CableSet) -> bool {
         let start = || AttitudeTrack::new(solver.start_in(self.next_mode, lengths, cables));

@@ -311,23 +311,23 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
     }
 }
 
-// The functions below are for any number of unknowns, and not inlined: one copy of each instead of three, 4 KB of flash. Their
-// sums are written out: a call of `dot` for each row would be a tenth of a solution.
+// The functions below are for any number of unknowns: one copy of each instead of three, 4 KB of flash (`cargo footprint
+// --sections`). Their sums are written out: a call of `dot` for each row would be a tenth of a solution.
 
 /// Row `i` of the matrix becomes the factor's, whose rows before it are done. Gives the ratio of its diagonal entry to its
 /// pivot.
-#[inline(never)]
 fn factor_row<T: Real>(matrix: &mut [T], i: usize) -> Result<T, Singular> {
     let (above, rest) = matrix.split_at_mut_checked(packed_index(i, 0)).ok_or(Singular)?;
     let (row, rest) = rest.split_at_mut_checked(i).ok_or(Singular)?;
     let diagonal = rest.first_mut().ok_or(Singular)?;
+    let mut above = &*above;
     for j in 0..i {
+        let (other, rest) = above.split_at_checked(j + 1).ok_or(Singular)?;
         let (done, open) = row.split_at_mut_checked(j).ok_or(Singular)?;
-        let (Some(entry), Some((other, inverse))) = (open.first_mut(), row_of_factor(above, j)) else {
-            return Err(Singular);
-        };
+        let ([entry, ..], [other @ .., inverse]) = (open, other) else { return Err(Singular) };
         let product = done.iter().zip(other).fold(T::zero(), |sum, (a, b)| sum + *a * *b);
-        *entry = (*entry - product) * inverse;
+        *entry = (*entry - product) * *inverse;
+        above = rest;
     }
     let pivot = row.iter().fold(*diagonal, |rest, a| rest - *a * *a);
     // Refuses NaN too.
@@ -340,7 +340,6 @@ fn factor_row<T: Real>(matrix: &mut [T], i: usize) -> Result<T, Singular> {
 }
 
 /// L y = x, of these rows; y takes the place of x, which is zero before `from`.
-#[inline(never)]
 fn solve_forwards<T: Real>(factor: &[T], x: &mut [T], from: usize, rows: Range<usize>) {
     for i in rows {
         let Some((row, inverse)) = row_of_factor(factor, i) else { return };
@@ -352,15 +351,15 @@ fn solve_forwards<T: Real>(factor: &[T], x: &mut [T], from: usize, rows: Range<u
 }
 
 /// Lᵀ x = y, of these rows from the last to the first; x takes the place of y.
-#[inline(never)]
 fn solve_backwards<T: Real>(factor: &[T], x: &mut [T], from: usize, rows: Range<usize>) {
     for i in rows.rev() {
         let Some((row, inverse)) = row_of_factor(factor, i) else { return };
         let Some((open, [solved, ..])) = x.split_at_mut_checked(i) else { return };
         let (Some(row), Some(open)) = (row.get(from..), open.get_mut(from..)) else { return };
         *solved *= inverse;
+        let solved = *solved;
         for (x, a) in open.iter_mut().zip(row) {
-            *x -= *a * *solved;
+            *x -= *a * solved;
         }
     }
 }

@@ -61,7 +61,7 @@ impl<T: Real> Joint<T> {
     }
 
     /// The Jacobian of a pose's lengths about this joint. For a moving centre its motion with the rotation is included.
-    // Not inlined: three copies would be 6 KB of flash (`cargo footprint --sections`).
+    // Not inlined: three copies would be 5 KB of flash (`cargo footprint --sections`).
     #[inline(never)]
     pub fn jacobian(
         &self,
