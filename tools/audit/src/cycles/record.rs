@@ -29,9 +29,14 @@ pub const ERROR_LIMIT_OF_SHOULDER_NM: u64 = 10_000_000;
 pub const EVENT_LIMIT_CYCLES: u64 = 10_000;
 
 /// What is not that short yet. A tick: a pose is captured, a set of telemetry formed and a report begun in the same one. The slices: a
-/// step is taken or a result written, with all of a machine's constants, and with a moving centre beside them.
-const LONGER: [(&str, u64); 3] =
-    [("device-tick", 25_000), ("start-free-machine-slice", 17_500), ("shoulder-machine-slice", 24_000)];
+/// pass ends and the next stage is copied to its place; a result is written with a moving centre.
+const LONGER: [(&str, u64); 5] = [
+    ("device-tick", 25_000),
+    ("device-sample", 10_500),
+    ("start-free-slice", 15_500),
+    ("start-free-machine-slice", 15_500),
+    ("shoulder-machine-slice", 17_500),
+];
 
 /// The limit of the longest piece of a path, if it has one beside the growth.
 fn piece_limit(path: &str) -> Option<u64> {
