@@ -158,12 +158,12 @@ impl SlcanClient {
         self.refused
     }
 
-    /// Asks the adapter for nothing but its answer.
+    /// Asks the adapter so many times for nothing but its answer, a byte each way.
     ///
     /// # Errors
     /// [`ClientError::Line`].
-    pub fn ping(&mut self) -> Result<(), ClientError> {
-        self.write(b"\r")
+    pub fn ping(&mut self, times: usize) -> Result<(), ClientError> {
+        self.write(&vec![b'\r'; times])
     }
 
     /// Lines that the adapter has not answered yet, as far as its answers were read. Lines that are answered by more than an

@@ -199,15 +199,17 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
         self.factor_rows(self.unknowns)
     }
 
-    /// The next rows of the factor, as many as take about `products` multiplications; at least one.
+    /// The next rows of the factor, as many as take the time of about `products` multiplications; at least one.
     ///
     /// # Errors
     /// As [`factor_rows`](Self::factor_rows).
     pub fn factor_some(&mut self, products: usize) -> Result<(), Singular> {
+        // An entry takes the time of six products beside its own.
+        let time_of = |row: usize| row * (row / 2 + 6);
         let mut last = self.factored;
         let mut taken = 0;
-        while last < self.unknowns && (taken == 0 || taken + last * last / 2 <= products) {
-            taken += last * last / 2;
+        while last < self.unknowns && (taken == 0 || taken + time_of(last) <= products) {
+            taken += time_of(last);
             last += 1;
         }
         self.factor_rows(last - self.factored)

@@ -18,10 +18,10 @@ use std::time::{Duration, Instant};
 const PERIOD: Duration = Duration::from_millis(10);
 /// Duration of a movement, ms: slow enough for the drive.
 const MOVE_MS: u32 = 400;
-/// Samples that may be on their way to the board at once. A host under load stops the emulator for seconds. All samples of that
+/// Bytes that may be on their way to the board at once, about three samples. A host under load stops the emulator for seconds. All samples of that
 /// time would wait in the line then, and the board would get them within a few milliseconds each: an arm in motion would be an
 /// encoder that leaps, and the run would end.
-const SAMPLES_UNDER_WAY: u64 = 3;
+const BYTES_UNDER_WAY: u64 = 120;
 /// Foreign frames that may be on their way beside them.
 const FRAMES_UNDER_WAY: u64 = 200;
 /// After so long without an answer the board has been reset, and has forgotten what it was asked.
@@ -71,11 +71,13 @@ impl Scene {
     /// One sample of the encoders at its time; takes in what the board sends meanwhile.
     pub fn sample(&mut self, [c1, c2, c3, c4, c5, c6]: [i32; 6]) -> Result<(), Failed> {
         self.wait_for_the_board()?;
-        self.rig.write_all(format!("e {c1} {c2} {c3} {c4} {c5} {c6}\n").as_bytes())?;
-        self.can.ping()?;
+        let line = format!("e {c1} {c2} {c3} {c4} {c5} {c6}\n");
+        self.rig.write_all(line.as_bytes())?;
+        // As many bytes on the line that answers: the emulator takes both lines byte by byte.
+        self.can.ping(line.len())?;
         for _ in 0..self.crowd {
             // A host that runs the emulator slowly gets a thinner crowd, not an endless queue before each command.
-            if self.can.under_way() >= FRAMES_UNDER_WAY {
+            if self.can.under_way() >= BYTES_UNDER_WAY + FRAMES_UNDER_WAY {
                 break;
             }
             self.sent += 1;
@@ -95,7 +97,7 @@ impl Scene {
 
     /// The machine goes no faster than the board that looks at it: waits while too much is on its way.
     fn wait_for_the_board(&mut self) -> Result<(), Failed> {
-        let most = SAMPLES_UNDER_WAY + if self.crowd > 0 { FRAMES_UNDER_WAY } else { 0 };
+        let most = BYTES_UNDER_WAY + if self.crowd > 0 { FRAMES_UNDER_WAY } else { 0 };
         let until = Instant::now() + FORGOTTEN;
         while self.can.under_way() >= most {
             if let Some(frame) = self.can.receive(Duration::from_millis(1))? {
