@@ -58,6 +58,7 @@ pub(super) struct Refine<T> {
 
 /// A pass step by step.
 #[derive(Clone, Copy, Debug)]
+#[repr(u32)]
 enum Step<T> {
     /// The equations are to hold the priors only.
     Begin,
