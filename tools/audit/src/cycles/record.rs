@@ -262,7 +262,7 @@ mod tests {
     #[test]
     fn a_slice_that_is_too_long_is_named_whatever_the_list_says() {
         let list = |value: u64| {
-            Record::from_csv(&format!("{HEADER}\nrustup,device-sample,f32,worst-cycles,{value}\n")).unwrap()
+            Record::from_csv(&format!("{HEADER}\nrustup,device-frame,f32,worst-cycles,{value}\n")).unwrap()
         };
         assert_eq!(list(10_000).worsened(&list(10_000)), [""; 0]);
         assert!(list(10_001).worsened(&list(10_001))[0].contains("at most 10000"));
