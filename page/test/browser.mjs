@@ -203,7 +203,8 @@ async function isTheTrueCentre(page, board) {
   const [truth, { centre, sigma }] = [await board.where(), await page.evaluate(() => window.glenoid.model.now)];
   const off = Math.hypot(...centre.map((value, k) => value - truth[k]));
   console.log(`centre ${centre.map((value) => value.toFixed(3))} ± ${sigma.toFixed(3)}, true ${truth}: ${off.toFixed(3)} mm apart`);
-  // in one phase up to 6 mm are accepted (MAX_SIGMA_MM of the estimator), most of it along the arm; how much it is hangs on where the arm rests
+  // in one phase up to 6 mm are accepted (MAX_SIGMA_MM of the estimator), most of it along the arm; how much it is hangs on
+  // where the arm rests
   assert.ok(sigma > 0 && sigma < (person === "ball" ? 3 : 6), `σ of ${sigma} mm`);
   // how far along the arm a moving centre lies is known to 3.4 mm (docs/figures.md), whatever its σ is in this run
   const limit = person === "ball" ? 4 * sigma : Math.max(4 * sigma, 2 * 3.4);

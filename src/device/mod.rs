@@ -224,7 +224,7 @@ pub struct Device {
     monitor_is_due: bool,
     /// The centre in use is to be stored.
     keep_is_due: bool,
-    /// It has waited for the present tick.
+    /// A slice of the computing waited in the last tick.
     computing_waits: bool,
     slip: FaultReporter,
     /// The firmware stopped before this start, and nobody has asked about it yet.
@@ -356,14 +356,6 @@ impl Device {
     /// There is computing to do: tick again as soon as there is time.
     pub fn is_busy(&self) -> bool {
         self.procedure.is_busy() || self.slip_monitor.is_busy() || self.keep_is_due || self.monitor_is_due
-    }
-
-    /// A slice of the computing waits for the next tick when something is sent in this one whose forming takes as long; never
-    /// twice in a row, for what is due may not be there.
-    fn lets_computing_wait(&mut self, now_ms: u32) -> bool {
-        let has_much_to_send = self.pace.heartbeat_is_due(now_ms) || self.set_is_due(now_ms);
-        self.computing_waits = !self.computing_waits && has_much_to_send && self.is_busy();
-        self.computing_waits
     }
 
     /// The calibration procedure, to look at.

@@ -59,8 +59,8 @@ impl Device {
         }
     }
 
-    /// Looks whether the centre in use, and what it is judged by, is still what was taken into use. If not, memory cannot be trusted: the
-    /// board starts anew, from the record.
+    /// Looks whether the centre in use, and what it is judged by, is still what was taken into use. If not, memory cannot be
+    /// trusted: the board starts anew, from the record.
     pub(super) fn check_live(&self, out: &mut impl FnMut(Action)) {
         let constants = seal_of_constants(self.procedure.rig(), self.procedure.limits());
         if self.persistence.seal != self.live_checksum() || self.constants != constants {

@@ -78,6 +78,14 @@ impl Device {
         self.live_out.is_due(now_ms, LIVE_SET_FRAMES) || self.telemetry_out.is_due(now_ms, TELEMETRY_FRAMES)
     }
 
+    /// A slice of the computing waits for the next tick when something is sent in this one whose forming takes as long; never
+    /// twice in a row, for what is due may not be there.
+    pub(super) fn lets_computing_wait(&mut self, now_ms: u32) -> bool {
+        let has_much_to_send = self.pace.heartbeat_is_due(now_ms) || self.set_is_due(now_ms);
+        self.computing_waits = !self.computing_waits && has_much_to_send && self.is_busy();
+        self.computing_waits
+    }
+
     /// Forms at most one of the sets, and sends at most one frame of each.
     pub(super) fn send_sets(&mut self, now_ms: u32, out: &mut impl FnMut(Action)) {
         let live_is_due = self.live_out.is_due(now_ms, LIVE_SET_FRAMES);

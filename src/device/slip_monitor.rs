@@ -2,8 +2,9 @@
 //!
 //! It looks while a centre is in use and no calibration is under way, at believable encoders only, and at most once in
 //! [`PERIOD_MS`]: that bounds its cost whatever the sampling rate, and at 20 degrees a second the arm turns by a tenth
-//! of a degree meanwhile. Every sample of a board that takes a hundred a second is looked at, late or early. A warning stays until somebody acknowledges it or another centre is accepted. If what slipped
-//! is still where it slipped to, the next few degrees of motion warn again. The centre in use never changes.
+//! of a degree meanwhile. Every sample of a board that takes a hundred a second is looked at, late or early. A warning stays
+//! until somebody acknowledges it or another centre is accepted. If what slipped is still where it slipped to, the next few
+//! degrees of motion warn again. The centre in use never changes.
 
 use super::live_joint::LiveJoint;
 use super::{Action, Device, LogEntry};

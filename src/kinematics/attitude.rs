@@ -187,8 +187,9 @@ impl<T: Real> AttitudeSolver<'_, T> {
         Steps::Going
     }
 
-    /// The rotation by a single step from that of the sample before: for a control loop. The error that is left is about the square of the turn from sample to sample:
-    /// 0.7 µrad at 50 degrees a second, 12 µrad at 200, with 1000 samples a second; the next sample takes it away.
+    /// The rotation by a single step from that of the sample before: for a control loop. The error that is left is about the
+    /// square of the turn from sample to sample: 0.7 µrad at 50 degrees a second, 12 µrad at 200, with 1000 samples a second;
+    /// the next sample takes it away.
     ///
     /// `None` at a singularity, and when the platform has turned by more than 20 mrad: [`track`](Self::track) goes on then.
     #[cfg_attr(feature = "ccm", inline(never), unsafe(link_section = ".ccm_code"), allow(unsafe_code))]

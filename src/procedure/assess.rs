@@ -1,4 +1,4 @@
-//! What a captured pose promises: predicted a slice a tick, then told with the pose.
+//! What a captured pose promises: predicted a slice a tick, then reported with the pose.
 
 use super::Procedure;
 use super::outcome::PoseNotice;
@@ -17,17 +17,17 @@ pub(super) struct Assessing {
 }
 
 impl Procedure {
-    /// What is told of a pose at once; `None` for one that is to be assessed before.
+    /// The notice of a pose that can be sent at once; `None` for one that is to be assessed before.
     pub(super) fn assessed(&mut self, notice: PoseNotice, is_automatic: bool) -> Option<PoseNotice> {
-        let is_told_later = notice.reason == Reason::Fine && notice.set == PoseSet::Identification;
-        if is_told_later && let Some(pose) = self.poses.poses().last() {
+        let is_assessed_first = notice.reason == Reason::Fine && notice.set == PoseSet::Identification;
+        if is_assessed_first && let Some(pose) = self.poses.poses().last() {
             self.accuracy.begin(pose);
             self.assessing = Some(Assessing { notice, is_automatic });
         }
-        (!is_told_later).then_some(notice)
+        (!is_assessed_first).then_some(notice)
     }
 
-    /// The next slice of the prediction; the pose as it is told, after the last, and whether it was captured automatically.
+    /// The next slice of the prediction; after the last the notice of the pose, and whether it was captured automatically.
     /// The estimator has nothing to do meanwhile, so that its workspace serves.
     pub(super) fn assess(&mut self) -> Option<(PoseNotice, bool)> {
         let Assessing { notice, is_automatic } = self.assessing?;

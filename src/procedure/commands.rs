@@ -12,8 +12,8 @@ use crate::identification::Pose;
 use crate::identification::estimator::PoseVerification;
 use crate::kinematics::{CableLengths, PlatformError};
 
-/// Between two poses in motion at least so much time passes, ms, six windows: whatever slides for a moment beside what the arm's direction
-/// explains is then not counted twice, nor taken for a slip.
+/// Between two poses in motion at least so much time passes, ms, six windows: whatever slides for a moment beside what the arm's
+/// direction explains is then not counted twice, nor taken for a slip.
 const PAUSE_IN_MOTION_MS: u32 = 540;
 
 /// The answer to a command.

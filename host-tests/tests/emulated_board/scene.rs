@@ -18,9 +18,9 @@ use std::time::{Duration, Instant};
 const PERIOD: Duration = Duration::from_millis(10);
 /// Duration of a movement, ms: slow enough for the drive.
 const MOVE_MS: u32 = 400;
-/// Bytes that may be on their way to the board at once, about three samples. A host under load stops the emulator for seconds. All samples of that
-/// time would wait in the line then, and the board would get them within a few milliseconds each: an arm in motion would be an
-/// encoder that leaps, and the run would end.
+/// Bytes that may be on their way to the board at once, about three samples. A host under load stops the emulator for
+/// seconds. All samples of that time would wait in the line then, and the board would get them within a few milliseconds
+/// each: an arm in motion would be an encoder that leaps, and the run would end.
 const BYTES_UNDER_WAY: u64 = 120;
 /// Foreign frames that may be on their way beside them.
 const FRAMES_UNDER_WAY: u64 = 200;

@@ -1,9 +1,10 @@
 //! An image that links only if nothing in the library can panic (`cargo panic-free`).
 //!
 //! It holds all that the boards call: the device with procedure, identification and slip detection, the CAN vocabulary, SLCAN, the
-//! rig link, the record, the crash record, and besides what no board runs yet: the paper's iteration and the hinge. Everything that comes from outside is
-//! hidden from the optimiser, so no check is left out because of a value that happens to be known here. The panic handler
-//! calls a function that does not exist: a single way to a panic, and there is no image. Never run.
+//! rig link, the record, the crash record, and besides what no board runs yet: the paper's iteration and the hinge.
+//! Everything that comes from outside is hidden from the optimiser, so no check is left out because of a value that happens
+//! to be known here. The panic handler calls a function that does not exist: a single way to a panic, and there is no image.
+//! Never run.
 #![no_std]
 #![no_main]
 

@@ -28,8 +28,7 @@ const MAX_EQUAL_PASSES: u8 = 4;
 const MAX_EQUAL_PASSES_WITH_PARAMETERS: u8 = 10;
 
 /// Where the median of χ² stays so many times above the scale of the weights, more than half of the poses have lost theirs:
-/// a ball with few outliers keeps most. Of the sets that `cargo study outliers --seed 71` accepts none had its median there, four
-/// times above one had.
+/// a ball with few outliers keeps most (`cargo study outliers` judges it).
 const MAJORITY_LOST: f64 = 8.0;
 
 /// Passes with each pose in or out. A selection that has not settled by then is refused as a ball.

@@ -10,9 +10,10 @@ use nalgebra::{Matrix3, Vector3};
 /// Components of φ that are shown and kept: three of the arm's direction, two quadratic, torsion.
 pub const SHOWN_FEATURES: usize = 6;
 
-/// All components of φ: the two trefoils as well, x³ - 3 x y² and 3 x² y - y³ of the tilt. Left out, C takes what they explain: before they were in, `cargo study
-/// shoulder` gave 1.16 mm across the arm on the thorax instead of 0.90. Over a disc of tilts they are orthogonal to the components of
-/// the direction: not showing them takes nothing from the path but themselves (`cargo study free-motion` judges it as it is shown).
+/// All components of φ: the two trefoils as well, x³ - 3 x y² and 3 x² y - y³ of the tilt. Left out, C takes what they explain:
+/// before they were in, `cargo study shoulder` gave 1.16 mm across the arm on the thorax instead of 0.90. Over a disc of tilts they
+/// are orthogonal to the components of the direction: not showing them takes nothing from the path but themselves (`cargo study
+/// free-motion` judges it as it is shown).
 pub const FEATURES: usize = SHOWN_FEATURES + 2;
 
 /// φ of one rotation, rad, rad² and rad³.

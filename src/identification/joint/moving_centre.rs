@@ -107,8 +107,8 @@ impl<T: Real> MovingCentre<T> {
         (isotropic, expected, share * share + unruled * unruled + T::of(FLOOR * FLOOR))
     }
 
-    /// The prior on T, one more equation (A₁₁ + A₂₂ + A₃₃)/3 = μ ± σ, and on the columns of torsion and trefoils, times the noise's
-    /// variance, mm².
+    /// The prior on T, one more equation (A₁₁ + A₂₂ + A₃₃)/3 = μ ± σ, and on the columns of torsion and trefoils, times the
+    /// noise's variance, mm².
     pub fn add_prior(&self, equations: &mut Equations<T>, first: usize, variance_mm2: T) {
         let column = FEATURES - TORSION_AND_TREFOILS.len();
         for ((column, gain), sigma) in self.gains.iter().enumerate().skip(column).zip(TORSION_AND_TREFOILS) {

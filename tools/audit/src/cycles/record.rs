@@ -28,8 +28,8 @@ pub const ERROR_LIMIT_OF_SHOULDER_NM: u64 = 10_000_000;
 /// main loop with them waits so long, 59 µs at 170 MHz.
 pub const EVENT_LIMIT_CYCLES: u64 = 10_000;
 
-/// What is not that short yet. A tick: a pose is captured, a set of telemetry formed and a report begun in the same one. The slices: a
-/// pass ends and the next stage is copied to its place; a result is written with a moving centre.
+/// What is not that short yet. A tick: a pose is captured, a set of telemetry formed and a report begun in the same one. The
+/// slices: a pass ends and the next stage is copied to its place; a result is written with a moving centre.
 const LONGER: [(&str, u64); 5] = [
     ("device-tick", 25_000),
     ("device-sample", 10_500),

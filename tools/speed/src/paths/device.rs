@@ -1,6 +1,7 @@
 //! What an event costs the whole device: calibrations with all poses of the problem, the last five held out, each centre
 //! accepted and watched in use; on a machine that is known exactly, with outliers, and on a machine built by hand, with 18
-//! unknown constants, of a ball and of a shoulder whose centre moves. Nothing else of the board can delay a control loop that runs beside it by more than the worst of these.
+//! unknown constants, of a ball and of a shoulder whose centre moves. Nothing else of the board can delay a control loop that
+//! runs beside it by more than the worst of these.
 
 use core::hint::black_box;
 
