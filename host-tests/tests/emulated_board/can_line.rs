@@ -25,19 +25,48 @@ fn read_some(stream: &mut TcpStream, len: usize, limit: Duration) -> Result<Vec<
     Ok(bytes)
 }
 
+/// Reads the adapter's answers, each to its end, which is a carriage return or a bell. Once the channel is open, frames
+/// from the bus may stand before, between and behind them: those are left out.
+fn read_answers(stream: &mut TcpStream, count: usize) -> Result<Vec<String>, Failed> {
+    let deadline = Instant::now() + PATIENCE;
+    let mut answers = Vec::new();
+    let mut answer = String::new();
+    while answers.len() < count {
+        if Instant::now() >= deadline {
+            return Err(format!("{count} answers expected, in time came {answers:?} and then {answer:?}").into());
+        }
+        for byte in read_some(stream, 1, PATIENCE)? {
+            answer.push(char::from(byte));
+            if !matches!(byte, b'\r' | 0x07) {
+                continue;
+            }
+            let whole = std::mem::take(&mut answer);
+            if !whole.starts_with('t') {
+                answers.push(whole);
+            }
+        }
+    }
+    Ok(answers)
+}
+
 /// The bytes that python-can 4.6.1 sends for `Bus(interface="slcan", bitrate=500000)`, then `V` and `N`, as its
 /// `get_version` and `get_serial_number` do. Answers by the Lawicel manual.
 pub fn python_can_opens_the_channel(image: &Path) -> Result<(), Failed> {
     let board = boot(image)?;
     let mut line = TcpStream::connect(board.can_address())?;
     line.write_all(b"C\rS6\r\r")?;
-    assert_eq!(read_some(&mut line, 3, PATIENCE)?, b"\r\r\r");
+    assert_eq!(read_answers(&mut line, 3)?, ["\r", "\r", "\r"]);
     line.write_all(b"V\rN\r")?;
-    let answer = read_some(&mut line, 12, PATIENCE)?;
-    assert_eq!((answer[0], answer[5], answer[6], answer[11]), (b'V', b'\r', b'N', b'\r'));
-    assert!(answer[1..5].iter().all(u8::is_ascii_digit), "python-can reads the version as two decimal numbers");
+    let answers = read_answers(&mut line, 2)?;
+    let [version, serial_number] = answers.as_slice() else { return Err(format!("{answers:?}").into()) };
+    let digits = version.strip_prefix('V').and_then(|version| version.strip_suffix('\r'));
+    assert!(
+        digits.is_some_and(|digits| digits.len() == 4 && digits.bytes().all(|digit| digit.is_ascii_digit())),
+        "python-can reads the version as two decimal numbers, not {version:?}"
+    );
+    assert!(serial_number.starts_with('N') && serial_number.len() == 6, "serial number {serial_number:?}");
     line.write_all(b"O\rO\r")?;
-    assert_eq!(read_some(&mut line, 2, PATIENCE)?[..2], *b"\r\r");
+    assert_eq!(read_answers(&mut line, 2)?, ["\r", "\r"]);
     Ok(())
 }
 
