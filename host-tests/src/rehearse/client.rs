@@ -172,8 +172,9 @@ impl<'a> Client<'a> {
     pub(super) fn command_when_still(&mut self, opcode: Opcode, argument: u16) -> Result<Answer, SessionError> {
         for _ in 0..STILL_LIMIT_MS / RETRY_MS {
             match self.command(opcode, 0, argument) {
-                // An arm that is coming to rest may for a moment move one cable only.
-                Err(SessionError::Refused(_, Answer { code: Reason::ArmMoving | Reason::CableLoose, .. })) => {
+                // An arm that is coming to rest may for a moment move one cable only; a host that had too much to do may
+                // have sent no counts for a while.
+                Err(SessionError::Refused(_, Answer { code, .. })) if passes_by_holding_still(code) => {
                     self.hold(RETRY_MS)?;
                 }
                 result => return result,
@@ -200,4 +201,8 @@ impl<'a> Client<'a> {
         }
         Err(SessionError::Silence("end of the read-out"))
     }
+}
+
+fn passes_by_holding_still(reason: Reason) -> bool {
+    matches!(reason, Reason::ArmMoving | Reason::CableLoose | Reason::EncoderSilent)
 }
