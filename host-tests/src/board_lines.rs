@@ -74,7 +74,12 @@ impl BoardLines {
     /// [`LinesError`].
     pub fn connect(board: &Emulator) -> Result<Self, LinesError> {
         let rig = board.connect_rig().map_err(LinesError::Emulator)?;
-        Ok(Self { rig, can: SlcanClient::open(board.can_address())?, due: Instant::now() })
+        Ok(Self::over(rig, SlcanClient::open(board.can_address())?))
+    }
+
+    /// The lines of whatever board these lead to.
+    pub fn over(rig: TcpStream, can: SlcanClient) -> Self {
+        Self { rig, can, due: Instant::now() }
     }
 
     /// The client on the bus vanishes, and another one takes its place. The line has one end: the old client must have
