@@ -70,10 +70,9 @@ impl<T: Real> Joint<T> {
         rotation: &Matrix3<T>,
         lengths: &CableLengths<T>,
     ) -> LengthJacobian<T> {
+        let Self::Moving(moving) = self else { return LengthJacobian::new(geometry, centre, rotation, lengths) };
         let mut jacobian = LengthJacobian::new(geometry, &self.centre_at(centre, rotation), rotation, lengths);
-        if let Self::Moving(moving) = self {
-            jacobian.include_motion(&moving.turning(rotation));
-        }
+        jacobian.include_motion(&moving.turning(rotation));
         jacobian
     }
 
