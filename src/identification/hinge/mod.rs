@@ -38,7 +38,6 @@
 //! assert!(error.iter().all(|error| error.abs() < 1e-4), "{error:?}");
 //! ```
 
-mod candidates;
 mod carry;
 mod estimator;
 mod fit;
@@ -46,7 +45,6 @@ mod joint;
 mod judge;
 mod machine;
 mod pose;
-mod profile;
 mod refusal;
 mod result;
 mod rig;
@@ -54,7 +52,7 @@ mod second_axis;
 mod settings;
 mod starts;
 
-pub use estimator::HingeEstimator;
+pub use estimator::{HingeEstimator, HingeProgress};
 pub use joint::{HINGE_UNKNOWNS, Hinge, across};
 pub use machine::{Constant, HingeMachine, MAX_CONSTANTS};
 pub use pose::{HingePose, MAX_UNKNOWNS};
