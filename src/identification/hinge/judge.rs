@@ -13,7 +13,7 @@ use crate::linear_algebra::non_negative_root;
 use crate::scalar::Real;
 
 /// Minimum number of poses: four redundant lengths more than a hinge has unknowns, at four cables.
-pub(super) const MIN_POSES: usize = 6;
+pub const MIN_POSES: usize = 6;
 /// The rig's stated noise counts as this many degrees of freedom where the noise is estimated.
 const PRIOR_FREEDOM: f64 = 6.0;
 /// χ² of one pose with a redundancy of two, beyond which leaving out a cable does not explain it: once in 10 000.
@@ -82,11 +82,52 @@ pub(super) fn two_axes<T: Real>(fit: &Fit<T>, one: &Hinge<T>, other: &Hinge<T>) 
     HingeRefusal::TwoAxesFit { angle_rad: angle.to_f32(), distance_mm: distance.to_f32() }
 }
 
-/// Does a pose that is left out fit without this cable (from 0)? Two cables always fit an angle.
-pub(super) fn fits_without<T: Real>(fit: &Fit<T>, pose: &HingePose<T>, cable: usize) -> bool {
-    let limit = T::of(EXPLAINED) * fit.noise_mm * fit.noise_mm;
-    let at = PoseAt { cables: !(1 << cable), ..PoseAt::new(&fit.hinge, &fit.machine) };
-    fit.machine.cables() > 3 && at.best_angle(&pose.lengths_mm, pose.angle_rad, 8).1 <= limit
+/// Rounds for the angle of a pose without a cable.
+const ISOLATING_ROUNDS: usize = 8;
+
+/// Fault isolation under way: for every pose that is left out, the cables without any one of which it fits.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Isolation {
+    pose: usize,
+    /// From 0.
+    cable: usize,
+    round: usize,
+}
+
+impl Isolation {
+    /// Before the first pose.
+    pub const fn new() -> Self {
+        Self { pose: 0, cable: 0, round: 0 }
+    }
+
+    /// One slice: a round for the angle of a pose without a cable; true at the end.
+    pub fn advance<T: Real>(&mut self, fit: &Fit<T>, poses: &mut [HingePose<T>]) -> bool {
+        let Some(pose) = poses.get_mut(self.pose) else { return true };
+        let cables = fit.machine.cables();
+        // Two cables always fit an angle.
+        if pose.is_used() || self.cable >= cables || cables <= 3 {
+            if !pose.is_used() && cables <= 3 {
+                pose.suspect_cables = 0;
+            }
+            (self.pose, self.cable, self.round) = (self.pose + 1, 0, 0);
+            return false;
+        }
+        if self.round == 0 {
+            pose.trial_rad = pose.angle_rad;
+            pose.suspect_cables = if self.cable == 0 { 0 } else { pose.suspect_cables };
+        }
+        let at = PoseAt { cables: !(1 << self.cable), ..PoseAt::new(&fit.hinge, &fit.machine) };
+        pose.trial_rad = at.turned(&pose.lengths_mm, pose.trial_rad, 1);
+        self.round += 1;
+        if self.round == ISOLATING_ROUNDS {
+            let limit = T::of(EXPLAINED) * fit.noise_mm * fit.noise_mm;
+            if at.squares(&pose.lengths_mm, pose.trial_rad) <= limit {
+                pose.suspect_cables |= 1 << self.cable;
+            }
+            (self.cable, self.round) = (self.cable + 1, 0);
+        }
+        false
+    }
 }
 
 /// Why poses refuse a hinge: a second axis that explains them, or the hinge at all. `second`: the best one.

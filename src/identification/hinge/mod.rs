@@ -51,12 +51,15 @@ mod rig;
 mod second_axis;
 mod settings;
 mod starts;
+mod verify;
 
 pub use estimator::{HingeEstimator, HingeProgress};
 pub use joint::{HINGE_UNKNOWNS, Hinge, across};
+pub use judge::MIN_POSES;
 pub use machine::{Constant, HingeMachine, MAX_CONSTANTS};
 pub use pose::{HingePose, MAX_UNKNOWNS};
 pub use refusal::{HingePart, HingeRefusal};
 pub use result::IdentifiedHinge;
 pub use rig::{Drawing, HingeRig, MAX_CABLES};
 pub use settings::HingeSettings;
+pub use verify::VerifiedAngle;

@@ -154,13 +154,24 @@ impl<'a, T: Real> PoseAt<'a, T> {
 
     /// The angle that fits best, by Gauss-Newton from `angle_rad`, and the squares that it leaves, mm².
     pub fn best_angle(&self, lengths_mm: &[T; MAX_CABLES], angle_rad: T, rounds: usize) -> (T, T) {
+        let angle = self.turned(lengths_mm, angle_rad, rounds);
+        (angle, self.squares(lengths_mm, angle))
+    }
+
+    /// The squares that an angle leaves, mm².
+    pub fn squares(&self, lengths_mm: &[T; MAX_CABLES], angle_rad: T) -> T {
+        self.sums(lengths_mm, angle_rad).2
+    }
+
+    /// The angle after some rounds of Gauss-Newton.
+    pub fn turned(&self, lengths_mm: &[T; MAX_CABLES], angle_rad: T, rounds: usize) -> T {
         let mut angle = angle_rad;
         for _ in 0..rounds {
             let (gradient, information, _) = self.sums(lengths_mm, angle);
             let limit = T::of(MAX_ANGLE_STEP);
             angle += (gradient / information.max(T::of(1e-9))).max(-limit).min(limit);
         }
-        (angle, self.sums(lengths_mm, angle).2)
+        angle
     }
 
     /// Dᵀe, DᵀD and eᵀe of a pose at an angle, D the derivative with the angle.

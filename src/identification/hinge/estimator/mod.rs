@@ -44,11 +44,11 @@ use self::profile::Profile;
 use self::report::Report;
 use self::search::Search;
 use self::work::{LAST_TRIALS, Work};
-use super::judge::{self, Flexion};
+use super::judge::{self, Flexion, Isolation};
 use super::pose::{HingePose, MAX_UNKNOWNS};
 use super::refusal::HingeRefusal;
 use super::result::IdentifiedHinge;
-use super::rig::{HingeRig, MAX_CABLES};
+use super::rig::HingeRig;
 use super::second_axis::SecondAxisSearch;
 use super::settings::HingeSettings;
 use crate::identification::settings::Noise;
@@ -85,8 +85,8 @@ enum Stage<T: Real> {
     Compare(Compare<T>),
     /// Is the covariance true?
     Profile(Profile),
-    /// Fault isolation: the next pose and cable.
-    Isolate(usize, usize),
+    /// Fault isolation.
+    Isolate(Isolation),
     /// The result stands, or a refusal.
     Done(Result<(), HingeRefusal>),
 }
@@ -217,30 +217,16 @@ impl<T: Real> HingeEstimator<T> {
                 Compared::Refused(refusal) => refused(refusal),
             },
             Stage::Profile(profile) => match profile.advance(work)? {
-                Ok(()) => Stage::Isolate(0, 0),
+                Ok(()) => Stage::Isolate(Isolation::new()),
                 Err(refusal) => refused(refusal),
             },
-            Stage::Isolate(pose, cable) => {
-                isolate(work, poses.get_mut(*pose), *cable);
-                let is_last_cable = *cable + 1 >= MAX_CABLES || poses.get(*pose).is_none_or(HingePose::is_used);
-                match (*pose, is_last_cable) {
-                    (pose, _) if pose >= poses.len() => Stage::Done(Ok(())),
-                    (pose, true) => Stage::Isolate(pose + 1, 0),
-                    (pose, false) => Stage::Isolate(pose, *cable + 1),
+            Stage::Isolate(isolation) => {
+                if !isolation.advance(&work.fit, poses) {
+                    return None;
                 }
+                Stage::Done(Ok(()))
             }
             Stage::Done(_) => return None,
         })
-    }
-}
-
-/// For a pose that is left out: does it fit without this cable?
-fn isolate<T: Real>(work: &Work<T>, pose: Option<&mut HingePose<T>>, cable: usize) {
-    let Some(pose) = pose.filter(|pose| !pose.is_used()) else { return };
-    if cable == 0 {
-        pose.suspect_cables = 0;
-    }
-    if judge::fits_without(&work.fit, pose, cable) {
-        pose.suspect_cables |= 1 << cable;
     }
 }

@@ -31,10 +31,14 @@ enum Step {
     /// The first steps from a start are to be taken; they are taken.
     SetOut,
     IsOut,
+    /// The hinge lies on the platform's side.
+    IsOnSide,
     /// The same from one of the cheapest; then to the end.
     GoOn,
     IsOnItsWay,
     HasArrived,
+    /// The hinge may be one.
+    IsPossible,
     /// The machine's constants are to take part; they did.
     Refine,
     IsRefined,
@@ -51,10 +55,10 @@ impl<T: Real> Search<T> {
         match self.step {
             Step::Begin => self.begin(work, poses),
             Step::SetOut => self.set_out(work),
-            Step::IsOut => {
-                if is_on_platform_side(&work.fit.machine, &work.fit.hinge) {
-                    insert(&mut work.starts, (work.fit.hinge, work.fit.squares_mm2));
-                }
+            Step::IsOut if is_on_platform_side(&work.fit.machine, &work.fit.hinge) => self.step = Step::IsOnSide,
+            Step::IsOut => self.next(Step::SetOut),
+            Step::IsOnSide => {
+                insert(&mut work.starts, (work.fit.hinge, work.fit.squares_mm2));
                 self.next(Step::SetOut);
             }
             Step::GoOn => match work.starts.get(self.index) {
@@ -74,7 +78,14 @@ impl<T: Real> Search<T> {
             Step::HasArrived => {
                 // A drawing that is a prior says on which side; two points have no plane.
                 let is_possible = work.fit.prior().is_some() || is_on_platform_side(&work.fit.machine, &work.fit.hinge);
-                if is_possible && !is_known(work) {
+                if is_possible {
+                    self.step = Step::IsPossible;
+                } else {
+                    self.next(Step::GoOn);
+                }
+            }
+            Step::IsPossible => {
+                if !is_known(work) {
                     add(work);
                 }
                 self.next(Step::GoOn);

@@ -62,19 +62,18 @@ impl<T: Real> Minimise<T> {
                 let is_last = *is_last;
                 equate.advance(fit, &mut scratch.rows, poses) && (is_last || self.next_trial(fit, scratch))
             }
-            Step::Factor => match scratch.equations.factor_some(PRODUCTS_A_SLICE) {
-                Ok(()) if !scratch.equations.is_factored() => false,
-                Ok(()) => match Fit::limited_step(&scratch.equations) {
-                    Some(step) => {
-                        let before = fit.estimate();
-                        fit.take(&step);
-                        let search = self.search && self.trial < SEARCHING_TRIALS;
-                        self.step = Step::Try { before, place: Place::new(search) };
-                        false
-                    }
-                    None => self.more_damping(fit, scratch),
-                },
-                Err(Singular) => self.more_damping(fit, scratch),
+            Step::Factor if !scratch.equations.is_factored() => {
+                scratch.equations.factor_some(PRODUCTS_A_SLICE) == Err(Singular) && self.more_damping(fit, scratch)
+            }
+            Step::Factor => match Fit::limited_step(&scratch.equations) {
+                Some(step) => {
+                    let before = fit.estimate();
+                    fit.take(&step);
+                    let search = self.search && self.trial < SEARCHING_TRIALS;
+                    self.step = Step::Try { before, place: Place::new(search) };
+                    false
+                }
+                None => self.more_damping(fit, scratch),
             },
             Step::Try { before, place } => {
                 let Some(squares) = place.advance(fit, &mut scratch.angles, poses) else { return false };

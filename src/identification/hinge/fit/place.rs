@@ -1,11 +1,11 @@
-//! Every pose gets its best angle at the present estimate, a pose a slice.
+//! Every pose gets its best angle at the present estimate, a round of one pose a slice: sine and cosine take long.
 
 use super::Fit;
 use crate::identification::hinge::pose::{AngleSearch, HingePose, PoseAt};
 use crate::scalar::Real;
 
 /// Angles of the search that a slice adds.
-const ANGLES_A_SLICE: usize = 8;
+const ANGLES_A_SLICE: usize = 2;
 /// Gauss-Newton rounds for the angle of one pose, from where it was searched, and from its last value.
 const SEARCHED_ROUNDS: usize = 4;
 const NEXT_ROUNDS: usize = 2;
@@ -17,8 +17,9 @@ pub struct Place<T> {
     search: bool,
     /// The search's angles so far.
     searched: usize,
-    /// The next pose.
+    /// The next pose, and the rounds for its angle so far.
     next: usize,
+    round: usize,
     /// Of the priors and the poses so far, mm².
     squares: T,
 }
@@ -26,7 +27,7 @@ pub struct Place<T> {
 impl<T: Real> Place<T> {
     /// Before the first pose.
     pub fn new(search: bool) -> Self {
-        Self { search, searched: 0, next: 0, squares: T::zero() }
+        Self { search, searched: 0, next: 0, round: 0, squares: T::zero() }
     }
 
     /// One slice; at the end the sum of the squares, mm². The poses' angles stay on trial.
@@ -40,20 +41,23 @@ impl<T: Real> Place<T> {
             self.searched = until;
             return None;
         }
-        if self.next == 0 {
+        if self.next == 0 && self.round == 0 {
             self.squares = fit.prior_squares();
         }
         if let Some(pose) = poses.get_mut(self.next) {
-            let (from, rounds) = if self.search {
-                (angles.nearest_rad(&pose.lengths_mm, fit.machine.cables()), SEARCHED_ROUNDS)
-            } else {
-                (pose.angle_rad, NEXT_ROUNDS)
-            };
+            let rounds = if self.search { SEARCHED_ROUNDS } else { NEXT_ROUNDS };
+            if self.round == 0 {
+                let cables = fit.machine.cables();
+                let last = pose.angle_rad;
+                pose.trial_rad = if self.search { angles.nearest_rad(&pose.lengths_mm, cables) } else { last };
+            }
             let at = PoseAt::new(&fit.hinge, &fit.machine);
-            let (angle, left) = at.best_angle(&pose.lengths_mm, from, rounds);
-            pose.trial_rad = angle;
-            self.squares += left * pose.weight;
-            self.next += 1;
+            pose.trial_rad = at.turned(&pose.lengths_mm, pose.trial_rad, 1);
+            self.round += 1;
+            if self.round >= rounds {
+                self.squares += at.squares(&pose.lengths_mm, pose.trial_rad) * pose.weight;
+                (self.next, self.round) = (self.next + 1, 0);
+            }
         }
         (self.next >= poses.len()).then_some(self.squares)
     }
