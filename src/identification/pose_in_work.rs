@@ -33,8 +33,18 @@ pub struct PoseInWork<T> {
     /// Of the parameters, as far as they are known.
     columns: Columns<T>,
     of_centre: [Vector3<T>; CENTRE_UNKNOWNS],
-    /// The next row of the normal matrix.
-    next_row: usize,
+    next: Next,
+}
+
+/// What is next of a pose.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Next {
+    /// More columns.
+    Columns,
+    /// This row of the normal matrix, all columns being known.
+    Row(usize),
+    /// Nothing: it is in.
+    Nothing,
 }
 
 impl<T: Real> PoseInWork<T> {
@@ -51,7 +61,50 @@ impl<T: Real> PoseInWork<T> {
             weight,
             columns: Columns::new(),
             of_centre: columns_of_centre(at, pose),
-            next_row: 0,
+            next: Next::Columns,
+        }
+    }
+
+    /// The same in place of the pose before.
+    pub fn begin(
+        &mut self,
+        at: &PoseAt<'_, T>,
+        pose: &MarginalInformation<T>,
+        features: Option<Features<T>>,
+        weight: T,
+    ) {
+        self.rotation = *at.rotation;
+        self.lengths = *at.lengths;
+        self.jacobian = *at.jacobian;
+        self.features = features;
+        self.projector = pose.projector();
+        self.translation = pose.translation;
+        self.residuals_mm = pose.residuals_mm;
+        self.weight = weight;
+        self.columns.clear();
+        self.of_centre = columns_of_centre(at, pose);
+        self.next = Next::Columns;
+    }
+
+    /// Is it not in the equations yet?
+    pub fn is_under_way(&self) -> bool {
+        self.next != Next::Nothing
+    }
+
+    /// The next few columns, then the next few rows into the equations; true when all are in.
+    pub fn advance(&mut self, block: &impl ParameterBlock<T>, equations: &mut Equations<T>) -> bool {
+        match self.next {
+            Next::Columns => {
+                if self.add_columns(block) {
+                    self.next = Next::Row(0);
+                }
+                false
+            }
+            Next::Row(row) => {
+                self.next = self.add_rows(row, equations);
+                self.next == Next::Nothing
+            }
+            Next::Nothing => true,
         }
     }
 
@@ -73,18 +126,17 @@ impl<T: Real> PoseInWork<T> {
         self.columns.len() >= block.count()
     }
 
-    /// Adds the next few rows to the normal equations; true when all are in.
+    /// Adds the next few rows to the normal equations: what is next then.
     #[cfg_attr(feature = "ccm", inline(never), unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
-    pub fn add_rows(&mut self, equations: &mut Equations<T>) -> bool {
-        let (first, unknowns) = (self.next_row, self.columns.len() + CENTRE_UNKNOWNS);
+    fn add_rows(&self, first: usize, equations: &mut Equations<T>) -> Next {
+        let unknowns = self.columns.len() + CENTRE_UNKNOWNS;
         let entries = |row: usize| packed_index(row, 0) - packed_index(first, 0);
         let mut last = first + 1;
         while last < unknowns && entries(last + 1) <= ENTRIES_A_CALL {
             last += 1;
         }
         equations.add_equations(&self.columns, &self.of_centre, &self.residuals_mm, self.weight, first..last);
-        self.next_row = last;
-        last >= unknowns
+        if last < unknowns { Next::Row(last) } else { Next::Nothing }
     }
 
     /// Derivative of S δ̂ with the unknowns, once all columns are known: three rows, one column for each unknown.
@@ -115,8 +167,7 @@ pub fn add_pose<T: Real>(
     equations.add_squares(pose.squares_mm2() * weight);
     if block.count() > 0 {
         let mut in_work = PoseInWork::new(at, pose, None, weight);
-        while !in_work.add_columns(block) {}
-        while !in_work.add_rows(equations) {}
+        while !in_work.advance(block, equations) {}
     }
     sums.move_to(equations);
 }

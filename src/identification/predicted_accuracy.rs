@@ -17,7 +17,6 @@ use super::marginal_information::MarginalInformation;
 use super::parameters::{CENTRE_UNKNOWNS, CentreSums, Equations, MAX_UNKNOWNS, PoseAt};
 use super::pivot_calibration::PivotCalibration;
 use super::pose::Pose;
-use super::pose_in_work::PoseInWork;
 use super::uncertainty::worst_direction_of_point;
 use crate::kinematics::rotation::rotation_of;
 use crate::kinematics::{JointCentre, LengthJacobian};
@@ -55,8 +54,7 @@ enum Step<T: Real> {
     /// What the pose says of the centre.
     See(UnitQuaternion<T>),
     /// What it says of the machine.
-    Columns,
-    Rows,
+    Machine,
     /// Its information is added to that of the others.
     Keep,
     /// The covariance with the poses so far.
@@ -159,14 +157,16 @@ impl<T: Real> PredictedAccuracy<T> {
         if machine.parameters() == 0 {
             return Step::Keep;
         }
-        *scratch = Scratch::Pose(PoseInWork::new(&at, &information, None, weight));
-        Step::Columns
+        scratch.put_pose(&at, &information, None, weight);
+        Step::Machine
     }
 
-    fn add_columns(machine: &Machine<T>, in_work: &mut PoseInWork<T>) -> bool {
-        // As stated: made when it is wanted, for it takes 0.4 KB.
+    /// The next slice of what the pose in work says of the machine as it is stated; true when all is said.
+    fn add_in_work(machine: &Machine<T>, Workspace { equations, scratch }: Workspace<'_, T>) -> bool {
+        // Made when it is wanted, for it takes 0.4 KB.
         let estimate = &MachineEstimate::new(machine);
-        in_work.add_columns(&Model { machine, estimate, joint: &Joint::Ball, features: None })
+        let model = Model { machine, estimate, joint: &Joint::Ball, features: None };
+        scratch.pose().is_none_or(|in_work| in_work.advance(&model, equations))
     }
 
     /// The next slice of what was begun with this pose; what all of them promise, after the last. `more`: poses distributed
@@ -190,14 +190,8 @@ impl<T: Real> PredictedAccuracy<T> {
                 self.step = Step::See(attitude);
             }
             Step::See(attitude) => self.step = self.see(machine, pose, &attitude, Workspace { equations, scratch }),
-            Step::Columns => {
-                if scratch.pose().is_none_or(|in_work| Self::add_columns(machine, in_work)) {
-                    self.step = Step::Rows;
-                }
-            }
-            Step::Rows => {
-                if scratch.pose().is_none_or(|in_work| in_work.add_rows(equations)) {
-                    *scratch = Scratch::Free;
+            Step::Machine => {
+                if Self::add_in_work(machine, Workspace { equations, scratch }) {
                     self.step = Step::Keep;
                 }
             }

@@ -1,9 +1,8 @@
 //! The result of a converged fit, then leave-one-out: a pass without each candidate pose in turn.
 
-use super::Stage;
+use super::Next;
 use super::fit::{Fit, Pass};
-use super::isolate::Isolate;
-use super::result::Acceptance;
+use super::result::{Acceptance, Accepted};
 use crate::identification::leave_one_out::{Candidates, require_redundancy};
 use crate::identification::machine::Machine;
 use crate::identification::pose::Pose;
@@ -28,9 +27,9 @@ pub(super) struct Check<T> {
 
 impl<T: Real> Check<T> {
     /// Begins.
-    pub fn new(acceptance: Acceptance<T>) -> Self {
+    pub fn new(accepted: Accepted) -> Self {
         Self {
-            acceptance: Some(acceptance),
+            acceptance: Some(Acceptance::new(accepted)),
             candidates: Candidates { next: 0, last: 0 },
             sigma: T::zero(),
             pass: None,
@@ -41,26 +40,27 @@ impl<T: Real> Check<T> {
 
     /// The next slice of the acceptance, or of the pass without the present candidate. The centre must still be determined,
     /// though worse.
-    pub fn advance(&mut self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &mut [Pose<T>]) -> Option<Stage<T>> {
+    pub fn advance(&mut self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &mut [Pose<T>]) -> Option<Next<T>> {
         if let Some(acceptance) = &mut self.acceptance {
             return match acceptance.advance(fit, machine, poses)? {
                 Ok((candidates, sigma)) => {
                     (self.acceptance, self.candidates, self.sigma) = (None, candidates, sigma);
                     None
                 }
-                Err(refusal) => Some(Stage::Done(Err(refusal))),
+                Err(refusal) => Some(Next::Done(Err(refusal))),
             };
         }
         let pose = self.candidates.next;
         let is_last = pose >= self.candidates.last;
         if is_last && !self.has_left_out {
-            return Some(Stage::Isolate(Isolate::default()));
+            return Some(Next::Isolate);
         }
         // After the last candidate one pass with all poses, so that the covariances that follow are those of all.
         let is_used = is_last || poses.get(pose).is_some_and(Pose::is_used);
         let Some(pass) = &mut self.pass else {
             if is_used {
-                (self.pass, self.is_summed) = (Some(fit.begin_pass(machine)), false);
+                fit.begin_pass(machine);
+                (self.pass, self.is_summed) = (Some(Pass::default()), false);
             } else {
                 self.candidates.next += 1;
             }
@@ -75,7 +75,7 @@ impl<T: Real> Check<T> {
             return match fit.factor() {
                 Ok(false) => None,
                 // Singular cannot be: the same equations had a factor before.
-                _ => Some(Stage::Isolate(Isolate::default())),
+                _ => Some(Next::Isolate),
             };
         }
         self.has_left_out = true;
@@ -92,7 +92,7 @@ impl<T: Real> Check<T> {
         let has_parameters = fit.parameters() > 0;
         match require_redundancy(self.sigma, without, fit.residuals.used, has_parameters, pose) {
             Ok(()) => None,
-            Err(refusal) => Some(Stage::Done(Err(refusal))),
+            Err(refusal) => Some(Next::Done(Err(refusal))),
         }
     }
 }

@@ -5,17 +5,16 @@
 //! Gauss-Newton with all the machine's constants, O and C, from where the moving centre's fit stands. The poses stay as that
 //! fit has them: the rotation that the ball gives a pose is found anew in each pass.
 
-use super::Stage;
+use super::Next;
 use super::fit::Fit;
 use super::model::Model;
-use super::refine::Refine;
+use super::refine::Plan;
 use super::scratch::Scratch;
 use crate::identification::joint::Joint;
 use crate::identification::machine::{Machine, MachineEstimate};
 use crate::identification::marginal_information::MarginalInformation;
 use crate::identification::parameters::{CENTRE_UNKNOWNS, CentreSums, ParameterBlock, PoseAt};
 use crate::identification::pose::Pose;
-use crate::identification::pose_in_work::PoseInWork;
 use crate::identification::refusal::Refusal;
 use crate::kinematics::rotation::rotation_of;
 use crate::kinematics::{AttitudeSolver, AttitudeTrack, CableSet, JointCentre, LengthJacobian};
@@ -67,21 +66,19 @@ struct Sum<T> {
     /// The search for its rotation, from that about the moving centre; and the rotation, once it is found.
     track: Option<AttitudeTrack<T>>,
     attitude: Option<UnitQuaternion<T>>,
-    /// The columns of the pose in work are known.
-    has_columns: bool,
     used: usize,
     centre: CentreSums<T>,
 }
 
 impl<T: Real> Compare<T> {
     /// Begins. The moving centre's fit goes on when it is not the machine.
-    pub fn new(fit: &mut Fit<T>, machine: &Machine<T>) -> Self {
+    pub fn new(fit: &Fit<T>, machine: &Machine<T>) -> Self {
         let estimate = MachineEstimate::unmeasured(machine);
         Self { estimate, centre: fit.centre, step: Step::Begin, passes: 0, squares_mm2: T::of(f64::INFINITY) }
     }
 
     /// The next slice of a pose, of the factor, or of the step.
-    pub fn advance(&mut self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &[Pose<T>]) -> Option<Stage<T>> {
+    pub fn advance(&mut self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &[Pose<T>]) -> Option<Next<T>> {
         match &mut self.step {
             Step::Begin => {
                 self.step = begin_pass(fit, machine, &self.estimate);
@@ -115,12 +112,12 @@ impl<T: Real> Compare<T> {
     }
 
     /// Takes the step of a pass, and judges what it leaves.
-    fn take_step(&mut self, fit: &mut Fit<T>, machine: &Machine<T>, used: usize) -> Option<Stage<T>> {
+    fn take_step(&mut self, fit: &mut Fit<T>, machine: &Machine<T>, used: usize) -> Option<Next<T>> {
         let step = fit.scratch.solution();
         let squares_mm2 = fit.equations.squares_after(&step);
         let freedom = T::of_integer((3 * used as i32 - CENTRE_UNKNOWNS as i32).max(1));
         if squares_mm2 <= fit.variance_mm2() * freedom * T::of(EXPLAINED) {
-            return Some(Stage::Done(Err(Refusal::MachineNotAsStated)));
+            return Some(Next::Done(Err(Refusal::MachineNotAsStated)));
         }
         self.passes += 1;
         let is_over = self.passes >= MAX_PASSES || !(squares_mm2 <= self.squares_mm2 * T::of(GOES_ON));
@@ -139,9 +136,9 @@ impl<T: Real> Compare<T> {
     }
 
     /// It is not the machine: the moving centre's fit goes on.
-    fn go_on(fit: &mut Fit<T>) -> Stage<T> {
+    fn go_on(fit: &mut Fit<T>) -> Next<T> {
         fit.is_compared = true;
-        Stage::Refine(Refine::select(fit))
+        Next::Refine(Plan::select(fit))
     }
 }
 
@@ -149,11 +146,7 @@ impl<T: Real> Sum<T> {
     /// The next pose's rotation, or the next columns or rows of its equations; false after the last pose.
     fn advance(&mut self, fit: &mut Fit<T>, ball: &Model<'_, T>, centre: &JointCentre<T>, poses: &[Pose<T>]) -> bool {
         if let Some(in_work) = fit.scratch.pose() {
-            if !self.has_columns {
-                self.has_columns = in_work.add_columns(ball);
-            } else if in_work.add_rows(&mut fit.equations) {
-                fit.scratch = Scratch::Free;
-            }
+            in_work.advance(ball, &mut fit.equations);
             return true;
         }
         let Some(pose) = poses.get(self.next) else { return false };
@@ -196,8 +189,7 @@ impl<T: Real> Sum<T> {
         let weight = T::one() / ball.machine.relative_variance(pose.samples);
         self.centre.add(&rotation, &information, weight);
         fit.equations.add_squares(information.squares_mm2() * weight);
-        fit.scratch = Scratch::Pose(PoseInWork::new(&at, &information, None, weight));
-        self.has_columns = false;
+        fit.scratch.put_pose(&at, &information, None, weight);
     }
 }
 
@@ -208,5 +200,5 @@ fn begin_pass<T: Real>(fit: &mut Fit<T>, machine: &Machine<T>, estimate: &Machin
     fit.equations.clear(estimate.count() + CENTRE_UNKNOWNS);
     Model { machine, estimate, joint: &Joint::Ball, features: None }.add_prior(&mut fit.equations, 0, variance);
     let centre = CentreSums::default();
-    Step::Sum(Sum { next: 0, track: None, attitude: None, has_columns: false, used: 0, centre })
+    Step::Sum(Sum { next: 0, track: None, attitude: None, used: 0, centre })
 }

@@ -1,8 +1,8 @@
 //! Rotational excitation, a few poses a slice: do the rotations of the poses determine the centre?
 
-use super::Stage;
+use super::Next;
 use super::fit::Fit;
-use super::refine::Refine;
+use super::refine::Plan;
 use super::result::Accepted;
 use crate::identification::excitation::{Excitation, MeanRotation};
 use crate::identification::gates::{AxisMotion, require_excitation};
@@ -51,7 +51,7 @@ impl<T: Real> Excite<T> {
     }
 
     /// The next few poses.
-    pub fn advance(&mut self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &mut [Pose<T>]) -> Option<Stage<T>> {
+    pub fn advance(&mut self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &mut [Pose<T>]) -> Option<Next<T>> {
         let least = if self.purpose == Purpose::Accept { PoseState::Used } else { PoseState::Placed };
         // The steps before have diverged along the singular direction, and the rotations with them: place again.
         let has_diverged = self.purpose == Purpose::NameWhatIsSingular && self.motion.is_none();
@@ -105,11 +105,11 @@ impl<T: Real> Excite<T> {
         machine: &Machine<T>,
         poses: &[Pose<T>],
         excitation: &Excitation<T>,
-    ) -> Stage<T> {
+    ) -> Next<T> {
         fit.result.excitation_rad = excitation.least_rad;
-        let Some((frame, arm)) = &self.arm else { return Stage::Done(Err(Refusal::Singular)) };
+        let Some((frame, arm)) = &self.arm else { return Next::Done(Err(Refusal::Singular)) };
         if let Err(refusal) = arm.require_motion(frame, poses.len()) {
-            return Stage::Done(Err(refusal));
+            return Next::Done(Err(refusal));
         }
         fit.begin_scattered(machine, Joint::Moving(MovingCentre::new(*frame)))
     }
@@ -121,18 +121,18 @@ impl<T: Real> Excite<T> {
         poses: &[Pose<T>],
         excitation: &Excitation<T>,
         motion: &AxisMotion<T>,
-    ) -> Stage<T> {
+    ) -> Next<T> {
         fit.result.excitation_rad = excitation.least_rad;
         if let Err(refusal) = require_excitation(excitation, motion, &fit.settings) {
-            return Stage::Done(Err(refusal));
+            return Next::Done(Err(refusal));
         }
         match self.purpose {
-            Purpose::NameWhatIsSingular => Stage::Done(Err(Refusal::Singular)),
+            Purpose::NameWhatIsSingular => Next::Done(Err(Refusal::Singular)),
             Purpose::MeasureMigration { rejected } => {
-                Stage::Refine(Refine::new(fit, Weights::OwnCentres { rejected }, true))
+                Next::Refine(Plan::new(fit, Weights::OwnCentres { rejected }, true))
             }
             Purpose::MovingCentre => self.begin_moving(fit, machine, poses, excitation),
-            Purpose::Accept => fit.accept(Accepted::Ball { dominant: motion.dominant_pose() }),
+            Purpose::Accept => Next::Check(Accepted::Ball { dominant: motion.dominant_pose() }),
         }
     }
 }

@@ -9,7 +9,6 @@ use crate::identification::noise::Residuals;
 use crate::identification::outcome::{Identified, rms_residual};
 use crate::identification::parameters::{CENTRE_UNKNOWNS, CentreSums, Equations, ParameterBlock, PoseAt};
 use crate::identification::pose::{Pose, PoseState};
-use crate::identification::pose_in_work::PoseInWork;
 use crate::identification::refusal::Refusal;
 use crate::identification::settings::{EstimatorSettings, Noise};
 use crate::identification::uncertainty::{RESULT_PACKED, packed};
@@ -61,8 +60,6 @@ pub(super) struct Pass<T> {
     pub used: usize,
     /// The search for the rotation of the next pose, or that it is over.
     search: Search<T>,
-    /// The columns of the pose in work are known.
-    has_columns: bool,
     /// Of O and C alone.
     centre: CentreSums<T>,
     /// Σ |S' δ̂|², mm²: the rate at which the squares fall with the scatter's variance.
@@ -78,6 +75,12 @@ enum Search<T> {
     Going(AttitudeSearch<T>),
     /// It has been searched for.
     Over,
+}
+
+impl<T: Real> Default for Pass<T> {
+    fn default() -> Self {
+        Self { next: 0, used: 0, search: Search::No, centre: CentreSums::default(), squared_gradients: T::zero() }
+    }
 }
 
 impl<T: Real> Fit<T> {
@@ -132,8 +135,8 @@ impl<T: Real> Fit<T> {
         self.residuals.noise_mm * self.residuals.noise_mm
     }
 
-    /// Begins a pass: the equations hold the priors only.
-    pub fn begin_pass(&mut self, machine: &Machine<T>) -> Pass<T> {
+    /// Before a pass: the equations hold the priors only.
+    pub fn begin_pass(&mut self, machine: &Machine<T>) {
         self.scratch = Scratch::Free;
         self.equations.clear(self.parameters() + CENTRE_UNKNOWNS);
         let model = Model { machine, estimate: &self.estimate, joint: &self.joint, features: None };
@@ -143,14 +146,6 @@ impl<T: Real> Fit<T> {
             let first = self.equations.unknowns() - 3;
             let variance = self.residuals.noise_mm * self.residuals.noise_mm;
             held.add_prior(&mut self.equations, first, &self.centre.in_platform_mm, variance);
-        }
-        Pass {
-            next: 0,
-            used: 0,
-            search: Search::No,
-            has_columns: false,
-            centre: CentreSums::default(),
-            squared_gradients: T::zero(),
         }
     }
 
@@ -165,12 +160,10 @@ impl<T: Real> Fit<T> {
         weights: &Weights<T>,
         reinitialise_above: T,
     ) -> bool {
-        if self.scratch.has_pose() {
-            if pass.has_columns {
-                self.add_rows();
-            } else {
-                pass.has_columns = self.add_columns(machine);
-            }
+        if let Some(in_work) = self.scratch.pose() {
+            let features = in_work.features();
+            let model = Model { machine, estimate: &self.estimate, joint: &self.joint, features };
+            in_work.advance(&model, &mut self.equations);
             return true;
         }
         let index = pass.next;
@@ -198,21 +191,12 @@ impl<T: Real> Fit<T> {
         true
     }
 
-    /// The next columns of the pose in work by the fit's own model; true when all are known.
+    /// The next columns of the pose in work by the fit's own model, which is to go no further; true when all are known.
     pub fn add_columns(&mut self, machine: &Machine<T>) -> bool {
         self.scratch.pose().is_none_or(|in_work| {
             let features = in_work.features();
             in_work.add_columns(&Model { machine, estimate: &self.estimate, joint: &self.joint, features })
         })
-    }
-
-    /// The next rows of the pose in work go into the equations; true when all are in.
-    pub fn add_rows(&mut self) -> bool {
-        let are_in = self.scratch.pose().is_none_or(|in_work| in_work.add_rows(&mut self.equations));
-        if are_in {
-            self.scratch = Scratch::Free;
-        }
-        are_in
     }
 
     /// Whitens what is next in the rows at work; true when they are white.
@@ -277,8 +261,7 @@ impl<T: Real> Fit<T> {
             self.equations.add_squares(information.squares_mm2() * weight);
             if self.parameters() > 0 {
                 let at = PoseAt { rotation: &rotation, lengths: &lengths, jacobian: &jacobian };
-                self.scratch = Scratch::Pose(PoseInWork::new(&at, information, self.joint.features(&at), weight));
-                pass.has_columns = false;
+                self.scratch.put_pose(&at, information, self.joint.features(&at), weight);
             }
         }
     }

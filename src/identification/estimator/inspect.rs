@@ -5,10 +5,9 @@
 //! six more unknowns ΔO and ΔC. Backwards over the poses; by how much χ² would fall follows from sums over the poses
 //! after the split and the factor of the normal equations, without a refit.
 
-use super::Stage;
+use super::Next;
 use super::fit::Fit;
 use super::result::Accepted;
-use super::scratch::Scratch;
 use super::seen::SeenPose;
 use crate::identification::joint::{Joint, persistence};
 use crate::identification::machine::Machine;
@@ -17,11 +16,15 @@ use crate::identification::pose::Pose;
 use crate::identification::refusal::Refusal;
 use crate::linear_algebra::{NormalEquations, column, dot, largest_eigenpair, non_negative_root};
 use crate::scalar::Real;
+use core::ops::Range;
 use nalgebra::{Matrix3, Vector3};
 
 /// Minimum number of poses on either side of a slip, and their minimum share (one in so many).
 const MIN_SIDE: usize = 6;
 const SIDE_SHARE: usize = 8;
+
+/// Rows of the six a slice.
+const SPLIT_ROWS_A_SLICE: usize = 3;
 
 /// Limit of F with six unknowns. At 60 poses, 800 sound sets stayed below 5.8, and slips of 3 mm exceeded 56.
 const SLIP_F: f64 = 9.0;
@@ -65,12 +68,12 @@ pub(super) struct Inspect<T: Real> {
     /// Σ of the variance of the predicted centre across the arm and in all, mm².
     across_mm2: T,
     all_mm2: T,
-    step: Step,
+    step: Step<T>,
 }
 
 /// Where a pose stands.
 #[derive(Clone, Copy, Debug)]
-enum Step {
+enum Step<T> {
     /// The next one is to be looked at.
     See,
     /// The columns of its equations.
@@ -79,8 +82,8 @@ enum Step {
     Shared,
     /// So is what the centre that is predicted in it hangs on.
     Path,
-    /// The split before it.
-    Split,
+    /// The split before it: its equations without the other unknowns, up to this row.
+    Split(NormalEquations<T, 6, 21>, usize),
 }
 
 impl<T: Real> Inspect<T> {
@@ -102,16 +105,16 @@ impl<T: Real> Inspect<T> {
     }
 
     /// The next pose towards the first, a slice of it.
-    pub fn advance(&mut self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &mut [Pose<T>]) -> Option<Stage<T>> {
+    pub fn advance(&mut self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &mut [Pose<T>]) -> Option<Next<T>> {
         self.step = match self.step {
             Step::See => {
                 let Some(index) = self.next.checked_sub(1) else { return Some(self.judge(fit)) };
                 self.next = index;
                 let pose = poses.get(index).filter(|pose| pose.is_used())?;
-                let (seen, in_work) = fit.seen(machine, pose)?;
+                let seen = fit.seen(machine, pose)?;
                 self.seen += 1;
                 self.add(&seen);
-                fit.scratch = Scratch::Pose(in_work);
+                fit.put_to_work(&seen);
                 Step::Columns
             }
             Step::Columns if !fit.add_columns(machine) => Step::Columns,
@@ -135,10 +138,15 @@ impl<T: Real> Inspect<T> {
                 self.add_path(fit, &poses.get(self.next)?.rotation());
                 let side = MIN_SIDE.max(fit.residuals.used / SIDE_SHARE);
                 let is_possible = self.seen >= side && fit.residuals.used >= side + self.seen;
-                if is_possible { Step::Split } else { Step::See }
+                if is_possible { Step::Split(self.split, 0) } else { Step::See }
             }
-            Step::Split => {
-                self.try_split(fit);
+            Step::Split(mut split, row) if row < 6 => {
+                let last = (row + SPLIT_ROWS_A_SLICE).min(6);
+                self.eliminate_shared(fit, &mut split, row..last);
+                Step::Split(split, last)
+            }
+            Step::Split(split, _) => {
+                self.try_split(fit, split);
                 Step::See
             }
         };
@@ -147,10 +155,11 @@ impl<T: Real> Inspect<T> {
 
     /// Adds what a pose says of ΔO and ΔC.
     fn add(&mut self, seen: &SeenPose<T>) {
-        let SeenPose { rotation, information, gradient_mm: gradient, .. } = seen;
+        let (rotation, information, gradient) =
+            (&seen.rotation, seen.marginal.information(), seen.marginal.gradient_mm());
         let turned = information * rotation;
         let in_platform = rotation.tr_mul(&turned);
-        let gradient_in_platform = rotation.tr_mul(gradient);
+        let gradient_in_platform = rotation.tr_mul(&gradient);
         for i in 0..3 {
             for j in 0..3 {
                 self.split.add_to_entry(3 + i, j, -turned[(j, i)]);
@@ -195,14 +204,17 @@ impl<T: Real> Inspect<T> {
         self.across_mm2 += covariance.trace() - along.dot(&(covariance * along));
     }
 
-    /// By how much χ² would fall with another centre from the present pose on: the Schur complement of the split.
-    fn try_split(&mut self, fit: &Fit<T>) {
-        let mut split = self.split;
-        for i in 0..6 {
+    /// Eliminates the other unknowns from some rows of a split's equations (Schur complement).
+    fn eliminate_shared(&self, fit: &Fit<T>, split: &mut NormalEquations<T, 6, 21>, rows: Range<usize>) {
+        for i in rows {
             for j in 0..=i {
                 split.add_to_entry(i, j, -fit.product_of_rows(&self.shared, i, j));
             }
         }
+    }
+
+    /// By how much χ² would fall with another centre from the present pose on.
+    fn try_split(&mut self, fit: &Fit<T>, mut split: NormalEquations<T, 6, 21>) {
         if split.factor().is_err() {
             return;
         }
@@ -215,15 +227,15 @@ impl<T: Real> Inspect<T> {
         }
     }
 
-    fn judge(&self, fit: &mut Fit<T>) -> Stage<T> {
+    fn judge(&self, fit: &mut Fit<T>) -> Next<T> {
         match self.refusal(fit) {
-            Some(refusal) => Stage::Done(Err(refusal)),
+            Some(refusal) => Next::Done(Err(refusal)),
             None => {
                 if let Joint::Moving(moving) = &mut fit.joint {
                     moving.persistence = self.persistence();
                 }
                 fit.path_sigmas_mm = [self.across_mm2, self.all_mm2].map(|sum| self.sigma_mm(fit, sum));
-                fit.accept(Accepted::Moving)
+                Next::Check(Accepted::Moving)
             }
         }
     }

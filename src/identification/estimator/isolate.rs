@@ -1,6 +1,6 @@
 //! Fault isolation of the poses that were left out.
 
-use super::Stage;
+use super::Next;
 use super::fit::Fit;
 use crate::identification::fault_isolation::Isolation;
 use crate::identification::machine::Machine;
@@ -27,10 +27,10 @@ impl<T: Real> Default for Isolate<T> {
 
 impl<T: Real> Isolate<T> {
     /// One attempt at one hypothesis about the next pose left out.
-    pub fn advance(&mut self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &mut [Pose<T>]) -> Option<Stage<T>> {
+    pub fn advance(&mut self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &mut [Pose<T>]) -> Option<Next<T>> {
         let left_out = |(_, pose): &(usize, &mut Pose<T>)| !pose.is_used();
         let Some((index, pose)) = poses.iter_mut().enumerate().skip(self.next).find(left_out) else {
-            return Some(Stage::Done(Ok(())));
+            return Some(Next::Done(Ok(())));
         };
         let noise = fit.result.noise_mm.max(machine.noise_mm());
         let variance_mm2 = noise * noise * machine.relative_variance(pose.samples) + fit.joint.scatter_mm2();

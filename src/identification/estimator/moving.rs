@@ -1,10 +1,8 @@
 //! Gauss-Newton with a joint centre that moves or scatters: the variance of the scatter is estimated on the way.
 
-use super::Stage;
-use super::compare::Compare;
+use super::Next;
 use super::fit::{Fit, Pass};
-use super::inspect::Inspect;
-use super::refine::{MEDIAN_PASSES, Refine};
+use super::refine::{MEDIAN_PASSES, Plan};
 use super::result::Accepted;
 use crate::identification::joint::Joint;
 use crate::identification::machine::Machine;
@@ -29,16 +27,16 @@ const MAX_LEFT_OUT: usize = 8;
 
 impl<T: Real> Fit<T> {
     /// Begins Gauss-Newton with a joint whose centre scatters, from the present centre.
-    pub(super) fn begin_scattered(&mut self, machine: &Machine<T>, joint: Joint<T>) -> Stage<T> {
+    pub(super) fn begin_scattered(&mut self, machine: &Machine<T>, joint: Joint<T>) -> Next<T> {
         self.joint = joint;
         self.estimate.release();
         if self.parameters() + CENTRE_UNKNOWNS > MAX_UNKNOWNS {
             // A moving joint on a machine of which every end is uncertain: more unknowns than there is room for.
-            return Stage::Done(Err(self.ball_refusal.unwrap_or(Refusal::Singular)));
+            return Next::Done(Err(self.ball_refusal.unwrap_or(Refusal::Singular)));
         }
         self.residuals.noise_mm = machine.noise_mm().min(self.residuals.noise_mm);
         self.result.rms_residuals_mm.clear();
-        Stage::Refine(Refine::new(self, Weights::Equal, true))
+        Next::Refine(Plan::new(self, Weights::Equal, true))
     }
 }
 
@@ -48,15 +46,15 @@ const MAX_HELD_SCATTER_MM: f64 = 1.0;
 
 impl<T: Real> Fit<T> {
     /// Accepts held poses with a common centre.
-    fn judge_held(&self, scatter_mm: T) -> Stage<T> {
+    fn judge_held(&self, scatter_mm: T) -> Next<T> {
         if scatter_mm > T::of(MAX_HELD_SCATTER_MM) {
-            return Stage::Done(Err(Refusal::NotHeld { scatter_mm: scatter_mm.to_f32() }));
+            return Next::Done(Err(Refusal::NotHeld { scatter_mm: scatter_mm.to_f32() }));
         }
-        self.accept(Accepted::Moving)
+        Next::Check(Accepted::Moving)
     }
 }
 
-impl<T: Real> Refine<T> {
+impl<T: Real> Plan<T> {
     /// Goes on with a joint that moves or scatters, each pose in or out.
     pub(super) fn select(fit: &mut Fit<T>) -> Self {
         Self::new(fit, Weights::Inliers(T::of(INLIER_LIMIT)), true)
@@ -66,11 +64,10 @@ impl<T: Real> Refine<T> {
     pub(super) fn after_moving_pass(
         &self,
         fit: &mut Fit<T>,
-        machine: &Machine<T>,
         poses: &[Pose<T>],
         pass: &Pass<T>,
         settled: bool,
-    ) -> Stage<T> {
+    ) -> Next<T> {
         let variance = fit.variance_mm2();
         let (median, residuals) = (fit.residuals.chi_squares.median, fit.residuals);
         let Some(scatter) = fit.joint.scatter_mut() else { return self.again(fit) };
@@ -80,8 +77,8 @@ impl<T: Real> Refine<T> {
                 return self.again(fit);
             }
             return match &fit.joint {
-                Joint::Moving(_) if !fit.is_compared => Stage::Compare(Compare::new(fit, machine)),
-                _ => Stage::Refine(Self::select(fit)),
+                Joint::Moving(_) if !fit.is_compared => Next::Compare,
+                _ => Next::Refine(Self::select(fit)),
             };
         }
         let excess = residuals.squares_mm2 / variance - residuals.freedom;
@@ -92,14 +89,14 @@ impl<T: Real> Refine<T> {
         match self.weights {
             Weights::Inliers(_) if is_too_many && self.passes > 2 => {
                 // It is not a few poses: fit all of them, and let the scatter show it.
-                Stage::Refine(Self::new(fit, Weights::Equal, true).after(MEDIAN_PASSES))
+                Next::Refine(Self::new(fit, Weights::Equal, true).after(MEDIAN_PASSES))
             }
             _ if is_stable => match &fit.joint {
                 Joint::Held(scatter) => fit.judge_held(scatter.sigma_mm()),
-                _ => Stage::Inspect(Inspect::new(poses)),
+                _ => Next::Inspect,
             },
             _ if self.passes >= MAX_PASSES + MEDIAN_PASSES => {
-                Stage::Done(Err(fit.ball_refusal.unwrap_or(Refusal::IterationCap)))
+                Next::Done(Err(fit.ball_refusal.unwrap_or(Refusal::IterationCap)))
             }
             _ => self.again(fit),
         }

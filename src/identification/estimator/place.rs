@@ -1,9 +1,9 @@
 //! Placing: the platform's pose in every captured pose, and the pivot calibration of them.
 
-use super::excite::{Excite, Purpose};
+use super::excite::Purpose;
 use super::fit::Fit;
-use super::refine::Refine;
-use super::{MIN_POSES, Stage};
+use super::refine::Plan;
+use super::{MIN_POSES, Next};
 use crate::identification::gates::require_placed;
 use crate::identification::joint::{Joint, Scatter};
 use crate::identification::machine::Machine;
@@ -29,7 +29,7 @@ impl<T: Real> Default for Place<T> {
 
 impl<T: Real> Place<T> {
     /// Places the next pose, unless its capture has; after the last, solves the calibration.
-    pub fn advance(&mut self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &mut [Pose<T>]) -> Option<Stage<T>> {
+    pub fn advance(&mut self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &mut [Pose<T>]) -> Option<Next<T>> {
         if let Some(pose) = poses.get_mut(self.next) {
             pose.place(machine.platform());
             if pose.is_placed() {
@@ -41,18 +41,18 @@ impl<T: Real> Place<T> {
         if self.calibration.rotations().poses() < T::of_integer(MIN_POSES as i32)
             && let Err(refusal) = require_placed(poses)
         {
-            return Some(Stage::Done(Err(refusal)));
+            return Some(Next::Done(Err(refusal)));
         }
         Some(match self.calibration.solve() {
             Ok(centre) => {
                 fit.centre = centre;
                 match fit.settings.joint {
                     JointChoice::Held => fit.begin_scattered(machine, Joint::Held(Scatter::default())),
-                    JointChoice::Moving => Stage::Excite(Excite::new(Purpose::MovingCentre)),
-                    _ => Stage::Refine(Refine::new(fit, Weights::Equal, false)),
+                    JointChoice::Moving => Next::Excite(Purpose::MovingCentre),
+                    _ => Next::Refine(Plan::new(fit, Weights::Equal, false)),
                 }
             }
-            Err(Singular) => Stage::Excite(Excite::new(Purpose::NameWhatIsSingular)),
+            Err(Singular) => Next::Excite(Purpose::NameWhatIsSingular),
         })
     }
 }

@@ -1,8 +1,8 @@
 //! Gauss-Newton, pass by pass, and what comes after each.
 
-use super::excite::{Excite, Purpose};
+use super::excite::Purpose;
 use super::fit::{Fit, Pass};
-use super::{MIN_POSES_AFTER_REJECTION, Stage};
+use super::{MIN_POSES_AFTER_REJECTION, Next};
 use crate::identification::gates::{MIN_POSES, migration_or_outliers};
 use crate::identification::joint::{Joint, MIN_MOVING_POSES};
 use crate::identification::machine::Machine;
@@ -40,9 +40,9 @@ pub(super) const MEDIAN_PASSES: u8 = 3;
 /// Passes that measure the scatter of the poses' own centres.
 const OWN_CENTRE_PASSES: u8 = 2;
 
-/// Gauss-Newton with one kind of weights.
+/// A pass to be made.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Refine<T> {
+pub(super) struct Plan<T> {
     pub(super) weights: Weights<T>,
     /// Passes with these weights, the present one included.
     pub(super) passes: u8,
@@ -52,6 +52,13 @@ pub(super) struct Refine<T> {
     reinitialised: bool,
     /// Poses used in the pass before.
     used_before: usize,
+}
+
+/// Gauss-Newton, the pass under way.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Refine<T> {
+    plan: Plan<T>,
+    pass: Pass<T>,
     step: Step<T>,
 }
 
@@ -62,17 +69,68 @@ enum Step<T> {
     /// The equations are to hold the priors only.
     Begin,
     /// The poses are summed.
-    Sum(Pass<T>),
+    Sum,
     /// The normal equations are factored.
-    Factor(Pass<T>),
+    Factor,
     /// They are solved, then the step is taken.
-    Solve(Pass<T>),
+    Solve,
     /// Its residuals are kept; the median of χ² is sought.
-    Median { pass: Pass<T>, largest_mm: T, search: MedianSearch<T> },
+    Median { largest_mm: T, search: MedianSearch<T> },
 }
 
 impl<T: Real> Refine<T> {
-    /// Begins with these weights.
+    /// Begins a pass.
+    pub fn new(plan: Plan<T>) -> Self {
+        Self { plan, pass: Pass::default(), step: Step::Begin }
+    }
+
+    /// One slice of a pass.
+    pub fn advance(&mut self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &mut [Pose<T>]) -> Option<Next<T>> {
+        let Self { plan, pass, step } = self;
+        match step {
+            Step::Begin => {
+                fit.begin_pass(machine);
+                *step = Step::Sum;
+                None
+            }
+            Step::Sum => {
+                if !fit.add_next_pose(pass, machine, poses, &plan.weights, plan.reinitialise_above) {
+                    *step = Step::Factor;
+                }
+                None
+            }
+            Step::Factor => match fit.factor() {
+                Ok(false) => None,
+                Ok(true) => {
+                    fit.begin_step();
+                    *step = Step::Solve;
+                    None
+                }
+                Err(Singular) => Some(plan.after_singular(fit, poses)),
+            },
+            Step::Solve if !fit.solve() => None,
+            Step::Solve => {
+                let largest_mm = fit.take_step(machine, pass);
+                *step = Step::Median { largest_mm, search: MedianSearch::new(poses) };
+                None
+            }
+            Step::Median { largest_mm, search } => {
+                fit.residuals.chi_squares = search.advance(poses)?;
+                if fit.result.rms_residuals_mm.push(fit.result.rms_residual_mm).is_err() {
+                    return Some(Next::Done(Err(Refusal::IterationCap)));
+                }
+                let settled = *largest_mm <= fit.settings.tolerance_mm;
+                Some(match fit.joint {
+                    Joint::Ball => plan.after_pass(fit, poses, settled),
+                    Joint::Held(_) | Joint::Moving(_) => plan.after_moving_pass(fit, poses, pass, settled),
+                })
+            }
+        }
+    }
+}
+
+impl<T: Real> Plan<T> {
+    /// The first pass with these weights.
     pub fn new(fit: &mut Fit<T>, weights: Weights<T>, reinitialised: bool) -> Self {
         if let Weights::OwnCentres { .. } = weights {
             fit.estimate.hold();
@@ -83,7 +141,6 @@ impl<T: Real> Refine<T> {
             reinitialise_above: Self::reinitialise_above(&weights, 1),
             reinitialised,
             used_before: 0,
-            step: Step::Begin,
         }
     }
 
@@ -100,52 +157,8 @@ impl<T: Real> Refine<T> {
         }
     }
 
-    /// One slice of a pass.
-    pub fn advance(&mut self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &mut [Pose<T>]) -> Option<Stage<T>> {
-        match &mut self.step {
-            Step::Begin => {
-                self.step = Step::Sum(fit.begin_pass(machine));
-                None
-            }
-            Step::Sum(pass) => {
-                if !fit.add_next_pose(pass, machine, poses, &self.weights, self.reinitialise_above) {
-                    self.step = Step::Factor(*pass);
-                }
-                None
-            }
-            Step::Factor(pass) => match fit.factor() {
-                Ok(false) => None,
-                Ok(true) => {
-                    fit.begin_step();
-                    self.step = Step::Solve(*pass);
-                    None
-                }
-                Err(Singular) => Some(self.after_singular(fit, poses)),
-            },
-            Step::Solve(_) if !fit.solve() => None,
-            Step::Solve(pass) => {
-                let largest_mm = fit.take_step(machine, pass);
-                self.step = Step::Median { pass: *pass, largest_mm, search: MedianSearch::new(poses) };
-                None
-            }
-            Step::Median { pass, largest_mm, search } => {
-                let chi_squares = search.advance(poses)?;
-                let (pass, largest_mm) = (*pass, *largest_mm);
-                fit.residuals.chi_squares = chi_squares;
-                if fit.result.rms_residuals_mm.push(fit.result.rms_residual_mm).is_err() {
-                    return Some(Stage::Done(Err(Refusal::IterationCap)));
-                }
-                let settled = largest_mm <= fit.settings.tolerance_mm;
-                Some(match fit.joint {
-                    Joint::Ball => self.after_pass(fit, poses, settled),
-                    Joint::Held(_) | Joint::Moving(_) => self.after_moving_pass(fit, machine, poses, &pass, settled),
-                })
-            }
-        }
-    }
-
     /// What follows a pass of the ball model.
-    fn after_pass(&self, fit: &mut Fit<T>, poses: &[Pose<T>], settled: bool) -> Stage<T> {
+    fn after_pass(&self, fit: &mut Fit<T>, poses: &[Pose<T>], settled: bool) -> Next<T> {
         let residuals = &fit.residuals;
         let noise = fit.settings.noise;
         match self.weights {
@@ -168,7 +181,7 @@ impl<T: Real> Refine<T> {
                 // The median of fewer poses is too coarse to estimate the noise again.
                 let shrinks = poses.len() >= POSES_TO_ESTIMATE && estimate_noise(fit, poses.len());
                 if !shrinks && scale <= T::of(FINAL_SCALE) {
-                    return Stage::Refine(Self::new(fit, Weights::Inliers(T::of(INLIER_LIMIT)), self.reinitialised));
+                    return Next::Refine(Self::new(fit, Weights::Inliers(T::of(INLIER_LIMIT)), self.reinitialised));
                 }
                 if !shrinks {
                     return self.weight_down(fit, scale * T::of(SCALE_STEP));
@@ -193,13 +206,12 @@ impl<T: Real> Refine<T> {
     }
 
     /// Another pass with the same weights.
-    pub(super) fn again(&self, fit: &mut Fit<T>) -> Stage<T> {
+    pub(super) fn again(&self, fit: &mut Fit<T>) -> Next<T> {
         let passes = self.passes.saturating_add(1);
-        Stage::Refine(Self {
+        Next::Refine(Self {
             passes,
             reinitialise_above: Self::reinitialise_above(&self.weights, passes),
             used_before: fit.residuals.used,
-            step: Step::Begin,
             ..*self
         })
     }
@@ -210,31 +222,30 @@ impl<T: Real> Refine<T> {
     }
 
     /// Starts a Geman-McClure pass with this scale (not below the final one).
-    fn weight_down(&self, fit: &mut Fit<T>, scale: T) -> Stage<T> {
+    fn weight_down(&self, fit: &mut Fit<T>, scale: T) -> Next<T> {
         let weights = Weights::GemanMcClure(scale.max(T::of(FINAL_SCALE)));
-        Stage::Refine(Self::new(fit, weights, self.reinitialised))
+        Next::Refine(Self::new(fit, weights, self.reinitialised))
     }
 
     /// Near a singularity two assembly modes fit to within the noise. Where the residuals of the other poses vanish
     /// (noise-free lengths), one in the wrong mode stands out though it is no outlier: such poses are re-initialised
     /// once from the known centre.
-    fn converged(&self, fit: &mut Fit<T>, poses: &[Pose<T>]) -> Stage<T> {
+    fn converged(&self, fit: &mut Fit<T>, poses: &[Pose<T>]) -> Next<T> {
         let limit = fit.residuals.chi_squares.median * T::of(STANDS_OUT);
         if self.reinitialised || count_within(poses, limit) >= fit.residuals.used {
-            return Stage::Excite(Excite::new(Purpose::Accept));
+            return Next::Excite(Purpose::Accept);
         }
-        Stage::Refine(Self {
+        Next::Refine(Self {
             passes: self.passes.saturating_add(1),
             reinitialise_above: limit,
             reinitialised: true,
             used_before: fit.residuals.used,
-            step: Step::Begin,
             ..*self
         })
     }
 
     /// After the selection: are enough poses left, and are their residuals noise?
-    fn judge_inliers(&self, fit: &mut Fit<T>, poses: &[Pose<T>]) -> Stage<T> {
+    fn judge_inliers(&self, fit: &mut Fit<T>, poses: &[Pose<T>]) -> Next<T> {
         let used = fit.residuals.used;
         if !is_selection_large_enough(used, poses.len())
             || !fit.residuals.of_inliers_are_noise(fit.settings.noise, poses.len())
@@ -246,13 +257,13 @@ impl<T: Real> Refine<T> {
     }
 
     /// The equations of a pass have no solution.
-    fn after_singular(&self, fit: &mut Fit<T>, poses: &[Pose<T>]) -> Stage<T> {
+    fn after_singular(&self, fit: &mut Fit<T>, poses: &[Pose<T>]) -> Next<T> {
         match (&fit.joint, self.weights) {
-            (Joint::Held(_) | Joint::Moving(_), _) => Stage::Done(Err(fit.ball_refusal.unwrap_or(Refusal::Singular))),
-            (_, Weights::Equal) => Stage::Excite(Excite::new(Purpose::NameWhatIsSingular)),
+            (Joint::Held(_) | Joint::Moving(_), _) => Next::Done(Err(fit.ball_refusal.unwrap_or(Refusal::Singular))),
+            (_, Weights::Equal) => Next::Excite(Purpose::NameWhatIsSingular),
             (_, Weights::OwnCentres { rejected }) => {
                 let (rejected, poses) = (rejected as u32, poses.len() as u32);
-                Stage::Done(Err(Refusal::TooManyOutliers { rejected, poses }))
+                Next::Done(Err(Refusal::TooManyOutliers { rejected, poses }))
             }
             // Hardly any pose agrees with another.
             _ => measure_migration(poses),
@@ -268,9 +279,9 @@ fn is_selection_large_enough(used: usize, poses: usize) -> bool {
 }
 
 /// The set is refused as a ball; decide between outliers and a joint centre that is not fixed.
-fn measure_migration<T: Real>(poses: &[Pose<T>]) -> Stage<T> {
+fn measure_migration<T: Real>(poses: &[Pose<T>]) -> Next<T> {
     let rejected = poses.len() - count_within(poses, T::of(INLIER_LIMIT));
-    Stage::Excite(Excite::new(Purpose::MeasureMigration { rejected }))
+    Next::Excite(Purpose::MeasureMigration { rejected })
 }
 
 /// Is the largest χ² far beyond the median, and beyond noise?
@@ -303,10 +314,10 @@ fn max_equal_passes<T: Real>(fit: &Fit<T>) -> u8 {
 }
 
 /// The ball does not explain the residuals: the moving centre may, if there are poses enough for it.
-fn after_ball_refused<T: Real>(fit: &mut Fit<T>, refusal: Refusal, poses: usize) -> Stage<T> {
+fn after_ball_refused<T: Real>(fit: &mut Fit<T>, refusal: Refusal, poses: usize) -> Next<T> {
     fit.ball_refusal = Some(refusal);
     if fit.settings.joint == JointChoice::Auto && poses >= MIN_MOVING_POSES {
-        return Stage::Excite(Excite::new(Purpose::MovingCentre));
+        return Next::Excite(Purpose::MovingCentre);
     }
-    Stage::Done(Err(refusal))
+    Next::Done(Err(refusal))
 }

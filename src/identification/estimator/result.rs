@@ -1,7 +1,5 @@
 //! From a converged fit to a result with its covariance.
 
-use super::Stage;
-use super::check::Check;
 use super::fit::Fit;
 use crate::identification::gates::{Accuracy, require_accuracy};
 use crate::identification::leave_one_out::{Candidates, candidates};
@@ -153,11 +151,6 @@ impl<T: Real> Acceptance<T> {
 }
 
 impl<T: Real> Fit<T> {
-    /// Accepts a converged fit, if it passes the gate of accuracy.
-    pub(super) fn accept(&self, of: Accepted) -> Stage<T> {
-        Stage::Check(Check::new(Acceptance::new(of)))
-    }
-
     /// The covariances of one parameter of the platform's shape go to work.
     fn begin_shape_share(&mut self, machine: &Machine<T>, index: usize) {
         let mut unit = [T::zero(); MAX_UNKNOWNS];

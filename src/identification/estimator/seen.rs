@@ -4,9 +4,10 @@ use super::fit::Fit;
 use super::model::Model;
 use crate::identification::machine::Machine;
 use crate::identification::marginal_information::{MarginalInformation, own_centre};
-use crate::identification::parameters::PoseAt;
+use crate::identification::parameters::{PoseAt, Rows};
 use crate::identification::pose::Pose;
-use crate::identification::pose_in_work::PoseInWork;
+use crate::identification::pose_in_work::sensitivity;
+use crate::kinematics::{CableLengths, LengthJacobian};
 use crate::scalar::Real;
 use nalgebra::{Matrix3, Vector3};
 
@@ -15,9 +16,10 @@ use nalgebra::{Matrix3, Vector3};
 pub(super) struct SeenPose<T> {
     /// Rotation from {P} to {B}.
     pub rotation: Matrix3<T>,
-    /// S and S δ̂, rotation and scatter eliminated.
-    pub information: Matrix3<T>,
-    pub gradient_mm: Vector3<T>,
+    lengths: CableLengths<T>,
+    jacobian: LengthJacobian<T>,
+    /// Rotation and scatter eliminated.
+    pub marginal: MarginalInformation<T>,
     /// S before the scatter was eliminated.
     pub unscattered: Matrix3<T>,
     /// δ̂: its own centre less the model's, mm.
@@ -26,33 +28,36 @@ pub(super) struct SeenPose<T> {
     pub squares_mm2: T,
 }
 
+impl<T: Real> SeenPose<T> {
+    fn at(&self) -> PoseAt<'_, T> {
+        PoseAt { rotation: &self.rotation, lengths: &self.lengths, jacobian: &self.jacobian }
+    }
+}
+
 impl<T: Real> Fit<T> {
-    /// A pose at the present estimate, rotation and scatter eliminated, and the same to go to work: its columns follow.
-    /// `None` without a rotation.
-    pub fn seen(&self, machine: &Machine<T>, pose: &Pose<T>) -> Option<(SeenPose<T>, PoseInWork<T>)> {
+    /// A pose at the present estimate, rotation and scatter eliminated. `None` without a rotation.
+    pub fn seen(&self, machine: &Machine<T>, pose: &Pose<T>) -> Option<SeenPose<T>> {
         let lengths = self.estimate.corrected(machine, pose.lengths());
         let rotation = pose.rotation();
         let jacobian = self.jacobian(&rotation, &lengths);
-        let information = MarginalInformation::new(&jacobian).ok()?;
+        let mut marginal = MarginalInformation::new(&jacobian).ok()?;
+        let (unscattered, squares_mm2) = (marginal.information(), marginal.squares_mm2());
+        let own_centre_mm = own_centre(&unscattered, &marginal.gradient_mm());
         let variance = self.variance_mm2() * machine.relative_variance(pose.samples);
-        let mut scattered = information;
-        scattered.add_scatter(self.joint.scatter_mm2() / variance);
-        let at = PoseAt { rotation: &rotation, lengths: &lengths, jacobian: &jacobian };
-        let in_work = PoseInWork::new(&at, &scattered, self.joint.features(&at), T::one());
-        let seen = SeenPose {
-            rotation,
-            information: scattered.information(),
-            gradient_mm: scattered.gradient_mm(),
-            own_centre_mm: own_centre(&information.information(), &information.gradient_mm()),
-            unscattered: information.information(),
-            squares_mm2: information.squares_mm2(),
-        };
-        Some((seen, in_work))
+        marginal.add_scatter(self.joint.scatter_mm2() / variance);
+        Some(SeenPose { rotation, lengths, jacobian, marginal, unscattered, own_centre_mm, squares_mm2 })
     }
 
-    /// All columns of a pose in work.
-    pub fn add_all_columns(&self, machine: &Machine<T>, in_work: &mut PoseInWork<T>) {
-        let features = in_work.features();
-        while !in_work.add_columns(&Model { machine, estimate: &self.estimate, joint: &self.joint, features }) {}
+    /// Its equations go to work: their columns follow.
+    pub fn put_to_work(&mut self, seen: &SeenPose<T>) {
+        let at = seen.at();
+        self.scratch.put_pose(&at, &seen.marginal, self.joint.features(&at), T::one());
+    }
+
+    /// Derivative of S δ̂ with the unknowns: three rows, one column for each unknown.
+    pub fn sensitivity(&self, machine: &Machine<T>, seen: &SeenPose<T>) -> Rows<T> {
+        let at = seen.at();
+        let features = self.joint.features(&at);
+        sensitivity(&Model { machine, estimate: &self.estimate, joint: &self.joint, features }, &at, &seen.marginal)
     }
 }

@@ -3,7 +3,6 @@
 
 use super::Estimator;
 use super::fit::Fit;
-use super::scratch::Scratch;
 use super::seen::SeenPose;
 use crate::identification::joint::Joint;
 use crate::identification::machine::Machine;
@@ -64,8 +63,8 @@ impl<T: Real> Step<T> {
 
 impl<T: Real> Evidence<T> {
     fn of(seen: &SeenPose<T>) -> Self {
-        let SeenPose { information, gradient_mm, squares_mm2, .. } = *seen;
-        Self { information, gradient_mm, squares_mm2 }
+        let (information, gradient_mm) = (seen.marginal.information(), seen.marginal.gradient_mm());
+        Self { information, gradient_mm, squares_mm2: seen.squares_mm2 }
     }
 }
 
@@ -74,12 +73,11 @@ impl<T: Real> Estimator<T> {
     /// estimate. `None` when no rotation fits its lengths.
     pub fn verify(&self, machine: &Machine<T>, pose: &Pose<T>) -> Option<VerifiedPose<T>> {
         let fit = &self.fit;
-        let (seen, mut in_work) = fit.seen(machine, &fit.place_about_centre(machine, pose)?)?;
-        fit.add_all_columns(machine, &mut in_work);
+        let seen = fit.seen(machine, &fit.place_about_centre(machine, pose)?)?;
         fit.verified(
             machine.relative_variance(pose.samples),
             &Evidence::of(&seen),
-            &fit.covariance_of(&in_work.sensitivity()),
+            &fit.covariance_of(&fit.sensitivity(machine, &seen)),
         )
     }
 
@@ -109,8 +107,8 @@ impl<T: Real> Estimator<T> {
             Step::See(attitude) => {
                 let mut placed = *pose;
                 placed.set_attitude(attitude);
-                let Some((seen, in_work)) = fit.seen(machine, &placed) else { return Some(None) };
-                fit.scratch = Scratch::Pose(in_work);
+                let Some(seen) = fit.seen(machine, &placed) else { return Some(None) };
+                fit.put_to_work(&seen);
                 Step::Columns(Evidence::of(&seen))
             }
             Step::Columns(evidence) => {
@@ -140,8 +138,7 @@ impl<T: Real> Estimator<T> {
     pub fn predict(&self, machine: &Machine<T>, pose: &Pose<T>) -> Option<CentrePrediction<T>> {
         let fit = &self.fit;
         let placed = fit.place_about_centre(machine, pose)?;
-        let (seen, mut in_work) = fit.seen(machine, &placed)?;
-        fit.add_all_columns(machine, &mut in_work);
+        let seen = fit.seen(machine, &placed)?;
         let rotation = &seen.rotation;
         let centre = fit.joint.centre_at(&fit.centre, rotation).in_base_mm;
         let (lack_of_fit, factor) = (fit.joint.lack_of_fit_mm2(), fit.joint.variance_factor());
@@ -153,7 +150,7 @@ impl<T: Real> Estimator<T> {
                 + Matrix3::from_diagonal_element(lack_of_fit),
             live_mm: centre + seen.own_centre_mm,
             live_covariance_mm2: of_pose * variance
-                + fit.covariance_of(&fit.live_rows(&seen, &in_work.sensitivity())?) * factor,
+                + fit.covariance_of(&fit.live_rows(&seen, &fit.sensitivity(machine, &seen))?) * factor,
         })
     }
 }
@@ -267,7 +264,7 @@ impl<T: Real> Fit<T> {
     /// δ̂ = S⁻¹ g, where g changes by minus the sensitivity. What moves the model's centre cancels; C and the machine's
     /// constants remain.
     fn live_rows(&self, seen: &SeenPose<T>, sensitivity: &Rows<T>) -> Option<Rows<T>> {
-        let inverse = inverse_of_positive_definite(&seen.information, rounding())?;
+        let inverse = inverse_of_positive_definite(&seen.marginal.information(), rounding())?;
         let mut rows = self.path_rows(&seen.rotation);
         for unknown in 0..self.equations.unknowns() {
             let changes = sensitivity.each_ref().map(|row| row.get(unknown).copied().unwrap_or_else(T::zero));
