@@ -53,7 +53,7 @@ mod settings;
 mod starts;
 mod verify;
 
-pub use estimator::{HingeEstimator, HingeProgress};
+pub use estimator::{HingeEstimator, HingeProgress, StageName};
 pub use joint::{HINGE_UNKNOWNS, Hinge, across};
 pub use judge::MIN_POSES;
 pub use machine::{Constant, HingeMachine, MAX_CONSTANTS};

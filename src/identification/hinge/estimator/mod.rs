@@ -15,7 +15,7 @@
 //! Explain  --refused-->      Done
 //! Bend     --enough-->       Report
 //! Bend     --refused-->      Done
-//! Report   --first-->        Compare
+//! Report   --finished-->     Compare
 //! Report   --refused-->      Done
 //! Compare  --other-->        Report
 //! Compare  --accurate-->     Profile
@@ -35,6 +35,7 @@ mod outliers;
 mod profile;
 mod report;
 mod search;
+mod stage;
 mod work;
 
 use self::compare::{Compare, Compared};
@@ -43,6 +44,7 @@ use self::outliers::{Left, Outliers};
 use self::profile::Profile;
 use self::report::Report;
 use self::search::Search;
+pub use self::stage::{StageName, may_follow};
 use self::work::{LAST_TRIALS, Work};
 use super::judge::{self, Flexion, Isolation};
 use super::pose::{HingePose, MAX_UNKNOWNS};
@@ -138,6 +140,7 @@ impl<T: Real> HingeEstimator<T> {
         if !self.work.advance(poses)
             && let Some(next) = self.next(poses)
         {
+            debug_assert!(may_follow(self.stage.name(), next.name()), "{:?} to {:?}", self.stage.name(), next.name());
             // The only place where the stage is assigned, but for a restart.
             self.stage = next;
         }
@@ -151,6 +154,11 @@ impl<T: Real> HingeEstimator<T> {
     /// Column `unknown` of the covariance of all unknowns, for a noise of 1 mm: the hinge's, then the machine's.
     pub fn covariance_column(&self, unknown: usize) -> [T; MAX_UNKNOWNS] {
         self.work.fit.equations.covariance_column(unknown, 0)
+    }
+
+    /// The name of the present stage.
+    pub fn stage(&self) -> StageName {
+        self.stage.name()
     }
 
     /// A slice of the stage's own work; the next stage at its end.

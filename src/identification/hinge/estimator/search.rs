@@ -156,7 +156,10 @@ impl<T: Real> Search<T> {
         }
         work.fit.constants = true;
         work.starts.clear();
-        work.starts.extend(work.candidates.iter().map(|candidate| (candidate.hinge, candidate.squares_mm2)));
+        for candidate in &work.candidates {
+            // There is room for as many as there are.
+            let _ = work.starts.push((candidate.hinge, candidate.squares_mm2));
+        }
         work.candidates.clear();
         self.from_the_first(Step::Refine);
         false
