@@ -24,6 +24,9 @@ pub const ERROR_LIMIT_WITH_MACHINE_NM: u64 = 500_000;
 /// The same of a shoulder in one phase, which leaves open where the centre is along the arm: `cargo study shoulder` judges it.
 pub const ERROR_LIMIT_OF_SHOULDER_NM: u64 = 10_000_000;
 
+/// The same of the foot point of an elbow's axis, from 30 poses: five standard deviations.
+pub const ERROR_LIMIT_OF_ELBOW_NM: u64 = 1_000_000;
+
 /// Most estimated cycles of an event of the device and of a slice of the estimator, however hard the set: what shares the
 /// main loop with them waits so long, 59 µs at 170 MHz.
 pub const EVENT_LIMIT_CYCLES: u64 = 10_000;
@@ -38,6 +41,8 @@ fn piece_limit(path: &str) -> Option<u64> {
 fn error_limit_nm(path: &str) -> u64 {
     if path.contains("shoulder") {
         ERROR_LIMIT_OF_SHOULDER_NM
+    } else if path.contains("elbow") {
+        ERROR_LIMIT_OF_ELBOW_NM
     } else if path.contains("machine") {
         ERROR_LIMIT_WITH_MACHINE_NM
     } else if path.contains("noise") || path.contains("outlier") {
