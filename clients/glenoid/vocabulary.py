@@ -32,6 +32,7 @@ GUIDANCE = {
     "AnotherPlane": "tilt the arm in another plane",
     "HoldBlade": "hold the shoulder blade still, move the arm to another pose and hold it",
     "ReleaseBlade": "let the shoulder blade go, move the arm to another pose and hold it",
+    "BendFurther": "bend the joint further before holding it",
     "TightenCable": "tighten the named cable",
     "CheckEncoders": "check the encoders",
     "Wait": "wait: the device computes",

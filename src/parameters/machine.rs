@@ -110,7 +110,8 @@ impl Contradiction {
     fn of_rig(error: RigError) -> Self {
         Self::about(match error {
             RigError::BaseCollapsed | RigError::BaseOnEdge | RigError::NotFinite => Base1X,
-            RigError::EndsCoincide => Cable1EndX,
+            // The last is about an elbow, which is not made from parameters.
+            RigError::EndsCoincide | RigError::DrawingMissing => Cable1EndX,
             RigError::PulleyImpossible => Cable1PulleyRadius,
             RigError::ToleranceImpossible => ToleranceBase,
             RigError::CorrectionImpossible => Offset1,

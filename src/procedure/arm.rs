@@ -1,11 +1,11 @@
 //! What the encoders say about the arm: whether they can be trusted, whether it is still, and where it is.
 
-use super::encoders::{EncoderFault, Encoders};
+use super::encoders::{EncoderFault, EncoderLimits, Encoders};
 use super::limits::Limits;
 use super::loose::LooseWatch;
 use super::reason::Reason;
 use super::slow_motion::SlowMotion;
-use super::stillness::Stillness;
+use super::stillness::{HeldCounts, Stillness};
 use crate::kinematics::CableLengths;
 use crate::rig::{CABLES, Drum, Rig};
 
@@ -37,9 +37,14 @@ pub struct Arm {
 impl Arm {
     /// A watch that has seen nothing yet.
     pub fn new(limits: &Limits) -> Self {
+        Self::over(limits, limits.encoders())
+    }
+
+    /// The same over other encoders than all six.
+    pub fn over(limits: &Limits, encoders: EncoderLimits) -> Self {
         let stillness = limits.stillness();
         Self {
-            encoders: Encoders::new(limits.encoders()),
+            encoders: Encoders::new(encoders),
             stillness: Stillness::new(stillness),
             loose: LooseWatch::new(stillness.band_counts),
             slow_motion: SlowMotion::new(limits.slow_motion()),
@@ -98,14 +103,22 @@ impl Arm {
         }
     }
 
+    /// The mean counts of the pose in which the arm is held.
+    ///
+    /// # Errors
+    /// As for [`ready`](Self::ready).
+    pub fn held(&self, now_ms: u32) -> Result<HeldCounts, NotReady> {
+        self.ready(now_ms)?;
+        self.stillness.pose().ok_or(NotReady { reason: Reason::ArmMoving, cable: 0 })
+    }
+
     /// The lengths of the pose in which the arm is held, from the mean of the counts while it was still, corrected by what
     /// commissioning found; and how many samples they are the mean of.
     ///
     /// # Errors
     /// As for [`ready`](Self::ready), and [`Reason::LengthImpossible`].
     pub fn pose(&self, now_ms: u32, rig: &Rig<f32>) -> Result<(CableLengths<f32>, u16), NotReady> {
-        self.ready(now_ms)?;
-        let held = self.stillness.pose().ok_or(NotReady { reason: Reason::ArmMoving, cable: 0 })?;
+        let held = self.held(now_ms)?;
         let impossible = |cable| NotReady { reason: Reason::LengthImpossible, cable };
         let lengths = CableLengths::from_mean_counts(rig, &held.first, &held.above);
         lengths.map(|lengths| (lengths, held.samples)).map_err(|error| impossible(error.cable))

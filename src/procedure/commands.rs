@@ -29,9 +29,9 @@ pub struct Reply {
 }
 
 impl Reply {
-    const FINE: Self = Self { reason: Reason::Fine, detail: 0, pose: None };
+    pub(super) const FINE: Self = Self { reason: Reason::Fine, detail: 0, pose: None };
 
-    const fn refused(reason: Reason, detail: u16) -> Self {
+    pub(super) const fn refused(reason: Reason, detail: u16) -> Self {
         Self { reason, detail, pose: None }
     }
 }

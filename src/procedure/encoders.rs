@@ -18,6 +18,8 @@ pub struct EncoderLimits {
     pub frozen_counts: u32,
     /// So many samples in a row at a new place after a jump, and the count is lost; fewer were a glitch.
     pub lost_after_samples: u8,
+    /// Encoders in use, from the first on; the others may rest for ever.
+    pub cables: u8,
 }
 
 /// What is wrong now.
@@ -167,7 +169,8 @@ impl Encoders {
             *low = (*low).min(*count);
             *high = (*high).max(*count);
         }
-        let spread = || self.high.iter().zip(&self.low).map(|(high, low)| high.abs_diff(*low));
+        let cables = usize::from(self.limits.cables);
+        let spread = || self.high.iter().zip(&self.low).take(cables).map(|(high, low)| high.abs_diff(*low));
         match spread().position(|spread| spread <= DITHER_COUNTS) {
             None => {
                 self.frozen = None;
@@ -193,7 +196,7 @@ mod tests {
     use crate::rig::Rig;
 
     const LIMITS: EncoderLimits =
-        EncoderLimits { silence_ms: 500, jitter_ms: 0, frozen_counts: 100, lost_after_samples: 3 };
+        EncoderLimits { silence_ms: 500, jitter_ms: 0, frozen_counts: 100, lost_after_samples: 3, cables: 6 };
 
     /// 1500 mm/s and 0.023 mm a count: 652 counts in 10 ms.
     const JUMP: i32 = 700;
@@ -301,5 +304,23 @@ mod tests {
         }
         encoders.sample(310, &[150, -150, 150, 20, 150, 150], &drum());
         assert_eq!(reason(&encoders, 310), None);
+    }
+
+    #[test]
+    fn encoders_that_are_not_in_use_may_rest_and_hide_nothing() {
+        let mut encoders = Encoders::new(EncoderLimits { cables: 4, ..LIMITS });
+        let move_by = |encoders: &mut Encoders, from: i32, step: i32, counts: [i32; 4]| {
+            let [a, b, c, d] = counts;
+            encoders.sample((from + step) as u32 * 10, &[a, b, c, d, 0, 0], &drum());
+        };
+        for step in 0..60 {
+            move_by(&mut encoders, 0, step, [step * 5, step * -5, step * 5, step * 5]);
+            assert_eq!(reason(&encoders, step as u32 * 10), None, "{step}");
+        }
+        // It moved before, and freezes now.
+        for step in 0..60 {
+            move_by(&mut encoders, 60, step, [295 - step * 5, 295, 295 - step * 5, 295 - step * 5]);
+        }
+        assert_eq!(reason(&encoders, 1_190), Some((Reason::EncoderFrozen, 2)));
     }
 }

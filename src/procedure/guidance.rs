@@ -35,11 +35,13 @@ pub enum Guidance {
     HoldBlade = 11,
     /// Second phase: let the shoulder blade go, and go on to another pose.
     ReleaseBlade = 12,
+    /// Bend the joint further than in the poses so far.
+    BendFurther = 13,
 }
 
 impl Guidance {
     /// All advice, in the order of the numbers.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::Nothing,
         Self::MoveOn,
         Self::MoveFurther,
@@ -53,6 +55,7 @@ impl Guidance {
         Self::Acknowledge,
         Self::HoldBlade,
         Self::ReleaseBlade,
+        Self::BendFurther,
     ];
 
     /// The number on the wire.
@@ -81,6 +84,7 @@ impl Guidance {
             Self::Acknowledge => "see the reason, then acknowledge",
             Self::HoldBlade => "hold the shoulder blade still, move the arm to another pose and hold it",
             Self::ReleaseBlade => "let the shoulder blade go, move the arm to another pose and hold it",
+            Self::BendFurther => "bend the joint further before holding it",
         }
     }
 }

@@ -5,7 +5,7 @@ use super::plausible::Plausibility;
 use super::slow_motion::SlowMotionLimits;
 use super::stillness::StillnessLimits;
 use crate::identification::gates::MIN_POSES;
-use crate::rig::Rig;
+use crate::rig::{CABLES, Drum, Rig};
 
 /// Every number that can be set about a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -180,6 +180,11 @@ impl Limits {
         Self { settings, mm_per_count: rig.drum().mm_per_count(), noise_mm: rig.length_noise_mm() }
     }
 
+    /// The default limits of a module with this drum, the noise of whose lengths is `noise_mm`, 1σ.
+    pub(super) fn of_module(drum: &Drum<f32>, noise_mm: f32) -> Self {
+        Self { settings: Settings::default(), mm_per_count: drum.mm_per_count(), noise_mm }
+    }
+
     /// The settings.
     pub const fn settings(&self) -> &Settings {
         &self.settings
@@ -263,6 +268,7 @@ impl Limits {
             jitter_ms: self.settings.sample_jitter_ms,
             frozen_counts: self.counts(self.settings.frozen_mm),
             lost_after_samples: self.settings.lost_after_samples,
+            cables: CABLES as u8,
         }
     }
 

@@ -36,6 +36,7 @@ mod assess;
 mod between_runs;
 pub mod captured;
 mod commands;
+pub mod elbow;
 pub mod encoders;
 pub mod guidance;
 pub mod limits;

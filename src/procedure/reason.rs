@@ -153,6 +153,10 @@ reasons! {
     HeldOfAnotherWearing = 67, "the held poses belong to another wearing", "repeat both phases without taking the cuff off between them";
     MachineNotAsStated = 68, "a machine that is not as stated explains the poses as well as a centre that moves", "commission the machine, or state its tolerances; home the encoders; then calibrate again";
 
+    TwoAxesFit = 69, "two different axes fit the poses", "capture more poses over a wider range of flexion; state the drawing of the joint";
+    SecondAxis = 70, "the joint turns about a second axis as well: it is no hinge", "look for play in the orthosis; keep the forearm from turning about its length";
+    NotAHinge = 71, "no hinge explains the poses", "look for a loose strap, cuff or cable, then start again";
+
     CentreImplausible = 72, "the centre lies where no joint of this rig can be", "check cables, points and rig parameters, then calibrate again";
     RadiusImplausible = 73, "a distance from the centre to an end-point cannot be", "check the cuff and the rig parameters, then calibrate again";
     SigmaImplausible = 74, "the stated uncertainty is zero or too large", "capture more and wider poses";

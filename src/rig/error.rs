@@ -29,6 +29,8 @@ pub enum RigError {
     EndsCoincide = 10,
     /// An offset found by commissioning is not finite, or a drum's scale is off by more than 20 %.
     CorrectionImpossible = 11,
+    /// So few cables do not determine a hinge, and no drawing says how well it is known beforehand.
+    DrawingMissing = 12,
 }
 
 impl RigError {
@@ -46,6 +48,7 @@ impl RigError {
             Self::PulleyImpossible => "a pulley's radius is negative or its axis is no direction",
             Self::EndsCoincide => "both ends of two cables of an end-point coincide",
             Self::CorrectionImpossible => "an offset is not finite or a drum's scale is off by more than 20 %",
+            Self::DrawingMissing => "fewer than four cables about a hinge need a drawing with its standard deviations",
         }
     }
 }

@@ -66,6 +66,14 @@ const MAX_DRUM_TOLERANCE: f64 = 0.2;
 /// Largest valid correction of a drum's radius, relative.
 const MAX_SCALE_CORRECTION: f64 = 0.2;
 
+impl<T: Real> Drum<T> {
+    /// Is every number of it positive and finite?
+    pub(crate) fn is_possible(&self) -> bool {
+        let numbers = [self.radius_mm, self.counts_per_turn, self.fastest_mm_per_s];
+        numbers.iter().chain(&self.home_length_mm).all(|number| *number > T::zero() && number.is_a_number())
+    }
+}
+
 impl<T: Real> Pulley<T> {
     /// No pulley.
     pub fn none() -> Self {

@@ -17,6 +17,7 @@ mod excitation;
 mod geometry;
 mod held_noise;
 mod hinge;
+mod hinge_slices;
 mod joint_models;
 mod length_jacobian;
 mod linear_algebra;

@@ -10,7 +10,9 @@ use glenoid::identification::hinge::{
 };
 use glenoid::identification::{Estimator, EstimatorSettings, Machine, Noise, Pose};
 use glenoid::kinematics::CableLengths;
-use glenoid::rig::{CABLES, CableEnds, Rig, Tolerance};
+use glenoid::procedure::elbow::{ElbowProcedure, ElbowRig};
+use glenoid::procedure::{Command, PoseSet};
+use glenoid::rig::{CABLES, CableEnds, Drum, Rig, Tolerance};
 use nalgebra::{Matrix3, Vector3};
 
 /// A hinge from anything.
@@ -32,8 +34,39 @@ pub fn identify() -> Event {
         Ok(found) => drop(black_box(found.sigmas())),
         Err(refusal) => drop(black_box(refusal.text())),
     }
+    black_box(estimator.verify(&black_box([0.0; MAX_CABLES])));
     carry(&estimator);
+    calibrate();
     Event::Tick
+}
+
+/// An elbow's procedure with anything that can happen to it.
+fn calibrate() {
+    let cables: &[CableEnds<f32>] = black_box(&[]);
+    let drawing = Drawing {
+        hinge: Hinge::through(&any(), &any(), &any(), &any()),
+        sigma: black_box(None),
+        range_rad: black_box((0.0, 0.0)),
+    };
+    let drum =
+        black_box(Drum { radius_mm: 0.0, counts_per_turn: 0.0, home_length_mm: [0.0; CABLES], fastest_mm_per_s: 0.0 });
+    let made = ElbowRig::new(cables, drum, black_box(0.0), black_box(Tolerance::exact()), black_box(Some(drawing)));
+    let Ok(rig) = made.or(ElbowRig::four_cables()) else { return };
+    let mut procedure = ElbowProcedure::new(rig);
+    procedure.resume_at(black_box(0), black_box(0));
+    black_box(procedure.set_wearer(black_box(0)));
+    loop {
+        let now_ms = black_box(0);
+        procedure.sample(now_ms, &black_box([0; CABLES]));
+        black_box(procedure.command(now_ms, black_box(Command::Capture)));
+        black_box(procedure.tick(now_ms));
+        black_box((procedure.guidance(now_ms), procedure.reason(now_ms), procedure.progress_percent()));
+        black_box(procedure.lengths_mm(black_box(PoseSet::HeldOut), black_box(0)));
+        black_box(procedure.candidate().map(|candidate| candidate.found.shown()));
+        if black_box(true) {
+            return;
+        }
+    }
 }
 
 /// The hand through three joints.

@@ -41,7 +41,7 @@ impl<T: Real> HingeEstimator<T> {
         point: &CarriedPoint<T>,
         one_more_rad: Option<T>,
     ) -> Option<CarriedPoint<T>> {
-        let fit = &self.fit;
+        let fit = &self.work.fit;
         let hinge = &fit.hinge;
         let at = PoseAt::new(hinge, &fit.machine);
         let from = AngleSearch::new(hinge, &fit.machine, fit.range_rad()).nearest_rad(lengths_mm, fit.machine.cables());
@@ -62,7 +62,7 @@ impl<T: Real> HingeEstimator<T> {
             let direct = of_hinge.get(unknown).copied().unwrap_or_else(Vector3::zeros);
             put(&mut carrying, unknown, &(direct - turning * (gradient / information)));
         }
-        let variance = self.noise_mm * self.noise_mm;
+        let variance = self.work.found.noise_mm * self.work.found.noise_mm;
         let mut carried = point.moved(&rotation, hinge.platform_foot_mm() + rotation * arm);
         carried.covariance_mm2 += turning * turning.transpose() * (variance / information);
         carried.covariance_mm2 += self.covariance_of(&carrying, one_more_rad);
@@ -71,8 +71,8 @@ impl<T: Real> HingeEstimator<T> {
 
     /// The point of the axis in the base nearest to the middle of the base's points.
     pub fn axis_point(&self) -> CarriedPoint<T> {
-        let hinge = &self.fit.hinge;
-        let points = self.fit.machine.base_mm();
+        let hinge = &self.work.fit.hinge;
+        let points = self.work.fit.machine.base_mm();
         let count = T::of_integer(points.len().max(1) as i32);
         let middle = points.iter().fold(Vector3::zeros(), |sum, point| sum + point) / count;
         let along = hinge.axis().dot(&middle);
@@ -86,7 +86,7 @@ impl<T: Real> HingeEstimator<T> {
 
     /// Distance of a point from the axis, mm, and its 1σ; `in_platform`: a point of the platform, else of the base.
     pub fn distance_to_axis_mm(&self, point: &CarriedPoint<T>, in_platform: bool) -> (T, T) {
-        let hinge = &self.fit.hinge;
+        let hinge = &self.work.fit.hinge;
         let (axis, foot, first) = if in_platform {
             (hinge.axis_in_platform(), *hinge.foot_in_platform_mm(), AXIS_IN_PLATFORM)
         } else {
@@ -109,7 +109,7 @@ impl<T: Real> HingeEstimator<T> {
     /// Covariance of three linear functions of the unknowns, mm²; with one more pose at an angle, if one is given.
     fn covariance_of(&self, rows: &Rows<T>, one_more_rad: Option<T>) -> Matrix3<T> {
         let mut whitened = *rows;
-        whitened.iter_mut().for_each(|row| self.fit.equations.whiten(row));
+        whitened.iter_mut().for_each(|row| self.work.fit.equations.whiten(row));
         if let Some(angle) = one_more_rad {
             self.learn(&mut whitened, angle);
         }
@@ -118,12 +118,12 @@ impl<T: Real> HingeEstimator<T> {
         Matrix3::from_fn(|i, j| match (axes.get(i), axes.get(j)) {
             (Some(a), Some(b)) => dot(a, b),
             _ => T::zero(),
-        }) * (self.noise_mm * self.noise_mm)
+        }) * (self.work.found.noise_mm * self.work.found.noise_mm)
     }
 
     /// What a pose at an angle takes off whitened functions: each of its rows v leaves (I + v vᵀ)^(-1/2) of them.
     fn learn(&self, whitened: &mut Rows<T>, angle_rad: T) {
-        let fit = &self.fit;
+        let fit = &self.work.fit;
         let at = PoseAt::new(&fit.hinge, &fit.machine);
         let mut rows = at.rows(&[T::zero(); MAX_CABLES], angle_rad, fit.constants);
         let by_angle = rows.by_angle;

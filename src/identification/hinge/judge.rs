@@ -4,22 +4,18 @@ use super::fit::Fit;
 use super::joint::{HINGE_UNKNOWNS, Hinge};
 use super::pose::{HingePose, PoseAt};
 use super::refusal::HingeRefusal;
-use super::second_axis;
+use super::second_axis::{SECOND_UNKNOWNS, SecondAxis};
+use super::settings::HingeSettings;
 use crate::identification::settings::Noise;
 use crate::identification::statistics::{FALSE_ALARM, WIDENING, chi_square_quantile, chi_square_test};
-use crate::identification::weights::{FINAL_SCALE, INLIER_LIMIT};
+use crate::identification::weights::INLIER_LIMIT;
 use crate::linear_algebra::non_negative_root;
 use crate::scalar::Real;
 
+/// Minimum number of poses: four redundant lengths more than a hinge has unknowns, at four cables.
+pub const MIN_POSES: usize = 6;
 /// The rig's stated noise counts as this many degrees of freedom where the noise is estimated.
 const PRIOR_FREEDOM: f64 = 6.0;
-/// Steps of the fit in a pass of weights, and once the weights stand.
-const PASS_TRIALS: usize = 12;
-const LAST_TRIALS: usize = 20;
-/// Passes of weights at most.
-const MAX_PASSES: usize = 30;
-/// The scale of the weights is lowered by this factor a pass: a hinge has weak directions, and follows slowly.
-const SCALE_STEP: f64 = 0.5;
 /// χ² of one pose with a redundancy of two, beyond which leaving out a cable does not explain it: once in 10 000.
 const EXPLAINED: f64 = 18.4;
 
@@ -57,44 +53,19 @@ pub(super) fn noise_of_result_mm<T: Real>(fit: &Fit<T>, poses: &[HingePose<T>], 
 
 /// χ² of a single pose beyond which it contradicts the others, with one redundant length less than there are cables: as
 /// rare as the limit of the shoulder's poses.
-fn inlier_limit<T: Real>(cables: usize) -> T {
+pub(super) fn inlier_limit<T: Real>(cables: usize) -> T {
     T::of(INLIER_LIMIT) * chi_square_quantile(T::of_integer(cables as i32 - 1), T::of(4.2))
         / chi_square_quantile(T::of(3.0), T::of(4.2))
 }
 
-/// Weights down the poses that contradict the others until they stand out, and leaves them out.
+/// Refuses to leave out so many.
 ///
 /// # Errors
-/// [`HingeRefusal::TooManyOutliers`] when more than a fifth would have to be.
-pub(super) fn leave_out<T: Real>(
-    fit: &mut Fit<T>,
-    poses: &mut [HingePose<T>],
-    min_poses: usize,
-) -> Result<(), HingeRefusal> {
-    let mut scale = poses.iter().fold(T::of(FINAL_SCALE), |worst, pose| worst.max(pose.chi_square));
-    for _ in 0..MAX_PASSES {
-        for pose in poses.iter_mut() {
-            let root = scale / (scale + pose.chi_square);
-            pose.weight = root * root;
-        }
-        fit.minimise(poses, PASS_TRIALS, false);
-        fit.settle(poses);
-        if scale <= T::of(FINAL_SCALE) {
-            break;
-        }
-        scale = (scale * T::of(SCALE_STEP)).max(T::of(FINAL_SCALE));
-    }
-    let limit = inlier_limit::<T>(fit.machine.cables());
-    for _ in 0..3 {
-        for pose in poses.iter_mut() {
-            pose.weight = if pose.chi_square <= limit { T::one() } else { T::zero() };
-        }
-        let rejected = poses.iter().filter(|pose| !pose.is_used()).count();
-        if 5 * rejected > poses.len() || poses.len() - rejected < min_poses {
-            return Err(HingeRefusal::TooManyOutliers { rejected: rejected as u32, poses: poses.len() as u32 });
-        }
-        fit.minimise(poses, LAST_TRIALS, false);
-        fit.settle(poses);
+/// [`HingeRefusal::TooManyOutliers`] when more than a fifth are out, or too few are left.
+pub(super) fn require_most<T: Real>(poses: &[HingePose<T>]) -> Result<(), HingeRefusal> {
+    let rejected = poses.iter().filter(|pose| !pose.is_used()).count();
+    if 5 * rejected > poses.len() || poses.len() - rejected < MIN_POSES {
+        return Err(HingeRefusal::TooManyOutliers { rejected: rejected as u32, poses: poses.len() as u32 });
     }
     Ok(())
 }
@@ -111,31 +82,68 @@ pub(super) fn two_axes<T: Real>(fit: &Fit<T>, one: &Hinge<T>, other: &Hinge<T>) 
     HingeRefusal::TwoAxesFit { angle_rad: angle.to_f32(), distance_mm: distance.to_f32() }
 }
 
-/// For every pose that is left out, the cables without any one of which it fits.
-pub(super) fn isolate<T: Real>(fit: &Fit<T>, poses: &mut [HingePose<T>]) {
-    let cables = fit.machine.cables();
-    let limit = T::of(EXPLAINED) * fit.noise_mm * fit.noise_mm;
-    for pose in poses.iter_mut().filter(|pose| !pose.is_used()) {
-        pose.suspect_cables = 0;
+/// Rounds for the angle of a pose without a cable.
+const ISOLATING_ROUNDS: usize = 8;
+
+/// Fault isolation under way: for every pose that is left out, the cables without any one of which it fits.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Isolation {
+    pose: usize,
+    /// From 0.
+    cable: usize,
+    round: usize,
+}
+
+impl Isolation {
+    /// Before the first pose.
+    pub const fn new() -> Self {
+        Self { pose: 0, cable: 0, round: 0 }
+    }
+
+    /// One slice: a round for the angle of a pose without a cable; true at the end.
+    pub fn advance<T: Real>(&mut self, fit: &Fit<T>, poses: &mut [HingePose<T>]) -> bool {
+        let Some(pose) = poses.get_mut(self.pose) else { return true };
+        let cables = fit.machine.cables();
         // Two cables always fit an angle.
-        for cable in 0..if cables > 3 { cables } else { 0 } {
-            let at = PoseAt { cables: !(1 << cable), ..PoseAt::new(&fit.hinge, &fit.machine) };
-            if at.best_angle(&pose.lengths_mm, pose.angle_rad, 8).1 <= limit {
-                pose.suspect_cables |= 1 << cable;
+        if pose.is_used() || self.cable >= cables || cables <= 3 {
+            if !pose.is_used() && cables <= 3 {
+                pose.suspect_cables = 0;
             }
+            (self.pose, self.cable, self.round) = (self.pose + 1, 0, 0);
+            return false;
         }
+        if self.round == 0 {
+            pose.trial_rad = pose.angle_rad;
+            pose.suspect_cables = if self.cable == 0 { 0 } else { pose.suspect_cables };
+        }
+        let at = PoseAt { cables: !(1 << self.cable), ..PoseAt::new(&fit.hinge, &fit.machine) };
+        pose.trial_rad = at.turned(&pose.lengths_mm, pose.trial_rad, 1);
+        self.round += 1;
+        if self.round == ISOLATING_ROUNDS {
+            let limit = T::of(EXPLAINED) * fit.noise_mm * fit.noise_mm;
+            if at.squares(&pose.lengths_mm, pose.trial_rad) <= limit {
+                pose.suspect_cables |= 1 << self.cable;
+            }
+            (self.cable, self.round) = (self.cable + 1, 0);
+        }
+        false
     }
 }
 
-/// Why poses refuse a hinge: a second axis that explains them, or the hinge at all.
-pub(super) fn no_hinge<T: Real>(fit: &Fit<T>, poses: &mut [HingePose<T>], noise: Noise<T>) -> HingeRefusal {
+/// Why poses refuse a hinge: a second axis that explains them, or the hinge at all. `second`: the best one.
+pub(super) fn no_hinge<T: Real>(
+    fit: &Fit<T>,
+    poses: &[HingePose<T>],
+    noise: Noise<T>,
+    second: Option<&SecondAxis<T>>,
+) -> HingeRefusal {
     let most_mm = match noise {
         Noise::Known(noise) => noise,
         Noise::EstimatedUpTo(most) => most,
     };
     // One more angle a pose, less its zero, which is nobody's; and the second axis.
-    let left = freedom(fit, poses) - T::of_integer(poses.len() as i32 - 1 + second_axis::SECOND_UNKNOWNS as i32);
-    match second_axis::find(fit, poses) {
+    let left = freedom(fit, poses) - T::of_integer(poses.len() as i32 - 1 + SECOND_UNKNOWNS as i32);
+    match second {
         Some(second)
             if left >= T::one() && chi_square_test(second.squares_mm2, left, most_mm * most_mm, T::of(FALSE_ALARM)) =>
         {
@@ -154,19 +162,45 @@ pub(super) fn not_a_hinge<T: Real>(fit: &Fit<T>, poses: &[HingePose<T>]) -> Hing
     HingeRefusal::NotAHinge { residual_mm: non_negative_root(fit.squares_mm2 / freedom(fit, poses)).to_f32() }
 }
 
-/// From the smallest to the largest angle of the poses used, rad. Angles stand on a circle: the largest gap between two
-/// neighbours is what the joint does not reach.
-pub(super) fn flexion_rad<T: Real>(poses: &[HingePose<T>]) -> T {
-    let turn = T::two_pi();
-    let within = |angle: T| angle - turn * (angle / turn).floor();
-    let mut largest_gap = T::zero();
-    for pose in poses.iter().filter(|pose| pose.is_used()) {
-        let others = poses.iter().filter(|other| other.is_used());
-        let ahead = others.map(|other| within(other.angle_rad - pose.angle_rad)).filter(|gap| *gap > T::of(1e-6));
-        let gap = ahead.fold(turn, |least, gap| if gap < least { gap } else { least });
-        largest_gap = largest_gap.max(gap);
+/// From the smallest to the largest angle of the poses used, rad, a pose a slice. Angles stand on a circle: the largest gap
+/// between two neighbours is what the joint does not reach.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Flexion<T> {
+    next: usize,
+    largest_gap: T,
+}
+
+impl<T: Real> Flexion<T> {
+    /// Before the first pose.
+    pub fn new() -> Self {
+        Self { next: 0, largest_gap: T::zero() }
     }
-    turn - largest_gap
+
+    /// One slice; the range at the end.
+    pub fn advance(&mut self, poses: &[HingePose<T>]) -> Option<T> {
+        let turn = T::two_pi();
+        let Some(pose) = poses.get(self.next) else { return Some(turn - self.largest_gap) };
+        self.next += 1;
+        if pose.is_used() {
+            let within = |angle: T| angle - turn * (angle / turn).floor();
+            let others = poses.iter().filter(|other| other.is_used());
+            let ahead = others.map(|other| within(other.angle_rad - pose.angle_rad)).filter(|gap| *gap > T::of(1e-6));
+            let gap = ahead.fold(turn, |least, gap| if gap < least { gap } else { least });
+            self.largest_gap = self.largest_gap.max(gap);
+        }
+        None
+    }
+}
+
+/// Refuses a joint that hardly bends.
+///
+/// # Errors
+/// [`HingeRefusal::TooLittleFlexion`].
+pub(super) fn require_flexion<T: Real>(range_rad: T, settings: &HingeSettings<T>) -> Result<(), HingeRefusal> {
+    if range_rad < settings.flexion_limit_rad {
+        return Err(HingeRefusal::TooLittleFlexion { range_rad: range_rad.to_f32() });
+    }
+    Ok(())
 }
 
 /// Angle between two hinges' axes in the base, rad, and the distance between their places next to the middle of the

@@ -38,7 +38,6 @@
 //! assert!(error.iter().all(|error| error.abs() < 1e-4), "{error:?}");
 //! ```
 
-mod candidates;
 mod carry;
 mod estimator;
 mod fit;
@@ -46,19 +45,21 @@ mod joint;
 mod judge;
 mod machine;
 mod pose;
-mod profile;
 mod refusal;
 mod result;
 mod rig;
 mod second_axis;
 mod settings;
 mod starts;
+mod verify;
 
-pub use estimator::HingeEstimator;
+pub use estimator::{HingeEstimator, HingeProgress, StageName};
 pub use joint::{HINGE_UNKNOWNS, Hinge, across};
+pub use judge::MIN_POSES;
 pub use machine::{Constant, HingeMachine, MAX_CONSTANTS};
 pub use pose::{HingePose, MAX_UNKNOWNS};
 pub use refusal::{HingePart, HingeRefusal};
 pub use result::IdentifiedHinge;
 pub use rig::{Drawing, HingeRig, MAX_CABLES};
 pub use settings::HingeSettings;
+pub use verify::VerifiedAngle;

@@ -4,6 +4,7 @@ use super::joint::{Frame, HINGE_UNKNOWNS, Hinge, about};
 use super::machine::{Constant, HingeMachine, MAX_CONSTANTS};
 use super::rig::MAX_CABLES;
 use crate::scalar::Real;
+use core::ops::Range;
 use nalgebra::{Matrix3, Vector3};
 
 /// Maximum number of unknowns: the hinge's, then the machine's.
@@ -55,6 +56,7 @@ impl<T: Real> HingePose<T> {
 }
 
 /// The lengths at angles over a range: where the search for a pose's angle begins.
+#[derive(Clone, Debug)]
 pub(super) struct AngleSearch<T> {
     first_rad: T,
     step_rad: T,
@@ -62,13 +64,34 @@ pub(super) struct AngleSearch<T> {
 }
 
 impl<T: Real> AngleSearch<T> {
+    /// How many angles there are.
+    pub const ANGLES: usize = SEARCHED;
+
+    /// At no angle yet.
+    pub fn nowhere() -> Self {
+        Self { first_rad: T::zero(), step_rad: T::zero(), readings_mm: [[T::zero(); MAX_CABLES]; SEARCHED] }
+    }
+
     /// Over a range, rad, or the whole circle.
     pub fn new(hinge: &Hinge<T>, machine: &HingeMachine<T>, range_rad: Option<(T, T)>) -> Self {
+        let mut search = Self::nowhere();
+        search.begin(range_rad);
+        search.look(hinge, machine, 0..SEARCHED);
+        search
+    }
+
+    /// Spreads the angles over a range, rad, or the whole circle.
+    pub fn begin(&mut self, range_rad: Option<(T, T)>) {
         let whole = (-T::pi(), T::pi() - T::two_pi() / T::of_integer(SEARCHED as i32));
         let (first_rad, last_rad) = range_rad.unwrap_or(whole);
-        let step_rad = (last_rad - first_rad) / T::of_integer(SEARCHED as i32 - 1);
-        let mut search = Self { first_rad, step_rad, readings_mm: [[T::zero(); MAX_CABLES]; SEARCHED] };
-        for (index, readings) in search.readings_mm.iter_mut().enumerate() {
+        self.first_rad = first_rad;
+        self.step_rad = (last_rad - first_rad) / T::of_integer(SEARCHED as i32 - 1);
+    }
+
+    /// The lengths at some of the angles.
+    pub fn look(&mut self, hinge: &Hinge<T>, machine: &HingeMachine<T>, angles: Range<usize>) {
+        let (first_rad, step_rad) = (self.first_rad, self.step_rad);
+        for (index, readings) in self.readings_mm.iter_mut().enumerate().take(angles.end).skip(angles.start) {
             let rotation = hinge.rotation(first_rad + step_rad * T::of_integer(index as i32));
             let ends = machine.end_mm().iter().take(machine.cables()).enumerate();
             for ((cable, end), reading) in ends.zip(readings) {
@@ -76,7 +99,6 @@ impl<T: Real> AngleSearch<T> {
                 *reading = machine.reading(cable, machine.span(cable, &at).length_mm).0;
             }
         }
-        search
     }
 
     /// The angle whose lengths are nearest to a pose's, rad.
@@ -132,13 +154,24 @@ impl<'a, T: Real> PoseAt<'a, T> {
 
     /// The angle that fits best, by Gauss-Newton from `angle_rad`, and the squares that it leaves, mm².
     pub fn best_angle(&self, lengths_mm: &[T; MAX_CABLES], angle_rad: T, rounds: usize) -> (T, T) {
+        let angle = self.turned(lengths_mm, angle_rad, rounds);
+        (angle, self.squares(lengths_mm, angle))
+    }
+
+    /// The squares that an angle leaves, mm².
+    pub fn squares(&self, lengths_mm: &[T; MAX_CABLES], angle_rad: T) -> T {
+        self.sums(lengths_mm, angle_rad).2
+    }
+
+    /// The angle after some rounds of Gauss-Newton.
+    pub fn turned(&self, lengths_mm: &[T; MAX_CABLES], angle_rad: T, rounds: usize) -> T {
         let mut angle = angle_rad;
         for _ in 0..rounds {
             let (gradient, information, _) = self.sums(lengths_mm, angle);
             let limit = T::of(MAX_ANGLE_STEP);
             angle += (gradient / information.max(T::of(1e-9))).max(-limit).min(limit);
         }
-        (angle, self.sums(lengths_mm, angle).2)
+        angle
     }
 
     /// Dᵀe, DᵀD and eᵀe of a pose at an angle, D the derivative with the angle.
@@ -164,12 +197,14 @@ impl<'a, T: Real> PoseAt<'a, T> {
 
     /// The equations of a pose at an angle; the angle is not eliminated yet. `constants`: do the machine's take part?
     pub fn rows(&self, lengths_mm: &[T; MAX_CABLES], angle_rad: T, constants: bool) -> PoseRows<T> {
+        let mut rows = PoseRows::none();
+        self.fill(&mut rows, lengths_mm, angle_rad, constants);
+        rows
+    }
+
+    /// The same into rows that are all zero.
+    fn fill(&self, rows: &mut PoseRows<T>, lengths_mm: &[T; MAX_CABLES], angle_rad: T, constants: bool) {
         let zero = T::zero();
-        let mut rows = PoseRows {
-            residual_mm: [zero; MAX_CABLES],
-            by_angle: [zero; MAX_CABLES],
-            jacobian: [[zero; MAX_UNKNOWNS]; MAX_CABLES],
-        };
         let rotation = self.rotation(angle_rad);
         let outputs = rows.residual_mm.iter_mut().zip(&mut rows.by_angle).zip(&mut rows.jacobian);
         for (cable, ((residual, by_angle), row)) in outputs.enumerate() {
@@ -201,11 +236,32 @@ impl<'a, T: Real> PoseAt<'a, T> {
                 };
             }
         }
-        rows
     }
 }
 
 impl<T: Real> PoseRows<T> {
+    /// No equations.
+    pub fn none() -> Self {
+        let zero = T::zero();
+        Self {
+            residual_mm: [zero; MAX_CABLES],
+            by_angle: [zero; MAX_CABLES],
+            jacobian: [[zero; MAX_UNKNOWNS]; MAX_CABLES],
+        }
+    }
+
+    /// Those of [`PoseAt::rows`], in place.
+    pub fn set(&mut self, at: &PoseAt<'_, T>, lengths_mm: &[T; MAX_CABLES], angle_rad: T, constants: bool) {
+        *self = Self::none();
+        at.fill(self, lengths_mm, angle_rad, constants);
+    }
+
+    /// The same equations with another weight.
+    pub fn scale(&mut self, weight: T) {
+        let numbers = self.jacobian.iter_mut().flatten().chain(&mut self.residual_mm);
+        numbers.for_each(|number| *number *= weight);
+    }
+
     /// The same equations in the first `unknowns` without what a nuisance with these derivatives can explain: the projection onto
     /// what is left.
     pub fn eliminate(&mut self, by_nuisance: &[T; MAX_CABLES], unknowns: usize) {

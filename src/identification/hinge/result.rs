@@ -30,9 +30,28 @@ pub struct IdentifiedHinge<T: Real> {
 }
 
 impl<T: Real> IdentifiedHinge<T> {
+    /// Nothing but places to fill: a hinge and a machine.
+    pub(super) fn at(hinge: &Hinge<T>, machine: &HingeMachine<T>) -> Self {
+        Self {
+            hinge: *hinge,
+            covariance: SMatrix::zeros(),
+            machine: machine.clone(),
+            noise_mm: T::zero(),
+            rms_residual_mm: T::zero(),
+            flexion_rad: T::zero(),
+            poses: 0,
+            rejected: 0,
+        }
+    }
+
+    /// 1σ of one unknown, rad or mm.
+    pub(super) fn sigma(&self, unknown: usize) -> T {
+        non_negative_root(self.entry(unknown, unknown))
+    }
+
     /// 1σ of each unknown, rad and mm.
     pub fn sigmas(&self) -> [T; HINGE_UNKNOWNS] {
-        core::array::from_fn(|k| non_negative_root(self.entry(k, k)))
+        core::array::from_fn(|k| self.sigma(k))
     }
 
     /// 1σ of a part in its worst direction, rad or mm.

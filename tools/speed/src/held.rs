@@ -4,7 +4,7 @@
 use super::measure::Number;
 
 /// For each precision `f32` (all paths of the library), `paper-f32`, `free-f32`, `machine-f32`, `full-f32`; `device`,
-/// `literal`, `none`. All at once would not fit the board's flash.
+/// `elbow`, `literal`, `none`. All at once would not fit the board's flash.
 const ONLY: &str = match option_env!("GLENOID_SPEED_ONLY") {
     Some(only) => only,
     None => "f32",
@@ -27,15 +27,18 @@ pub enum Part {
     InUse,
     /// The whole device.
     Device,
+    /// An elbow. In an image of its own, which is not traced: a trace of it would take minutes.
+    Elbow,
 }
 
 /// Is the image there to be weighed? Its paths are called once then: what counting and preparing take is no part of them.
-pub const WEIGHED: bool = !same(ONLY, "literal") && !same(ONLY, "device") && !same(ONLY, "f32") && !same(ONLY, "f64");
+pub const WEIGHED: bool =
+    !same(ONLY, "literal") && !same(ONLY, "device") && !same(ONLY, "elbow") && !same(ONLY, "f32") && !same(ONLY, "f64");
 
 /// Is this part in the image, in this precision?
 pub const fn holds<T: Number>(part: Part) -> bool {
     if same(ONLY, T::NAME) {
-        return !matches!(part, Part::Device);
+        return !matches!(part, Part::Device | Part::Elbow);
     }
     let full = same(ONLY, T::FULL);
     match part {
@@ -46,6 +49,7 @@ pub const fn holds<T: Number>(part: Part) -> bool {
         Part::Samples => same(ONLY, T::FREE) || same(ONLY, T::MACHINE) || full,
         Part::InUse => full,
         Part::Device => same(ONLY, "device"),
+        Part::Elbow => same(ONLY, "elbow") && same(T::NAME, "f32"),
     }
 }
 

@@ -53,7 +53,7 @@ pub struct Figures {
     /// How often it was counted.
     pub counts: u32,
     /// Sum of the ticks.
-    pub ticks: u32,
+    pub ticks: u64,
     /// Most ticks of one count.
     pub worst: u32,
     /// Static memory beside the pose buffer, bytes.
@@ -90,7 +90,15 @@ pub fn whole<S, T: Real>(
     let answer = answer?;
     let miss = (answer.parameters.centre_mm - truth.centre_mm).norm_squared().root();
     let error_nm = (miss * T::of(1e6)).to_f32() as u32;
-    Some(Figures { counts: 1, ticks, worst: ticks, state_bytes, stack_bytes, steps: answer.steps, error_nm })
+    Some(Figures {
+        counts: 1,
+        ticks: ticks.into(),
+        worst: ticks,
+        state_bytes,
+        stack_bytes,
+        steps: answer.steps,
+        error_nm,
+    })
 }
 
 /// A path in pieces, each counted by itself, until `piece` gives `Some(false)`. `begin` sets the state to its
@@ -114,7 +122,7 @@ pub fn pieces<S>(
     for index in 0.. {
         let (ticks, more) = counter::ticks_of(|| piece(state, index));
         figures.counts += 1;
-        figures.ticks += ticks;
+        figures.ticks += u64::from(ticks);
         figures.worst = figures.worst.max(ticks);
         if !more? {
             break;

@@ -16,7 +16,7 @@ mod constants {
 pub use constants::POSES;
 
 /// Noise of a length that the estimator is given, mm. The lengths have none; the figure only sets the gates.
-const NOISE_MM: f64 = 0.057_735;
+pub const NOISE_MM: f64 = 0.057_735;
 
 /// What is wrong with the lengths of the harder problems.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -116,6 +116,11 @@ pub fn of_shoulder<T: Real>(problem: &Problem<T>, machine: &Machine<T>) -> Optio
         poses.push(CableLengths::new(lengths).ok()?).ok()?;
     }
     Some(poses)
+}
+
+/// Noise of a length, mm.
+pub fn uniform_noise_mm<T: Real>(random: &mut u32) -> T {
+    uniform::<T>(random) * T::of(NOISE_LIMIT_MM)
 }
 
 /// Uniform within ±1 (Marsaglia's xorshift).

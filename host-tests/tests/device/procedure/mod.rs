@@ -5,6 +5,7 @@ mod bad_input;
 pub mod bench;
 mod by_button;
 mod calibrations;
+mod elbow;
 mod guidance;
 mod moving_joint;
 mod numbering;

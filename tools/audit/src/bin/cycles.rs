@@ -68,6 +68,8 @@ fn measure(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     // Each image takes the place of the one before.
     let mut double = run::paths(&flash::build(toolchain, flash::DOUBLE)?)?;
     let (mut device, mut traced_device) = device_events(toolchain)?;
+    let mut elbow = run::paths(&flash::build(toolchain, flash::ELBOW)?)?;
+    elbow.retain(|path| path.name.starts_with(flash::ELBOW));
     let image = flash::build(toolchain, flash::SINGLE)?;
     let paths = single_precision_paths(&image)?;
     double.retain(|path| path.precision == flash::DOUBLE);
@@ -76,7 +78,8 @@ fn measure(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     let parts = flash::parts(toolchain)?;
     let (literal, traced_literal) = literal_for_speed(toolchain)?;
     let name = toolchain.name_and_version()?;
-    // Double precision is not traced.
+    // Double precision and the elbow are not traced.
+    double.append(&mut elbow);
     traced.resize(paths.len() + double.len(), None);
     traced.append(&mut traced_device);
     double.append(&mut device);

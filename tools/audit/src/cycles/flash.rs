@@ -20,6 +20,9 @@ pub const DOUBLE: &str = "f64";
 /// The image of the whole device.
 pub const DEVICE: &str = "device";
 
+/// The image of an elbow, in single precision.
+pub const ELBOW: &str = "elbow";
+
 /// The image of the paper as it is printed, alone.
 const LITERAL: &str = "literal";
 /// Overrides how the image's profile is compiled; the speed of code that is unrolled is bought with its size.

@@ -9,7 +9,7 @@ pub const BEGIN: &str = "<!-- cycles: begin -->";
 pub const END: &str = "<!-- cycles: end -->";
 
 /// What the paths are, in the order of the table.
-const PATHS: [(&str, &str); 23] = [
+const PATHS: [(&str, &str); 27] = [
     (LITERAL, "the paper written out, same flags"),
     (LITERAL_FOR_SPEED, "the paper written out, `opt-level = 3`"),
     ("paper", "the paper's iteration, from a start"),
@@ -30,6 +30,10 @@ const PATHS: [(&str, &str); 23] = [
     ("following", "the same by one step, 200 °/s at 1 kHz"),
     ("verify", "verification of one pose"),
     ("slip-detection", "slip detection, one sample"),
+    ("elbow", "an elbow from four cables and 30 poses"),
+    ("elbow-slice", "longest slice of the same"),
+    ("elbow-outliers-slice", "longest slice with four outliers"),
+    ("elbow-machine-slice", "longest slice with 20 unknown constants of the machine"),
     ("device-tick", "whole device, one tick"),
     ("device-sample", "whole device, one encoder sample"),
     ("device-frame", "whole device, one CAN command"),

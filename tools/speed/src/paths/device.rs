@@ -185,7 +185,7 @@ impl Bench<'_> {
         let (ticks, ()) = counter::ticks_of(|| device.handle(*now_ms, event, &mut out));
         let figures = &mut self.figures[kind];
         figures.counts += 1;
-        figures.ticks = figures.ticks.wrapping_add(ticks);
+        figures.ticks = figures.ticks.wrapping_add(ticks.into());
         figures.worst = figures.worst.max(ticks);
     }
 }

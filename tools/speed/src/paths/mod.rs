@@ -1,6 +1,7 @@
 //! The paths, one after the other.
 
 mod device;
+mod elbow;
 mod in_use;
 mod literal_form;
 mod samples;
@@ -8,6 +9,7 @@ mod whole_runs;
 
 use core::mem::size_of;
 
+use glenoid::identification::hinge::HingeEstimator;
 use glenoid::identification::{Estimator, Machine, PoseBuffer, PredictedAccuracy};
 use glenoid::kinematics::{CableLengths, JointCentre, PlatformSolver};
 use glenoid::monitor::SlipDetector;
@@ -43,6 +45,7 @@ pub enum Held<T: Number> {
     Estimator(Estimator<T>),
     Accuracy(PredictedAccuracy<T>),
     Detector(SlipDetector<T>),
+    Elbow(elbow::Elbow<T>),
 }
 
 impl<T: Number> Bench<T> {
@@ -86,6 +89,22 @@ fn call<T: Number>(bench: &mut Bench<T>) -> bool {
     if const { holds::<T>(Part::InUse) } {
         sound &= in_use::new_detector(bench).is_some() && in_use::detect(bench, 0).is_some();
         sound &= samples::new_verification(bench).is_some() && samples::verify(bench, 0).is_some();
+    }
+    sound
+}
+
+/// Measures an elbow. False when a path failed.
+fn run_elbow<T: Number>(bench: &mut Bench<T>) -> bool {
+    let truth = bench.problem.truth;
+    let state = size_of::<HingeEstimator<T>>();
+    let mut sound = print::<T>("elbow", measure::whole(bench, state, &truth, elbow::exact, elbow::identify));
+    let begins: [(_, fn(&mut Bench<T>) -> Option<()>); 3] = [
+        ("elbow-slice", elbow::exact),
+        ("elbow-outliers-slice", elbow::outliers),
+        ("elbow-machine-slice", elbow::machine),
+    ];
+    for (slice, begin) in begins {
+        sound &= print::<T>(slice, measure::pieces(bench, state, begin, elbow::slice));
     }
     sound
 }
@@ -144,6 +163,9 @@ pub fn run<T: Number>(bench: &mut Bench<T>) -> bool {
         sound &= print::<T>("tracking", measure::pieces(bench, centre, samples::attitudes_before, samples::tracking));
         let follow = measure::pieces(bench, centre, samples::attitudes_just_before, samples::following);
         sound &= print::<T>("following", follow);
+    }
+    if const { holds::<T>(Part::Elbow) } {
+        sound &= run_elbow(bench);
     }
     if const { holds::<T>(Part::InUse) } {
         let detector = size_of::<SlipDetector<T>>();

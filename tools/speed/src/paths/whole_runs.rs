@@ -59,9 +59,13 @@ pub fn offsets<T: Number>(bench: &mut Bench<T>) -> Option<()> {
 
 /// A machine built by hand: points and edges to half a millimetre, homed to 0.3 mm, drums to a tenth of a per cent.
 pub fn tolerances<T: Number>(bench: &mut Bench<T>) -> Option<()> {
+    set(bench, hand_built(), Spoilt::Noise)
+}
+
+/// That machine's tolerances.
+pub fn hand_built<T: Number>() -> Tolerance<T> {
     let half = T::of(0.5);
-    let tolerance = Tolerance { base_mm: half, edges_mm: half, offset_mm: T::of(0.3), drum: T::of(1e-3) };
-    set(bench, tolerance, Spoilt::Noise)
+    Tolerance { base_mm: half, edges_mm: half, offset_mm: T::of(0.3), drum: T::of(1e-3) }
 }
 
 /// The same machine on a shoulder whose centre moves.

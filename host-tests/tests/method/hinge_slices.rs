@@ -1,0 +1,224 @@
+//! The hinge's estimator in slices: what it gives, to the bit, is what it gave in one piece.
+
+use glenoid::identification::Noise;
+use glenoid::identification::hinge::{
+    Drawing, HINGE_UNKNOWNS, Hinge, HingeEstimator, HingePose, HingeProgress, HingeRefusal, HingeRig, HingeSettings,
+    IdentifiedHinge, MAX_CABLES,
+};
+use glenoid::rig::{CableEnds, Pulley, Tolerance};
+use glenoid::scalar::Real;
+use host_tests::study::elbow::scene::{Elbow, HOME_MM, drawn, flexions_rad};
+use host_tests::study::scene::{normal, symmetric};
+use nalgebra::Vector3;
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+const RANGE_RAD: (f64, f64) = (-2.45, 0.27);
+const BUILT: Tolerance<f64> = Tolerance { base_mm: 0.5, edges_mm: 0.5, offset_mm: 0.3, drum: 1e-3 };
+
+type Outcome<T> = Result<IdentifiedHinge<T>, HingeRefusal>;
+
+/// A set and the rig that it is judged by.
+struct Case {
+    name: &'static str,
+    elbow: Elbow,
+    tolerance: Tolerance<f64>,
+    drawing: Option<Option<[f64; HINGE_UNKNOWNS]>>,
+    noise: Option<f64>,
+    readings: Vec<[f64; MAX_CABLES]>,
+}
+
+/// Every way through the estimator.
+fn cases() -> Vec<Case> {
+    let exact = Tolerance::exact();
+    let vague = [0.05, 0.05, 3.0, 3.0, 0.05, 0.05, 3.0, 3.0, 3.0];
+    let case = |name, seed: u64, cables: usize, tolerance: Tolerance<f64>, drawing, flexion_deg: f64, poses: usize| {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let elbow = match drawing {
+            None => Elbow::random(&mut random, cables, &tolerance),
+            Some(_) => {
+                let step: [f64; HINGE_UNKNOWNS] = std::array::from_fn(|k| vague[k] * normal(&mut random));
+                Elbow::of_hinge(&mut random, cables, &drawn().moved(&step), &tolerance)
+            }
+        };
+        let flexions = flexions_rad(&mut random, poses, flexion_deg);
+        let readings = elbow.readings_mm(&mut random, &flexions);
+        Case { name, elbow, tolerance, drawing, noise: None, readings }
+    };
+    let mut cases = vec![
+        case("four cables", 1, 4, exact, None, 120.0, 20),
+        case("four cables", 2, 4, exact, None, 120.0, 12),
+        case("built by hand", 3, 4, BUILT, None, 120.0, 20),
+        case("built by hand", 4, 4, BUILT, Some(Some(vague)), 120.0, 20),
+        case("three cables", 5, 3, exact, Some(Some(vague)), 120.0, 20),
+        case("two cables", 6, 2, BUILT, Some(Some(vague)), 120.0, 20),
+        case("two cables, no drawing", 7, 2, exact, None, 120.0, 20),
+        case("few poses", 8, 4, exact, None, 120.0, 6),
+        case("little flexion", 9, 4, exact, None, 20.0, 12),
+        case("weak", 10, 4, exact, None, 40.0, 8),
+        case("drawing that decides", 11, 4, exact, Some(None), 120.0, 10),
+    ];
+    for seed in 12..18 {
+        cases.push(case("few, drawn", seed, 4, exact, Some(None), 90.0, 9));
+    }
+    let mut outliers = case("outliers", 20, 4, exact, None, 120.0, 24);
+    (outliers.readings[4][1], outliers.readings[17][3]) =
+        (outliers.readings[4][1] + 5.0, outliers.readings[17][3] - 8.0);
+    cases.push(outliers);
+    let mut many = case("many outliers", 21, 4, exact, None, 120.0, 20);
+    many.readings.iter_mut().step_by(3).for_each(|reading| reading[2] += 9.0);
+    cases.push(many);
+    let mut wild = case("wild", 22, 4, exact, None, 120.0, 16);
+    let mut random = ChaCha8Rng::seed_from_u64(23);
+    wild.readings.iter_mut().flatten().for_each(|length| *length *= random.random_range(0.8..1.2));
+    cases.push(wild);
+    let mut second = case("second axis", 24, 4, exact, None, 120.0, 24);
+    let axis = second.elbow.axis_in_platform().cross(&Vector3::new(0.3, -0.5, 0.8)).normalize();
+    let flexions = flexions_rad(&mut random, 24, 120.0);
+    second.readings = (flexions.iter().enumerate())
+        .map(|(k, flexion)| second.elbow.reading_mm(*flexion, Some((axis, if k % 2 == 0 { 0.035 } else { -0.035 }))))
+        .collect();
+    cases.push(second);
+    let mut noisy = case("unknown noise", 25, 4, exact, None, 120.0, 40);
+    noisy.readings.iter_mut().flatten().for_each(|length| *length += symmetric(&mut random, 0.3));
+    noisy.noise = Some(0.35);
+    cases.push(noisy);
+    cases
+}
+
+impl Case {
+    fn rig<T: Real>(&self) -> HingeRig<T> {
+        let point = |point: &Vector3<f64>| point.map(T::of);
+        let cables: Vec<_> = (self.elbow.stated.iter())
+            .map(|cable| CableEnds {
+                base_mm: point(&cable.base_mm),
+                end_mm: point(&cable.end_mm),
+                pulley: Pulley::none(),
+            })
+            .collect();
+        let tolerance = Tolerance {
+            base_mm: T::of(self.tolerance.base_mm),
+            edges_mm: T::of(self.tolerance.edges_mm),
+            offset_mm: T::of(self.tolerance.offset_mm),
+            drum: T::of(self.tolerance.drum),
+        };
+        let rig = HingeRig::new(&cables, T::of(0.057_735)).unwrap();
+        let rig = rig.with_tolerance(tolerance, HOME_MM.map(T::of)).unwrap();
+        let Some(sigma) = self.drawing else { return rig };
+        let hinge = drawn();
+        let hinge = Hinge::through(
+            &point(hinge.axis()),
+            &point(&hinge.platform_foot_mm()),
+            &point(&hinge.axis_in_platform()),
+            &point(hinge.foot_in_platform_mm()),
+        );
+        let range_rad = (T::of(RANGE_RAD.0), T::of(RANGE_RAD.1));
+        rig.with_drawing(Drawing { hinge, sigma: sigma.map(|sigma| sigma.map(T::of)), range_rad })
+    }
+
+    fn estimator<T: Real>(&self) -> HingeEstimator<T> {
+        let rig = self.rig();
+        let settings = HingeSettings::for_rig(&rig);
+        let noise = self.noise.map_or(settings.noise, |most| Noise::EstimatedUpTo(T::of(most)));
+        HingeEstimator::new(&rig, HingeSettings { noise, ..settings })
+    }
+
+    fn poses<T: Real>(&self) -> Vec<HingePose<T>> {
+        self.readings.iter().map(|reading| HingePose::new(reading.map(T::of))).collect()
+    }
+}
+
+/// A checksum (FNV-1a) over the bits of all that a run leaves.
+fn checksum<T: Real>(found: &Outcome<T>, poses: &[HingePose<T>]) -> u32 {
+    let mut sum = 0x811c_9dc5_u32;
+    let mut add = |bits: u32| {
+        for byte in bits.to_le_bytes() {
+            sum = (sum ^ u32::from(byte)).wrapping_mul(0x0100_0193);
+        }
+    };
+    match found {
+        Ok(found) => {
+            let hinge = &found.hinge;
+            let vectors = [*hinge.axis(), *hinge.foot_mm(), hinge.axis_in_platform(), *hinge.foot_in_platform_mm()];
+            vectors.iter().flat_map(|vector| vector.iter()).for_each(|x| add(x.to_f32().to_bits()));
+            found.covariance.iter().for_each(|x| add(x.to_f32().to_bits()));
+            found.machine.values().iter().for_each(|x| add(x.to_f32().to_bits()));
+            [found.noise_mm, found.rms_residual_mm, found.flexion_rad].iter().for_each(|x| add(x.to_f32().to_bits()));
+            add(found.rejected);
+            for pose in poses {
+                [pose.angle_rad, pose.chi_square, pose.weight].iter().for_each(|x| add(x.to_f32().to_bits()));
+                add(pose.suspect_cables.into());
+            }
+        }
+        Err(refusal) => format!("{refusal:?}").bytes().for_each(|byte| add(byte.into())),
+    }
+    sum
+}
+
+/// Checksums of what the estimator gave before it worked in slices, in double and single precision.
+const IN_ONE_PIECE: [(&str, u32, u32); 22] = [
+    ("four cables", 0x5e3bb4b4, 0x3e313658),
+    ("four cables", 0xe33cb08c, 0x6b5c7075),
+    ("built by hand", 0xdcb5b029, 0x1c6935c3),
+    ("built by hand", 0xbc4a2c17, 0x7fb1d847),
+    ("three cables", 0x76e5a0c7, 0xae7e78c1),
+    ("two cables", 0xd27b4c6a, 0x5303d18a),
+    ("two cables, no drawing", 0x075e7491, 0x075e7491),
+    ("few poses", 0xf79995b1, 0xa29c7b05),
+    ("little flexion", 0x9fc793ed, 0xa960a835),
+    ("weak", 0xd6abcc2f, 0xe7a83894),
+    ("drawing that decides", 0xda593747, 0x791168b5),
+    ("few, drawn", 0xbc8e3bae, 0x828aa4fb),
+    ("few, drawn", 0x89fac723, 0x39411993),
+    ("few, drawn", 0xe824006a, 0x3702022b),
+    ("few, drawn", 0xb849f246, 0x6fc80d57),
+    ("few, drawn", 0xae2cb5f5, 0x45e7899e),
+    ("few, drawn", 0x13250316, 0xf1c78182),
+    ("outliers", 0xbd3a5b4a, 0xf45041ca),
+    ("many outliers", 0xc1d409e6, 0xf6195661),
+    ("wild", 0x80458ded, 0x7c10487e),
+    ("second axis", 0x998b773c, 0x36e1483e),
+    ("unknown noise", 0x58cdfbb2, 0x668a7a79),
+];
+
+/// All slices of a run.
+fn in_slices<T: Real>(estimator: &mut HingeEstimator<T>, poses: &mut [HingePose<T>]) -> Outcome<T> {
+    loop {
+        match estimator.advance(poses) {
+            HingeProgress::Working => {}
+            HingeProgress::Identified(found) => return Ok(found.clone()),
+            HingeProgress::Refused(refusal) => return Err(refusal),
+        }
+    }
+}
+
+#[test]
+fn the_slices_give_to_the_bit_what_one_piece_gave() {
+    fn of<T: Real>(case: &Case) -> u32 {
+        let mut poses = case.poses::<T>();
+        let found = in_slices(&mut case.estimator::<T>(), &mut poses);
+        checksum(&found, &poses)
+    }
+    for (case, (name, double, single)) in cases().iter().zip(IN_ONE_PIECE) {
+        assert_eq!((case.name, of::<f64>(case), of::<f32>(case)), (name, double, single));
+    }
+}
+
+/// What another set has left in it, finished or not, does not get into the next result.
+#[test]
+fn a_hinge_estimator_that_is_begun_anew_gives_the_same() {
+    let cases = cases();
+    for case in cases.iter().filter(|case| ["built by hand", "outliers", "second axis"].contains(&case.name)) {
+        let mut estimator = case.estimator::<f32>();
+        let first = in_slices(&mut estimator, &mut case.poses());
+        let mut others = case.poses();
+        others.truncate(8);
+        estimator.restart();
+        for slices in [3, 1_000, 20_000] {
+            for _ in 0..slices {
+                let _ = estimator.advance(&mut others);
+            }
+            assert_eq!(estimator.run(&mut case.poses()), first, "{} after {slices} slices", case.name);
+        }
+    }
+}
