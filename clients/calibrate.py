@@ -30,7 +30,7 @@ class Client:
         """Sends a command, returns its answer. Asks again when that is lost: the nonce keeps it from acting twice."""
         self.nonce = self.nonce % 0xFFFF + 1
         data = COMMAND.encode(dict(opcode=opcode, boot_low=boot & 255, nonce=self.nonce, for_run=run, argument=argument))
-        for _ in range(10):
+        for _ in range(40):
             self.bus.send(can.Message(arbitration_id=COMMAND.frame_id, is_extended_id=False, data=data))
             for name, answer in self.listen(seconds=0.3):
                 if name == "Answer" and answer["nonce"] == self.nonce:

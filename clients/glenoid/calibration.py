@@ -24,6 +24,9 @@ TWO_PHASES = 2
 #: A device that is silent for so long is given up, s. Its run may go on.
 GIVE_UP_S = 60.0
 
+#: Longest wait for a report that the device begins at once, s: an emulated board on a busy machine stands still for seconds.
+REPORT_S = 10.0
+
 Say = Callable[[str], None]
 
 
@@ -141,7 +144,7 @@ class _Calibration:
                 raise BoardSilent(f"the board refuses to start: {code} (see docs/reasons.md)")
 
     def run_under_way(self) -> int:
-        for message in self.device.listen(1.0):
+        for message in self.device.listen(REPORT_S):
             if message.name == "Heartbeat" and message["state"] in UNDER_WAY:
                 return int(message["run_id"])
         raise BoardSilent("the board says that a run is under way, but its heartbeat does not; try again")
@@ -211,9 +214,11 @@ class _Calibration:
             if len(self.live) < 3 or any(m["run_id"] != self.run_id for m in self.live.values()):
                 # the accepted values are part of the report; ask until they are whole
                 self.device.ask("Query")
-                for other in self.device.listen(0.5):
+                for other in self.device.listen(REPORT_S):
                     if other.name == "LiveCentre":
                         self.live[other["axis"]] = other
+                    if _centre(self.live, self.run_id) is not None:
+                        break
         self.device.ask("Acknowledge", self.run_id)
         return self.result(reason, bool(message["live"]), int(message["poses"]))
 
@@ -245,9 +250,14 @@ class _Calibration:
         """The run is gone and its outcome was not heard: only what is in use now can tell how it ended."""
         self.live.clear()
         self.device.ask("Query")
-        for message in self.device.listen(1.0):
+        for message in self.device.listen(REPORT_S):
             if message.name == "LiveCentre":
                 self.live[message["axis"]] = message
+                if _centre(self.live) is not None:
+                    break
+            elif message.name == "Heartbeat" and not message["live"]:
+                # no centre is in use, so none will be told
+                break
             elif message.name == "Outcome" and message["run_id"] == self.run_id and message["reason"] != "Fine":
                 return self.result(message["reason"], bool(message["live"]), int(message["poses"]))
         accepted = _centre(self.live, self.run_id) is not None

@@ -101,7 +101,7 @@ class Device:
             with contextlib.suppress(Exception):
                 self.bus.shutdown()
 
-    def meet(self, limit_s: float = 5.0) -> None:
+    def meet(self, limit_s: float = 10.0) -> None:
         """Waits for a heartbeat and checks the vocabulary's version."""
         end = time.monotonic() + limit_s
         while self.heartbeat is None:

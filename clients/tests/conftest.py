@@ -27,6 +27,10 @@ QUICK = {"hold_time": 150, "enough_poses": 8, "target_sigma": 0.5, "verification
 NIMBLE = ("--hold", "300", "--move", "400")
 
 
+#: Longest wait for anything, s: a machine that has too much to do gets the time that it needs.
+PATIENCE_S = 300.0
+
+
 class Board:
     """A running `cargo emulate --wearer`."""
 
@@ -54,6 +58,26 @@ class Board:
         assert self.process.stdin is not None
         self.process.stdin.write(word + "\n")
         self.process.stdin.flush()
+
+    def hear(self, found: Callable[[glenoid.Message], bool], seconds: float = PATIENCE_S) -> glenoid.Message | None:
+        """The board's first message from now on that is the wanted one; None when there is none in so many seconds."""
+        with glenoid.open_device("slcan", self.channel) as device:
+            device.ask("Query")
+            return next((message for message in device.listen(seconds) if found(message)), None)
+
+    def wait_for_state(self, name: str) -> None:
+        assert self.hear(lambda message: message.name == "Heartbeat" and message["state"] == name), name
+
+    def wait_for_fault(self, code: str) -> None:
+        assert self.hear(lambda message: message.name == "Fault" and message["active"] and message["code"] == code), code
+
+    def start_by_button(self) -> None:
+        """Once more, if no run begins: on a busy machine a press may last too long or too short."""
+        for _ in range(10):
+            self.press(2.2)
+            if self.hear(lambda message: message.name == "Heartbeat" and message["state"] != "Idle", 10):
+                return
+        raise AssertionError("the button did not start a run")
 
     def press(self, seconds: float) -> None:
         self.order("press")
@@ -83,11 +107,11 @@ class Board:
     def kill(self) -> None:
         """As when the power goes: the board and the emulator beneath it."""
         os.killpg(self.process.pid, signal.SIGKILL)
-        self.process.wait(20)
+        self.process.wait(PATIENCE_S)
 
     def end(self) -> None:
         self.process.send_signal(signal.SIGINT)
-        self.process.wait(20)
+        self.process.wait(PATIENCE_S)
 
 
 class Client:
@@ -105,7 +129,7 @@ class Client:
         self.reader = threading.Thread(target=self.read, daemon=True)
         self.reader.start()
 
-    def wait_for(self, text: str, seconds: float = 90) -> None:
+    def wait_for(self, text: str, seconds: float = PATIENCE_S) -> None:
         end = time.monotonic() + seconds
         while text not in self.said:
             if self.process.poll() is not None or time.monotonic() > end:
@@ -120,7 +144,7 @@ class Client:
             self.process.stdin.write(text + "\n")
             self.process.stdin.flush()
 
-    def end(self, seconds: float = 90) -> int:
+    def end(self, seconds: float = PATIENCE_S) -> int:
         """The exit status, when it has ended by itself."""
         end = time.monotonic() + seconds
         while self.process.poll() is None:

@@ -15,7 +15,7 @@ import time
 from pathlib import Path
 
 import pytest
-from conftest import ROOT, Board
+from conftest import PATIENCE_S, ROOT, Board
 
 from glenoid.__main__ import _parser
 
@@ -179,19 +179,19 @@ def test_the_package_as_documented(factory_board: Board, tmp_path: Path) -> None
     recorder, watcher = run(record, factory_board, tmp_path), run(watch, factory_board, tmp_path)
     # both have found the board before the run begins
     assert watcher.stdout is not None and "Heartbeat" in watcher.stdout.readline()
-    end = time.monotonic() + 60
+    end = time.monotonic() + PATIENCE_S
     while not (tmp_path / "run.blf").exists():
         assert time.monotonic() < end, "nothing is recorded"
         time.sleep(0.1)
-    said, _ = run(calibrate, factory_board, tmp_path).communicate("y\n", timeout=120)
+    said, _ = run(calibrate, factory_board, tmp_path).communicate("y\n", timeout=PATIENCE_S)
     assert "accepted, in use now" in said, said
     for process in (recorder, watcher):
         process.send_signal(signal.SIGINT)
-    heard, _ = watcher.communicate(timeout=20)
+    heard, _ = watcher.communicate(timeout=PATIENCE_S)
     assert "Outcome" in heard and "Traceback" not in heard, heard
-    kept, _ = recorder.communicate(timeout=20)
+    kept, _ = recorder.communicate(timeout=PATIENCE_S)
     assert re.search(r"\d{3,} frames in run\.blf", kept), kept
-    table, _ = run(poses, factory_board, tmp_path).communicate(timeout=20)
+    table, _ = run(poses, factory_board, tmp_path).communicate(timeout=PATIENCE_S)
     # Poses are in the recording if the board sends their lengths by itself.
     assert "poses" in table and "Traceback" not in table, table
 
@@ -200,7 +200,7 @@ def test_the_protocol_in_sixty_lines(board: Board, tmp_path: Path) -> None:
     script = (ROOT / "clients" / "calibrate.py").read_text()
     line = next(line.strip().split(" #")[0] for line in script.splitlines() if line.strip().startswith("clients/"))
     process = run(line, board, tmp_path)
-    said, _ = process.communicate(timeout=120)
+    said, _ = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 0, said
     found = [float(number) for number in re.findall(r"^[xyz]: +(-?[\d.]+)", said, re.M)]
     assert all(abs(a - b) < 0.5 for a, b in zip(found, board.truth, strict=True)), (said, board.truth)
@@ -213,5 +213,5 @@ def test_the_protocol_in_sixty_lines_ends_when_the_board_is_reset(board: Board, 
     while "pose" not in (line := process.stdout.readline()):
         assert line and process.poll() is None, line
     board.order("reset")
-    said, _ = process.communicate(timeout=60)
+    said, _ = process.communicate(timeout=PATIENCE_S)
     assert process.returncode != 0 and "was restarted" in said, said

@@ -6,18 +6,21 @@ The adapter is a pseudo-terminal: no emulator is needed for it.
 from __future__ import annotations
 
 import contextlib
+import fcntl
 import os
 import pty
 import select
+import struct
 import subprocess
 import sys
+import termios
 import threading
 import time
 import tty
 from collections.abc import Iterator
 
 import pytest
-from conftest import ROOT
+from conftest import PATIENCE_S, ROOT
 
 import glenoid
 from glenoid.__main__ import _parser, main
@@ -39,6 +42,7 @@ class Adapter:
         tty.setraw(theirs)
         self.path, self.protocol, self.silent = os.ttyname(theirs), protocol, silent
         self.heard: list[bytes] = []
+        self.beats = 0
         self.plugged = True
         self.theirs = theirs
         self.threads = [threading.Thread(target=work, daemon=True) for work in (self.beat, self.listen)]
@@ -49,6 +53,7 @@ class Adapter:
         while self.plugged:
             if not self.silent:
                 self.say(line_of("Heartbeat", state="Collecting", run_id=7))
+                self.beats += 1
             time.sleep(0.1)
 
     def listen(self) -> None:
@@ -70,6 +75,18 @@ class Adapter:
     def say(self, line: bytes) -> None:
         with contextlib.suppress(OSError):
             os.write(self.ours, line)
+
+    def wait_for_beats(self, count: int) -> None:
+        """Until the client has taken so many more heartbeats from the line."""
+        last, end = self.beats + count, time.monotonic() + PATIENCE_S
+        while self.beats < last or self.unread():
+            assert time.monotonic() < end, "the client does not read"
+            time.sleep(0.02)
+
+    def unread(self) -> int:
+        """Bytes that wait for the client."""
+        (count,) = struct.unpack("i", fcntl.ioctl(self.theirs, termios.FIONREAD, bytes(4)))
+        return int(count)
 
     def unplug(self) -> None:
         if self.plugged:
@@ -106,7 +123,7 @@ def test_an_adapter_that_hears_nothing_is_no_board(adapters: type[Adapter]) -> N
     """As with a wrong bit rate, a board that is off, a bus without its end."""
     adapter = adapters(silent=True)
     process = client(adapter, "calibrate")
-    said, _ = process.communicate(timeout=60)
+    said, _ = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 1, said
     assert "no heartbeat" in said and "is the bit rate 500 kbit/s" in said and "Traceback" not in said, said
     # the adapter was told that rate, and to open
@@ -121,9 +138,9 @@ def test_an_adapter_that_is_pulled_out_is_gone(adapters: type[Adapter], command:
     # `calibrate` joins the run, `watch` shows the first heartbeat
     first = process.stdout.readline()
     assert "run 7 is under way" in first or "Heartbeat" in first, first
-    time.sleep(0.5)
+    adapter.wait_for_beats(5)
     adapter.unplug()
-    said, _ = process.communicate(timeout=60)
+    said, _ = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 1, said
     assert "is gone" in said and "start this again to join it" in said and "Traceback" not in said, said
 
@@ -132,13 +149,13 @@ def test_a_recording_whose_adapter_is_pulled_out_keeps_what_was_heard(adapters: 
     adapter, path = adapters(), f"{tmp_path}/run.log"
     process = client(adapter, "record", path)
     # it asks for the version, and records from then on
-    end = time.monotonic() + 60
+    end = time.monotonic() + PATIENCE_S
     while not any(line.startswith(b"t6808") for line in adapter.heard):
         assert time.monotonic() < end, "the client does not ask"
         time.sleep(0.05)
-    time.sleep(2.5)
+    adapter.wait_for_beats(20)
     adapter.unplug()
-    said, _ = process.communicate(timeout=60)
+    said, _ = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 1 and "is gone" in said and "Traceback" not in said, said
     assert len(open(path).readlines()) > 5
 
@@ -147,19 +164,19 @@ def test_parameters_of_a_board_whose_adapter_is_pulled_out(adapters: type[Adapte
     adapter = adapters()
     process = client(adapter, "parameters", "list")
     # it asks for the first one, and nobody answers
-    end = time.monotonic() + 60
+    end = time.monotonic() + PATIENCE_S
     while not any(line.startswith(b"t698") for line in adapter.heard):
         assert time.monotonic() < end, "the client does not ask"
         time.sleep(0.05)
     adapter.unplug()
-    said, _ = process.communicate(timeout=60)
+    said, _ = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 1 and "is gone" in said and "Traceback" not in said, said
 
 
 def test_a_board_of_another_vocabulary_is_not_talked_to(adapters: type[Adapter]) -> None:
     adapter = adapters(protocol=glenoid.PROTOCOL + 1)
     process = client(adapter, "calibrate")
-    said, _ = process.communicate(timeout=60)
+    said, _ = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 1, said
     assert f"the board speaks version {glenoid.PROTOCOL + 1}" in said and "install the client that came with" in said, said
     assert not any(line.startswith(b"t680801") for line in adapter.heard), "it was told to start"
@@ -190,7 +207,7 @@ def test_the_bus_may_be_named_before_or_behind_what_is_to_be_done() -> None:
 
 def test_a_recording_that_cannot_be_written_is_told(adapters: type[Adapter], tmp_path: object) -> None:
     for path, told in ((f"{tmp_path}/nowhere/run.log", "cannot be written"), (f"{tmp_path}/run", "take a name that ends in")):
-        said, _ = (process := client(adapters(), "record", path)).communicate(timeout=60)
+        said, _ = (process := client(adapters(), "record", path)).communicate(timeout=PATIENCE_S)
         assert process.returncode == 1 and told in said and "Traceback" not in said, said
 
 

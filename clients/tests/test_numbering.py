@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import time
-
 from conftest import Board, Client
 
 import glenoid
@@ -22,9 +20,8 @@ def pull_all(board: Board) -> Client:
     for cable in range(1, 7):
         numbering.wait_for(f"pull cable {cable} ")
         board.order(f"pull {cable}")
+        # it is let go before the next one is pulled
         numbering.wait_for(f"cable {cable} is where it belongs")
-        # let go, before another one is pulled
-        time.sleep(0.6)
     return numbering
 
 

@@ -28,7 +28,7 @@ def test_the_board_becomes_the_machine_of_a_file(boards: Callable[..., Board], r
     assert parameters(board, "load", str(file)) == 0
     assert parameters(board, "save") == 0
     client = Client(board, "--yes")
-    assert client.end(180) == 0, client.said
+    assert client.end() == 0, client.said
     assert_near_truth(centre_said(client), board)
     with glenoid.open_device("slcan", board.channel) as device:
         in_use = glenoid.Parameters(device)

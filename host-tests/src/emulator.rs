@@ -30,7 +30,7 @@ const PACKAGE: &str = "qemu-system-arm";
 const READY: &str = "board: ready";
 
 /// Booting takes a tenth of a second; a machine under load gets much more.
-const BOOT_LIMIT: Duration = Duration::from_secs(20);
+const BOOT_LIMIT: Duration = Duration::from_secs(60);
 
 /// Tries to find ports, should another program take one between the search and the start.
 const PORT_TRIES: usize = 3;

@@ -2,6 +2,7 @@
 
 pub mod anatomy;
 pub mod arm;
+pub mod board_lines;
 pub mod campaign;
 pub mod command_line;
 pub mod commission;

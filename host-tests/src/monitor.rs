@@ -6,8 +6,8 @@ use std::io::{self, BufRead, BufReader, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::time::Duration;
 
-/// Longest wait for an answer.
-const PATIENCE: Duration = Duration::from_secs(10);
+/// Longest wait for an answer; on a busy host the emulator may stand still for seconds.
+const PATIENCE: Duration = Duration::from_secs(60);
 
 /// Resets the emulated machine.
 pub fn reset(address: SocketAddr) -> io::Result<()> {

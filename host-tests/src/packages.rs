@@ -109,7 +109,11 @@ fn apt_get(arguments: &[&str]) -> Result<bool, PackageError> {
     } else {
         return Err(PackageError::NoPrivilege);
     };
-    command.env("DEBIAN_FRONTEND", "noninteractive").args(arguments).stdout(io::stderr());
+    command
+        .env("DEBIAN_FRONTEND", "noninteractive")
+        .args(["-o", "Acquire::Retries=5"])
+        .args(arguments)
+        .stdout(io::stderr());
     command.status().map(|status| status.success()).map_err(|_| PackageError::NoPackageManager)
 }
 

@@ -18,8 +18,8 @@ pub fn nothing_came(error: &io::Error) -> bool {
 /// What python-can sends to open a channel at 500 kbit/s.
 pub const PYTHON_CAN_OPENING: &[u8] = b"C\rS6\r\rO\rO\r";
 
-/// Longest wait for the adapter's answers while the channel is opened.
-const OPENING_LIMIT: Duration = Duration::from_secs(5);
+/// Longest wait for the adapter's answers while the channel is opened. They come at once, but for an emulator on a busy host.
+const OPENING_LIMIT: Duration = Duration::from_secs(30);
 
 /// Shortest wait for the socket: zero would mean for ever.
 const SHORTEST_WAIT: Duration = Duration::from_millis(1);
@@ -170,11 +170,6 @@ impl SlcanClient {
     /// acknowledgement, such as the version, count for ever.
     pub fn under_way(&self) -> u64 {
         self.written.saturating_sub(self.acknowledged + self.refused)
-    }
-
-    /// Expects no answers any more to what was written so far: the adapter has started anew.
-    pub fn forget_under_way(&mut self) {
-        self.written = self.acknowledged + self.refused;
     }
 
     /// Reads what is there, waiting at most `limit` for the first byte.

@@ -2,8 +2,10 @@
 
 import type { Library, Message } from "./library.ts";
 
+/** Longest wait for an answer before the request is sent again, and how often: an emulated board on a busy machine stands
+ *  still for seconds. */
 const ANSWER_MS = 400;
-const TRIES = 5;
+const TRIES = 30;
 
 export class Device {
   private nonce = Math.floor(Math.random() * 0xffff);

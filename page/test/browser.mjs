@@ -7,7 +7,7 @@ import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { existsSync, mkdirSync, mkdtempSync, rmSync } from "node:fs";
 import { connect } from "node:net";
-import { cpus, loadavg, tmpdir } from "node:os";
+import { tmpdir } from "node:os";
 import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 import { chromium } from "playwright-core";
@@ -80,17 +80,17 @@ async function seconds(promise) {
   return (performance.now() - begin) / 1000;
 }
 
-const says = (page, text, timeout = 90_000) => page.getByText(text).first().waitFor({ timeout });
+const says = (page, text, timeout = 300_000) => page.getByText(text).first().waitFor({ timeout });
 /** At least so many poses: a page that draws slowly skips a number. */
 const collected = (page, count) => page.waitForFunction(
-  (least) => window.glenoid.model.whole(false).length + window.glenoid.model.whole(true).length >= least, count, { timeout: 240_000 });
+  (least) => window.glenoid.model.whole(false).length + window.glenoid.model.whole(true).length >= least, count);
 const press = (page, name) => page.getByRole("button", { name, exact: true }).click();
 const snap = async (page, name) => {
   const wanted = process.argv[2] === undefined || documented.includes(name);
   if (wanted) await page.screenshot({ path: join(pictures, `${name}.png`) });
 };
-/** Is this machine quick enough now to judge times by? */
-const judges = () => loadavg()[0] <= cpus().length;
+/** Judge times too. They say something of the page only on a machine that has nothing else to do. */
+const judges = process.env.GLENOID_JUDGE_TIMES === "1";
 
 async function frameRate(page, forSeconds) {
   const count = () => page.evaluate(() => window.glenoid.ticks);
@@ -105,7 +105,7 @@ async function firstDrawing(page, board) {
     await page.waitForFunction(() => window.glenoid?.frames > 0);
   })());
   console.log(`first drawing after ${first.toFixed(2)} s`);
-  if (judges()) assert.ok(first <= 3, "the first drawing takes more than 3 s");
+  if (judges) assert.ok(first <= 3, "the first drawing takes more than 3 s");
   await says(page, "Hold the arm still and press Start");
   await snap(page, "ready");
 }
@@ -133,10 +133,14 @@ async function parameters(page) {
   await says(page, "Saved. The board starts anew with it.");
   await dialog.getByRole("button", { name: "Close" }).click();
   await says(page, "Hold the arm still and press Start");
-  await page.waitForTimeout(1500);
-  await press(page, "Parameters …");
-  await page.waitForFunction(() => document.querySelector("[aria-label='hold_time ms']")?.closest("tr").cells[1].textContent === "200");
-  await dialog.getByRole("button", { name: "Close" }).click();
+  // the table is read once each time that it is opened: again until the board has started anew
+  for (let inUse = ""; inUse !== "200"; ) {
+    await press(page, "Parameters …");
+    await page.waitForFunction(() => document.querySelector("#parameters-said").textContent === "");
+    inUse = await dialog.locator("tr", { has: dialog.getByLabel("hold_time ms") }).locator("td").first().textContent();
+    await dialog.getByRole("button", { name: "Close" }).click();
+    await page.waitForTimeout(500);
+  }
 }
 
 /** The cables are pulled one after the other; the first time, another one than was asked for. */
@@ -150,8 +154,7 @@ async function numbering(page, board) {
   for (let cable = 1; cable <= 6; cable += 1) {
     await says(page, `Pull cable ${cable}: `);
     if (cable === 4) await snap(page, "numbering");
-    // the cable before has been let go
-    await page.waitForTimeout(600);
+    // the person lets go of the cable before first
     board.order(`pull ${cable}`);
   }
   await says(page, "Every cable is at its own encoder.");
@@ -160,12 +163,13 @@ async function numbering(page, board) {
 
 /** Start; while the last pulled cable still swings the board asks to try again. */
 async function start(page) {
-  for (let tries = 0; tries < 20; tries += 1) {
-    await press(page, "Start");
+  const collecting = page.getByText("Collecting poses").first();
+  for (let tries = 0; tries < 60 && !(await collecting.isVisible()); tries += 1) {
+    // it is not there any more once the run has begun
+    await page.getByRole("button", { name: "Start", exact: true }).click({ timeout: 1000 }).catch(() => undefined);
     await page.waitForTimeout(1000);
-    if (await page.getByText("Start was not obeyed").count() === 0) break;
   }
-  await says(page, "Collecting poses");
+  await collecting.waitFor();
 }
 
 /** A person with a moving shoulder: start, follow, look, accept. */
@@ -174,12 +178,10 @@ async function wholeCalibration(page) {
   await collected(page, 6);
   const rate = await frameRate(page, 3);
   console.log(`${rate.toFixed(0)} frames a second while collecting`);
-  // Drawn without a graphics card: on a busy machine the figure says nothing of the page.
-  if (judges()) assert.ok(rate >= 30, "fewer than 30 frames a second");
-  else console.log(`not judged: the machine is busy (load ${loadavg()[0].toFixed(1)})`);
+  if (judges) assert.ok(rate >= 30, "fewer than 30 frames a second");
   await collected(page, 12);
   await snap(page, "collecting");
-  await page.getByRole("button", { name: "Accept" }).waitFor({ timeout: 300_000 });
+  await page.getByRole("button", { name: "Accept" }).waitFor();
   await says(page, "Second set");
   await page.waitForTimeout(1500);
   await snap(page, "review");
@@ -223,6 +225,19 @@ async function refusal(page, board) {
   await press(page, "Abort");
 }
 
+/** When each pose of the first set was whole, s since the recording began: RawLength, 68F, of six cables. */
+function wholePoses(lines) {
+  const [time, cables, whole] = [(line) => Number(/[\d.]+/.exec(line)[0]), new Map(), []];
+  for (const line of lines) {
+    const length = /68F#....(..)0([1-6])/.exec(line);
+    if (length === null) continue;
+    const seen = cables.get(length[1]) ?? new Set();
+    if (!seen.has(length[2]) && seen.add(length[2]).size === 6) whole.push(time(line) - time(lines[0]));
+    cables.set(length[1], seen);
+  }
+  return whole;
+}
+
 /** Files: one that is cut in the middle of a line, one that is no recording. */
 async function recordings(page, lines) {
   const text = lines.join("\n");
@@ -230,15 +245,21 @@ async function recordings(page, lines) {
   await open("run.log", text.slice(0, text.length - 9));
   await says(page, "The recording was cut; what stands before the cut is shown.");
   await page.waitForFunction(() => window.glenoid.model.whole(false).length > 20);
+  // to just behind the tenth pose: how they are spread over the recording is the machine's affair
+  const whole = wholePoses(lines);
   const slider = page.locator("#slider");
   await slider.focus();
-  await slider.evaluate((input) => {
-    input.value = String(input.max * 0.4);
+  const at = await slider.evaluate((input, seconds) => {
+    input.value = String(seconds);
     input.dispatchEvent(new Event("input"));
-  });
-  await page.waitForTimeout(500);
-  const early = await page.evaluate(() => window.glenoid.model.whole(false).length);
-  assert.ok(early > 0 && early < 30, `${early} poses at two fifths of the recording`);
+    return Number(input.value);
+  }, whole[9] + 0.1);
+  const [fewest, most] = [at - 0.001, at + 0.001].map((seconds) => whole.filter((time) => time <= seconds).length);
+  assert.ok(fewest > 0 && most < whole.length, `${most} of ${whole.length} poses after ${at} s`);
+  await page.waitForFunction(([fewest, most]) => {
+    const shown = window.glenoid.model.whole(false).length;
+    return fewest <= shown && shown <= most;
+  }, [fewest, most]);
   await snap(page, "recording");
   await open("notes.txt", "milk, bread\n");
   await says(page, "This is no recording that can be read here.");
@@ -302,7 +323,7 @@ const context = await chromium.launchPersistentContext(profile, {
     "--disable-component-update", "--disable-sync", "--use-gl=angle", "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader"],
 });
-context.setDefaultTimeout(90_000);
+context.setDefaultTimeout(300_000);
 const errors = [];
 const watched = async () => {
   const page = await context.newPage();

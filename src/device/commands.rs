@@ -23,8 +23,8 @@ impl Device {
             self.seal_live();
             self.trust(None, out);
             // stored, and watched over, from the next ticks on: an accept does enough
-            (self.keep_is_due, self.monitor_is_due) = (true, true);
-            self.slip_monitor = SlipMonitor::default();
+            self.keep_is_due = true;
+            self.slip_monitor = SlipMonitor::to_be_built();
         }
         if matches!(command, Command::Start { .. }) && reply.reason == Reason::Fine {
             self.reporter.forget_shown();

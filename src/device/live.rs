@@ -22,7 +22,7 @@ impl Device {
     pub(super) fn confirm(&mut self, out: &mut impl FnMut(Action)) -> Reason {
         self.trust(None, out);
         self.confirmed = true;
-        self.slip_monitor = SlipMonitor::over(self.procedure.machine(), self.procedure.live());
+        self.slip_monitor = SlipMonitor::to_be_built();
         Reason::Fine
     }
 

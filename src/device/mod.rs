@@ -37,6 +37,7 @@ mod slip_monitor;
 pub mod snapshot;
 mod status;
 pub mod status_led;
+mod turns;
 
 pub use crate::parameters::Config;
 pub use button::{Held, Press};
@@ -65,14 +66,13 @@ use parameters::Saving;
 use persistence::Persistence;
 use report::Reporter;
 use seal::seal_of_constants;
-use sets::{OutgoingLive, OutgoingTelemetry};
+use sets::{OutgoingLive, OutgoingTelemetry, TelemetryInWork};
 use slip_monitor::SlipMonitor;
 use status::Pace;
 
-/// Most frames that one event causes, all at once: two poses (held and asked for by the button), a fault with what the
-/// slip monitor says of it, two heartbeats (due, and change of state) with the identity, two frames of a report, one of
-/// each set. Usually none or one.
-pub const MAX_FRAMES: usize = 12;
+/// Most frames that one event causes, all at once: two poses (held and asked for by the button), or a heartbeat with the
+/// identity, or two frames of a report; a fault with what the slip monitor says of it; one of each set. Usually none or one.
+pub const MAX_FRAMES: usize = 7;
 
 /// What happens to the board.
 // A record is ten times the size of the rest. It comes once, by value: there is no heap to box it on.
@@ -220,12 +220,10 @@ pub struct Device {
     bus_off: FaultReporter,
     restarted: FaultReporter,
     slip_monitor: SlipMonitor,
-    /// It is to be made anew for the centre in use.
-    monitor_is_due: bool,
     /// The centre in use is to be stored.
     keep_is_due: bool,
     /// A slice of the computing waited in the last tick.
-    computing_waits: bool,
+    computing_waited: bool,
     slip: FaultReporter,
     /// The firmware stopped before this start, and nobody has asked about it yet.
     restart_is_news: bool,
@@ -245,6 +243,7 @@ pub struct Device {
     forward_kinematics: PlatformSolver<f32>,
     live_out: OutgoingLive,
     telemetry_out: OutgoingTelemetry,
+    telemetry_in_work: Option<TelemetryInWork>,
     /// The state and run in which the press under way began.
     press_began: Option<(StateName, u16)>,
     confirming: ConfirmingPresses,
@@ -287,9 +286,8 @@ impl Device {
             bus_off: FaultReporter::new(),
             restarted: FaultReporter::new(),
             slip_monitor: SlipMonitor::default(),
-            monitor_is_due: false,
             keep_is_due: false,
-            computing_waits: false,
+            computing_waited: false,
             slip: FaultReporter::new(),
             restart_is_news: config.restart.cause.is_fault(),
             answered: Answered::new(),
@@ -303,6 +301,7 @@ impl Device {
             forward_kinematics: PlatformSolver::new(&config.rig),
             live_out: OutgoingLive::every(u32::from(config.live_period_ms)),
             telemetry_out: OutgoingTelemetry::every(sets::period_ms(config.telemetry_hz)),
+            telemetry_in_work: None,
             press_began: None,
             confirming: ConfirmingPresses::default(),
             constants: seal_of_constants(&config.rig, &config.limits),
@@ -355,39 +354,11 @@ impl Device {
 
     /// There is computing to do: tick again as soon as there is time.
     pub fn is_busy(&self) -> bool {
-        self.procedure.is_busy() || self.slip_monitor.is_busy() || self.keep_is_due || self.monitor_is_due
+        self.procedure.is_busy() || self.slip_monitor.is_busy() || self.keep_is_due
     }
 
     /// The calibration procedure, to look at.
     pub fn procedure(&self) -> &Procedure {
         &self.procedure
-    }
-
-    fn tick(&mut self, now_ms: u32, out: &mut impl FnMut(Action)) {
-        self.lock.tick(now_ms);
-        self.restart_when_saved(now_ms, out);
-        if core::mem::take(&mut self.keep_is_due) {
-            self.keep(out);
-        } else if core::mem::take(&mut self.monitor_is_due) {
-            self.renew_monitor();
-        } else if !self.lets_computing_wait(now_ms) {
-            self.monitor_tick(out);
-            if let Some(notice) = self.procedure.tick(now_ms) {
-                self.note_pose(now_ms, &notice, out);
-            }
-        }
-        self.tick_button(now_ms, out);
-        self.report_fault(now_ms, out);
-        if self.pace.heartbeat_is_due(now_ms) {
-            self.check_live(out);
-            self.send_heartbeat(now_ms, out);
-        }
-        self.send_report(now_ms, out);
-        self.send_sets(now_ms, out);
-        self.show(now_ms, out);
-    }
-
-    fn renew_monitor(&mut self) {
-        self.slip_monitor = SlipMonitor::over(self.procedure.machine(), self.procedure.live());
     }
 }

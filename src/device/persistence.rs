@@ -42,7 +42,7 @@ impl Device {
             Err(error) => reason_of_load(error),
         };
         self.seal_live();
-        self.slip_monitor = SlipMonitor::over(self.procedure.machine(), self.procedure.live());
+        self.slip_monitor = SlipMonitor::to_be_built();
         self.persistence.wrong = Some(reason).filter(|reason| *reason != Reason::Fine);
         out(Action::Log(LogEntry::Loaded { run_id: self.procedure.run_id(), reason }));
     }

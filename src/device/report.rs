@@ -54,6 +54,9 @@ const AXIS: u8 = WEAK_DIRECTION + 1;
 const LEFT_OUT: u8 = AXIS + 1;
 const OUTCOME: u8 = LEFT_OUT + crate::identification::outcome::MAX_REJECTED as u8;
 
+/// Positions that are looked at in one call; most have nothing to say.
+const POSITIONS_A_CALL: usize = 16;
+
 /// What is being worked out for the next message, a slice a tick.
 #[derive(Debug, Clone, Copy)]
 enum Preparing {
@@ -177,12 +180,23 @@ impl Reporter {
         free
     }
 
-    /// The next message to send, if there is one.
+    /// Is there something to send?
+    pub fn has_more(&self, now_ms: u32) -> bool {
+        self.report.is_some() || self.captured.is_some() || self.pose.is_some() || self.is_overdue(now_ms)
+    }
+
+    /// The report waits to be acknowledged, and has waited long enough to be repeated.
+    fn is_overdue(&self, now_ms: u32) -> bool {
+        self.unacknowledged && now_ms.wrapping_sub(self.sent_at_ms) >= REPEAT_MS
+    }
+
+    /// The next message to send, if there is one at the next few positions that is worked out.
     pub fn next(&mut self, now_ms: u32, procedure: &Procedure, about: &About) -> Option<Message> {
-        if self.report.is_none() && self.unacknowledged && now_ms.wrapping_sub(self.sent_at_ms) >= REPEAT_MS {
+        if self.report.is_none() && self.is_overdue(now_ms) {
             self.begin_repeated(now_ms);
         }
-        while let Some((position, parts)) = self.report {
+        for _ in 0..POSITIONS_A_CALL {
+            let Some((position, parts)) = self.report else { break };
             if !self.prepare(position, parts, procedure) {
                 break;
             }

@@ -5,8 +5,8 @@ use crate::can::Message;
 use crate::can::live_set::{LIVE_SET_FRAMES, LIVE_SET_LEN};
 use crate::can::set::piece;
 use crate::can::telemetry::{TELEMETRY_FRAMES, TELEMETRY_LEN, Telemetry};
-use crate::kinematics::CableLengths;
 use crate::kinematics::rotation::rotation_vector_of;
+use crate::kinematics::{CableLengths, PlatformPose};
 use crate::procedure::Reason;
 
 /// A set that was packed and goes out a frame a tick.
@@ -14,7 +14,8 @@ use crate::procedure::Reason;
 pub(super) struct Outgoing<const LEN: usize> {
     /// Time between two sets, ms; 0 = off.
     period_ms: u32,
-    began_ms: Option<u32>,
+    /// When the last set was due.
+    due_ms: Option<u32>,
     data: [u8; LEN],
     /// The next frame; at the number of frames nothing is left to send.
     next: usize,
@@ -24,7 +25,7 @@ pub(super) struct Outgoing<const LEN: usize> {
 impl<const LEN: usize> Outgoing<LEN> {
     /// Nothing was sent yet.
     pub const fn every(period_ms: u32) -> Self {
-        Self { period_ms, began_ms: None, data: [0; LEN], next: usize::MAX, counter: 0 }
+        Self { period_ms, due_ms: None, data: [0; LEN], next: usize::MAX, counter: 0 }
     }
 
     /// Sets the time between two sets, ms; 0 = off.
@@ -34,7 +35,7 @@ impl<const LEN: usize> Outgoing<LEN> {
 
     /// Is another set to be packed now? The last one has gone out whole then.
     fn is_due(&self, now_ms: u32, frames: usize) -> bool {
-        let waited = self.began_ms.is_none_or(|began_ms| now_ms.wrapping_sub(began_ms) >= self.period_ms);
+        let waited = self.due_ms.is_none_or(|due_ms| now_ms.wrapping_sub(due_ms) >= self.period_ms);
         self.period_ms != 0 && waited && self.next >= frames
     }
 
@@ -42,7 +43,18 @@ impl<const LEN: usize> Outgoing<LEN> {
     fn begin(&mut self, now_ms: u32, data: [u8; LEN]) {
         self.data = data;
         self.next = 0;
-        self.began_ms = Some(now_ms);
+        self.keep_pace(now_ms);
+    }
+
+    /// There is nothing to be sent this time.
+    fn leave_out(&mut self, now_ms: u32) {
+        self.keep_pace(now_ms);
+    }
+
+    /// The next set is due a period after this one was, however late this one is, unless it is later than the next.
+    fn keep_pace(&mut self, now_ms: u32) {
+        let due_ms = self.due_ms.map(|before_ms| before_ms.wrapping_add(self.period_ms));
+        self.due_ms = due_ms.filter(|due_ms| now_ms.wrapping_sub(*due_ms) < self.period_ms).or(Some(now_ms));
     }
 
     /// The next frame's bytes.
@@ -59,6 +71,14 @@ impl<const LEN: usize> Outgoing<LEN> {
     }
 }
 
+/// A set of telemetry that is being formed: all at once would take 14 000 cycles of a Cortex-M4F.
+#[derive(Debug, Clone)]
+pub(super) struct TelemetryInWork {
+    telemetry: Telemetry,
+    /// What the centre is still to be found from: of one that moves.
+    pose: Option<(PlatformPose<f32>, CableLengths<f32>)>,
+}
+
 /// The time between two sets, ms, that comes nearest to a rate; 0 = off.
 pub(super) const fn period_ms(hz: u16) -> u32 {
     match hz {
@@ -73,39 +93,51 @@ pub(super) type OutgoingLive = Outgoing<LIVE_SET_LEN>;
 pub(super) type OutgoingTelemetry = Outgoing<TELEMETRY_LEN>;
 
 impl Device {
-    /// A set is to be formed.
-    pub(super) fn set_is_due(&self, now_ms: u32) -> bool {
-        self.live_out.is_due(now_ms, LIVE_SET_FRAMES) || self.telemetry_out.is_due(now_ms, TELEMETRY_FRAMES)
+    pub(super) fn live_set_is_due(&self, now_ms: u32) -> bool {
+        self.live_out.is_due(now_ms, LIVE_SET_FRAMES)
     }
 
-    /// A slice of the computing waits for the next tick when something is sent in this one whose forming takes as long; never
-    /// twice in a row, for what is due may not be there.
-    pub(super) fn lets_computing_wait(&mut self, now_ms: u32) -> bool {
-        let has_much_to_send = self.pace.heartbeat_is_due(now_ms) || self.set_is_due(now_ms);
-        self.computing_waits = !self.computing_waits && has_much_to_send && self.is_busy();
-        self.computing_waits
-    }
-
-    /// Forms at most one of the sets, and sends at most one frame of each.
-    pub(super) fn send_sets(&mut self, now_ms: u32, out: &mut impl FnMut(Action)) {
-        let live_is_due = self.live_out.is_due(now_ms, LIVE_SET_FRAMES);
-        if live_is_due {
-            match self.live_set().pack(self.live_out.counter) {
-                Ok(data) => self.live_out.begin(now_ms, data),
-                Err(_) => self.note_unsendable(),
+    pub(super) fn form_live_set(&mut self, now_ms: u32) {
+        match self.live_set().pack(self.live_out.counter) {
+            Ok(data) => self.live_out.begin(now_ms, data),
+            Err(_) => {
+                self.live_out.leave_out(now_ms);
+                self.note_unsendable();
             }
         }
+    }
+
+    pub(super) fn telemetry_is_due(&self, now_ms: u32) -> bool {
+        self.telemetry_out.is_due(now_ms, TELEMETRY_FRAMES)
+    }
+
+    /// The next slice of the set of what the cables show: the pose, then the centre, then its bytes.
+    pub(super) fn form_telemetry(&mut self, now_ms: u32) {
+        match self.telemetry_in_work.take() {
+            None => {
+                self.telemetry_in_work = self.telemetry(now_ms);
+                if self.telemetry_in_work.is_none() {
+                    self.telemetry_out.leave_out(now_ms);
+                }
+            }
+            Some(TelemetryInWork { mut telemetry, pose: Some((platform, lengths)) }) => {
+                telemetry.centre = self.live_centre(&platform, &lengths);
+                self.telemetry_in_work = Some(TelemetryInWork { telemetry, pose: None });
+            }
+            Some(TelemetryInWork { telemetry, pose: None }) => match telemetry.pack(self.telemetry_out.counter) {
+                Ok(data) => self.telemetry_out.begin(now_ms, data),
+                Err(_) => {
+                    self.telemetry_out.leave_out(now_ms);
+                    self.note_unsendable();
+                }
+            },
+        }
+    }
+
+    /// Sends a frame of each set that is under way.
+    pub(super) fn send_pieces(&mut self, out: &mut impl FnMut(Action)) {
         if let Some(bytes) = self.live_out.next_piece(LIVE_SET_FRAMES) {
             self.send(&Message::LiveSet(bytes), out);
-        }
-        if !live_is_due
-            && self.telemetry_out.is_due(now_ms, TELEMETRY_FRAMES)
-            && let Some(telemetry) = self.telemetry(now_ms)
-        {
-            match telemetry.pack(self.telemetry_out.counter) {
-                Ok(data) => self.telemetry_out.begin(now_ms, data),
-                Err(_) => self.note_unsendable(),
-            }
         }
         if let Some(bytes) = self.telemetry_out.next_piece(TELEMETRY_FRAMES) {
             self.send(&Message::Telemetry(bytes), out);
@@ -113,15 +145,15 @@ impl Device {
     }
 
     /// What the cables show now; None before the first sample, and while a length cannot be one.
-    fn telemetry(&self, now_ms: u32) -> Option<Telemetry> {
+    fn telemetry(&self, now_ms: u32) -> Option<TelemetryInWork> {
         let counts = self.counts?;
         let lengths = CableLengths::from_counts(self.procedure.rig(), &counts).ok()?;
         let live = self.procedure.live();
-        let corrected = live.map_or(Ok(lengths), |live| lengths.less(&live.identified.offsets_mm));
+        let corrected = live.map_or(Ok(lengths), |live| lengths.less(&live.identified.offsets_mm)).ok();
         let arm = self.procedure.arm(now_ms);
-        let platform = corrected.ok().and_then(|lengths| self.forward_kinematics.solve(&lengths).ok());
+        let pose = corrected.and_then(|lengths| Some((self.forward_kinematics.solve(&lengths).ok()?, lengths)));
         let slack = arm.err().filter(|not_ready| not_ready.reason == Reason::CableLoose);
-        Some(Telemetry {
+        let telemetry = Telemetry {
             // modulo 2^16
             time_ms: now_ms as u16,
             still: arm.is_ok(),
@@ -129,17 +161,22 @@ impl Device {
             slack: slack.map_or(0, |not_ready| not_ready.cable),
             standing: self.standing().0,
             lengths_mm: *lengths.as_mm(),
-            rotation_rad: platform.as_ref().map(|platform| rotation_vector_of(&platform.rotation).into()),
+            rotation_rad: pose.as_ref().map(|(platform, _)| rotation_vector_of(&platform.rotation).into()),
             centre: match self.slip_monitor.live_joint() {
-                Some(joint) => platform
-                    .and_then(|platform| joint.at(&platform, &corrected.ok()?))
-                    .map(|(centre_mm, sigma_mm)| (centre_mm.into(), sigma_mm)),
+                Some(_) => None,
                 None => live.map(|live| {
                     let kept = self.slip_monitor.centre_sigma_mm();
                     let sigma_mm = kept.unwrap_or_else(|| live.identified.worst_centre_sigma_mm().0);
                     (live.identified.parameters.centre_mm.into(), sigma_mm)
                 }),
             },
-        })
+        };
+        Some(TelemetryInWork { telemetry, pose: pose.filter(|_| self.slip_monitor.live_joint().is_some()) })
+    }
+
+    /// Where a centre that moves is in this pose, and its σ, mm.
+    fn live_centre(&self, platform: &PlatformPose<f32>, lengths: &CableLengths<f32>) -> Option<([f32; 3], f32)> {
+        let (centre_mm, sigma_mm) = self.slip_monitor.live_joint()?.at(platform, lengths)?;
+        Some((centre_mm.into(), sigma_mm))
     }
 }

@@ -34,6 +34,17 @@ pub(super) struct SlipMonitor {
     is_looking: bool,
     warning: Option<WatchReport>,
     evidence: Evidence,
+    due: Due,
+}
+
+/// What is to be built next for the centre in use: all at once would take 16 000 cycles of a Cortex-M4F.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+enum Due {
+    #[default]
+    Nothing,
+    Sigma,
+    Joint,
+    Detector,
 }
 
 /// How much motion has fitted the centre.
@@ -69,24 +80,44 @@ impl Evidence {
 }
 
 impl SlipMonitor {
-    /// A watch over a centre, on the machine as it was found with the centre.
-    pub fn over(machine: &Machine<f32>, live: Option<&Candidate>) -> Self {
-        let detector = live.map(|live| {
-            let Identified { parameters, offsets_mm, machine: deviation, noise_mm, .. } = &live.identified;
-            // A calibration whose residuals were larger than the rig's noise has shown that the cables are noisier.
-            let noise_mm = machine.noise_mm().max(*noise_mm);
-            let joint = live.motion.map_or(Joint::Ball, |motion| Joint::Moving(motion.model()));
-            SlipDetector::new(machine, deviation, parameters, offsets_mm, noise_mm, joint)
-        });
-        let moving = live.filter(|live| live.motion.is_some());
-        let live_joint = moving.and_then(|live| LiveJoint::new(machine, &live.identified));
-        let centre_sigma_mm = live.map(|live| live.identified.worst_centre_sigma_mm().0);
-        Self { detector, live_joint, centre_sigma_mm, ..Self::default() }
+    /// A watch that is still to be built, a part a tick.
+    pub fn to_be_built() -> Self {
+        Self { due: Due::Sigma, ..Self::default() }
     }
 
-    /// A sample is being looked at: the next tick should follow as soon as the board has time.
-    pub const fn is_busy(&self) -> bool {
-        self.is_looking
+    /// Is there more to be built?
+    pub fn is_to_be_built(&self) -> bool {
+        self.due != Due::Nothing
+    }
+
+    /// Builds the next part of the watch over a centre, on the machine as it was found with the centre.
+    pub fn build(&mut self, machine: &Machine<f32>, live: Option<&Candidate>) {
+        let Some(live) = live else {
+            self.due = Due::Nothing;
+            return;
+        };
+        let identified = &live.identified;
+        self.due = match self.due {
+            Due::Sigma => {
+                self.centre_sigma_mm = Some(identified.worst_centre_sigma_mm().0);
+                Due::Joint
+            }
+            Due::Joint => {
+                self.live_joint = live.motion.and_then(|_| LiveJoint::new(machine, identified));
+                Due::Detector
+            }
+            Due::Detector => {
+                self.detector = Some(detector_of(machine, live));
+                Due::Nothing
+            }
+            Due::Nothing => Due::Nothing,
+        };
+    }
+
+    /// A sample is being looked at, or there is something to be built: the next tick should follow as soon as the board has
+    /// time.
+    pub fn is_busy(&self) -> bool {
+        self.is_looking || self.is_to_be_built()
     }
 
     /// Where the centre in use is now; `None` for a ball.
@@ -111,6 +142,14 @@ impl SlipMonitor {
             detector.rearm();
         }
     }
+}
+
+fn detector_of(machine: &Machine<f32>, live: &Candidate) -> SlipDetector<f32> {
+    let Identified { parameters, offsets_mm, machine: deviation, noise_mm, .. } = &live.identified;
+    // A calibration whose residuals were larger than the rig's noise has shown that the cables are noisier.
+    let noise_mm = machine.noise_mm().max(*noise_mm);
+    let joint = live.motion.map_or(Joint::Ball, |motion| Joint::Moving(motion.model()));
+    SlipDetector::new(machine, deviation, parameters, offsets_mm, noise_mm, joint)
 }
 
 impl Device {

@@ -39,6 +39,11 @@ impl Pace {
         self.heartbeat_at_ms.is_none_or(|at_ms| now_ms.wrapping_sub(at_ms) >= HEARTBEAT_MS)
     }
 
+    /// The next heartbeat is due now.
+    pub fn hurry(&mut self) {
+        self.heartbeat_at_ms = None;
+    }
+
     pub fn refuse(&mut self, now_ms: u32, reason: Reason) {
         self.momentary = Some((BlinkPattern::Refused, now_ms));
         self.refused_press = Some((reason, now_ms));
@@ -182,7 +187,7 @@ impl Device {
         out(Action::Log(LogEntry::Pose(*notice)));
     }
 
-    /// A change of state is sent at once, and the report that belongs to the new state begins.
+    /// A change of state is sent with the next tick, and the report that belongs to the new state begins.
     pub(super) fn note_transition(
         &mut self,
         now_ms: u32,
@@ -192,7 +197,7 @@ impl Device {
     ) {
         let run_id = self.procedure.run_id();
         out(Action::Log(LogEntry::State { run_id, from, to, reason: self.procedure.reason(now_ms) }));
-        self.send_heartbeat(now_ms, out);
+        self.pace.hurry();
         self.pace.momentary = None;
         match (from, to) {
             (_, StateName::Collecting) => {

@@ -1,12 +1,13 @@
 //! A pose's three equations on their way into the normal equations, a few columns and a few rows a call: with all constants
 //! of a machine and a moving joint, one pose would keep a Cortex-M4F from everything else for 150 µs.
 
-use super::joint::Features;
+use super::joint::{Features, Joint};
 use super::marginal_information::MarginalInformation;
 use super::parameters::{
     CENTRE_UNKNOWNS, CentreSums, Columns, Equations, MAX_UNKNOWNS, ParameterBlock, PoseAt, Rows, change_of_equations,
     columns_of_centre,
 };
+use crate::kinematics::length_jacobian::LengthRow;
 use crate::kinematics::{CableLengths, LengthJacobian};
 use crate::linear_algebra::packed_index;
 use crate::rig::CABLES;
@@ -48,35 +49,38 @@ enum Next {
 }
 
 impl<T: Real> PoseInWork<T> {
-    /// Begins with a pose. `features`: of its rotation, for a moving centre.
-    pub fn new(at: &PoseAt<'_, T>, pose: &MarginalInformation<T>, features: Option<Features<T>>, weight: T) -> Self {
+    /// Begins with a pose.
+    pub fn new(at: &PoseAt<'_, T>, pose: &MarginalInformation<T>, weight: T) -> Self {
+        let mut in_work = Self::not_begun(at.lengths);
+        in_work.begin(at, pose, weight);
+        in_work
+    }
+
+    /// Room for a pose, which has lengths; nothing else of it is known yet.
+    pub fn not_begun(lengths: &CableLengths<T>) -> Self {
+        let zero = Vector3::zeros();
+        let row = LengthRow { translation: zero, rotation_mm: zero, residual_mm: T::zero() };
         Self {
-            rotation: *at.rotation,
-            lengths: *at.lengths,
-            jacobian: *at.jacobian,
-            features,
-            projector: pose.projector(),
-            translation: pose.translation,
-            residuals_mm: pose.residuals_mm,
-            weight,
+            rotation: Matrix3::zeros(),
+            lengths: *lengths,
+            jacobian: LengthJacobian { rows: [row; CABLES] },
+            features: None,
+            projector: [Vector3::zeros(); CABLES],
+            translation: Matrix3::zeros(),
+            residuals_mm: Vector3::zeros(),
+            weight: T::zero(),
             columns: Columns::new(),
-            of_centre: columns_of_centre(at, pose),
-            next: Next::Columns,
+            of_centre: [Vector3::zeros(); CENTRE_UNKNOWNS],
+            next: Next::Nothing,
         }
     }
 
-    /// The same in place of the pose before.
-    pub fn begin(
-        &mut self,
-        at: &PoseAt<'_, T>,
-        pose: &MarginalInformation<T>,
-        features: Option<Features<T>>,
-        weight: T,
-    ) {
+    /// Begins with a pose, in place of the one before.
+    pub fn begin(&mut self, at: &PoseAt<'_, T>, pose: &MarginalInformation<T>, weight: T) {
         self.rotation = *at.rotation;
         self.lengths = *at.lengths;
         self.jacobian = *at.jacobian;
-        self.features = features;
+        self.features = None;
         self.projector = pose.projector();
         self.translation = pose.translation;
         self.residuals_mm = pose.residuals_mm;
@@ -108,8 +112,11 @@ impl<T: Real> PoseInWork<T> {
         }
     }
 
-    /// Features of its rotation; `None` for a ball.
-    pub fn features(&self) -> Option<Features<T>> {
+    /// Features of its rotation; `None` for a ball. Worked out once.
+    pub fn features(&mut self, joint: &Joint<T>) -> Option<Features<T>> {
+        if self.features.is_none() {
+            self.features = joint.features(&self.rotation);
+        }
         self.features
     }
 
@@ -166,7 +173,7 @@ pub fn add_pose<T: Real>(
     sums.add(at.rotation, pose, weight);
     equations.add_squares(pose.squares_mm2() * weight);
     if block.count() > 0 {
-        let mut in_work = PoseInWork::new(at, pose, None, weight);
+        let mut in_work = PoseInWork::new(at, pose, weight);
         while !in_work.advance(block, equations) {}
     }
     sums.move_to(equations);
@@ -178,7 +185,7 @@ pub fn sensitivity<T: Real>(
     at: &PoseAt<'_, T>,
     pose: &MarginalInformation<T>,
 ) -> Rows<T> {
-    let mut in_work = PoseInWork::new(at, pose, None, T::one());
+    let mut in_work = PoseInWork::new(at, pose, T::one());
     while !in_work.add_columns(block) {}
     in_work.sensitivity()
 }

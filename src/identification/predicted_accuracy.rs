@@ -157,7 +157,7 @@ impl<T: Real> PredictedAccuracy<T> {
         if machine.parameters() == 0 {
             return Step::Keep;
         }
-        scratch.put_pose(&at, &information, None, weight);
+        scratch.put_pose(&at, &information, weight);
         Step::Machine
     }
 

@@ -16,8 +16,8 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 /// Maximum number of Gauss-Newton steps from one start.
 const MAX_STEPS: usize = 12;
 
-/// So many of them in one call: 7 000 cycles of a Cortex-M4F.
-const STEPS_A_CALL: usize = 4;
+/// So many of them in one call: 6 000 cycles of a Cortex-M4F.
+const STEPS_A_CALL: usize = 3;
 
 /// Assembly modes of a pose whose joint centre is known: one bit for each of two end-points.
 const ASSEMBLY_MODES: u8 = 4;

@@ -19,6 +19,9 @@ const SMALLEST_PIVOT: f64 = 1e-6;
 /// The same in roundings, where those are coarser: in `f32` the rows' own rounding leaves more than the above.
 const SMALLEST_PIVOT_ROUNDINGS: f64 = 256.0;
 
+/// An entry of the factor takes the time of so many products beside its own.
+const ENTRY_IN_PRODUCTS: usize = 10;
+
 /// The smallest pivot that counts, as a share of the diagonal entry that it came from.
 pub fn smallest_pivot<T: Real>() -> T {
     T::of(SMALLEST_PIVOT).max(T::default_epsilon() * T::of(SMALLEST_PIVOT_ROUNDINGS))
@@ -44,6 +47,8 @@ pub struct NormalEquations<T, const N: usize, const P: usize> {
     squares: T,
     /// Rows of the matrix that have become the factor's. The factor holds its diagonal inverted.
     factored: usize,
+    /// Entries of the next row that have.
+    in_row: usize,
     /// See [`pivot_ratio`](Self::pivot_ratio).
     pivot_ratio: T,
 }
@@ -60,6 +65,7 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
             gradient: [T::zero(); N],
             squares: T::zero(),
             factored: 0,
+            in_row: 0,
             pivot_ratio: T::one(),
         }
     }
@@ -70,7 +76,7 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
         self.matrix.iter_mut().take(packed_index(self.unknowns, 0)).for_each(|entry| *entry = T::zero());
         self.gradient.iter_mut().take(self.unknowns).for_each(|entry| *entry = T::zero());
         self.squares = T::zero();
-        self.factored = 0;
+        (self.factored, self.in_row) = (0, 0);
         self.pivot_ratio = T::one();
     }
 
@@ -181,7 +187,7 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
 
     /// Is no row factored yet?
     pub fn is_unfactored(&self) -> bool {
-        self.factored == 0
+        self.factored == 0 && self.in_row == 0
     }
 
     /// The block of JᵀJ of the last `M` unknowns, before it is factored.
@@ -194,38 +200,33 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
     /// The factor L of JᵀJ = L Lᵀ takes the place of the matrix.
     ///
     /// # Errors
-    /// As [`factor_rows`](Self::factor_rows).
+    /// As [`factor_some`](Self::factor_some).
     pub fn factor(&mut self) -> Result<(), Singular> {
-        self.factor_rows(self.unknowns)
+        self.factor_some(usize::MAX)
     }
 
-    /// The next rows of the factor, as many as take the time of about `products` multiplications; at least one.
-    ///
-    /// # Errors
-    /// As [`factor_rows`](Self::factor_rows).
-    pub fn factor_some(&mut self, products: usize) -> Result<(), Singular> {
-        // An entry takes the time of six products beside its own.
-        let time_of = |row: usize| row * (row / 2 + 6);
-        let mut last = self.factored;
-        let mut taken = 0;
-        while last < self.unknowns && (taken == 0 || taken + time_of(last) <= products) {
-            taken += time_of(last);
-            last += 1;
-        }
-        self.factor_rows(last - self.factored)
-    }
-
-    /// The next `rows` rows of the factor, at most those that are left (Golub and Van Loan, algorithm 4.2.1, row by
-    /// row).
+    /// The next entries of the factor, as many as take the time of about `products` multiplications; at least one (Golub and Van
+    /// Loan, algorithm 4.2.1, row by row).
     ///
     /// # Errors
     /// [`Singular`] when a pivot is too small against the diagonal entry that it came from, or is not a number.
-    pub fn factor_rows(&mut self, rows: usize) -> Result<(), Singular> {
-        let last = if rows < self.unknowns - self.factored { self.factored + rows } else { self.unknowns };
-        for i in self.factored..last {
-            self.pivot_ratio = self.pivot_ratio.max(factor_row(&mut self.matrix, i)?);
+    pub fn factor_some(&mut self, products: usize) -> Result<(), Singular> {
+        let mut left = products;
+        while self.factored < self.unknowns && left > 0 {
+            let row = self.factored;
+            let mut last = self.in_row;
+            while last < row && left > 0 {
+                left = left.saturating_sub(last + ENTRY_IN_PRODUCTS);
+                last += 1;
+            }
+            factor_entries(&mut self.matrix, row, self.in_row..last)?;
+            self.in_row = last;
+            if last == row && left > 0 {
+                self.pivot_ratio = self.pivot_ratio.max(factor_diagonal(&mut self.matrix, row)?);
+                left = left.saturating_sub(row + ENTRY_IN_PRODUCTS);
+                (self.factored, self.in_row) = (row + 1, 0);
+            }
         }
-        self.factored = last;
         Ok(())
     }
 
@@ -298,38 +299,31 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
         self.solve_trailing(&mut unit, from);
         unit
     }
-
-    /// Variance of unknown `unknown`: its entry of the inverse of JᵀJ, once factored. It is the squared length of L⁻¹ times
-    /// the unit vector, which is zero before that unknown.
-    pub fn variance(&self, unknown: usize) -> T {
-        let mut whitened = [T::zero(); N];
-        if let Some(entry) = whitened.get_mut(unknown) {
-            *entry = T::one();
-        }
-        solve_forwards(&self.matrix, &mut whitened, unknown, unknown..self.unknowns);
-        whitened.iter().take(self.unknowns).skip(unknown).fold(T::zero(), |sum, x| sum + *x * *x)
-    }
 }
 
 // The functions below are for any number of unknowns, and not inlined: one copy of each instead of three, 4 KB of flash (`cargo
-// footprint --sections`). Their sums are written out: a call of `dot` for each row would be a tenth of a solution.
+// footprint --sections`).
 
-/// Row `i` of the matrix becomes the factor's, whose rows before it are done. Gives the ratio of its diagonal entry to its
-/// pivot.
+/// These entries of row `i` before its diagonal become the factor's, where those before them and all rows above are it already.
 #[inline(never)]
-fn factor_row<T: Real>(matrix: &mut [T], i: usize) -> Result<T, Singular> {
-    let (above, rest) = matrix.split_at_mut_checked(packed_index(i, 0)).ok_or(Singular)?;
-    let (row, rest) = rest.split_at_mut_checked(i).ok_or(Singular)?;
-    let diagonal = rest.first_mut().ok_or(Singular)?;
-    let mut above = &*above;
-    for j in 0..i {
+fn factor_entries<T: Real>(matrix: &mut [T], i: usize, entries: Range<usize>) -> Result<(), Singular> {
+    let (above, row) = matrix.split_at_mut_checked(packed_index(i, 0)).ok_or(Singular)?;
+    let mut above = above.get(packed_index(entries.start, 0)..).ok_or(Singular)?;
+    for j in entries {
         let (other, rest) = above.split_at_checked(j + 1).ok_or(Singular)?;
         let (done, open) = row.split_at_mut_checked(j).ok_or(Singular)?;
         let ([entry, ..], [other @ .., inverse]) = (open, other) else { return Err(Singular) };
-        let product = done.iter().zip(other).fold(T::zero(), |sum, (a, b)| sum + *a * *b);
-        *entry = (*entry - product) * *inverse;
+        *entry = (*entry - dot(done, other)) * *inverse;
         above = rest;
     }
+    Ok(())
+}
+
+/// So does its diagonal, which is inverted. Gives the ratio of the diagonal entry to its pivot.
+#[inline(never)]
+fn factor_diagonal<T: Real>(matrix: &mut [T], i: usize) -> Result<T, Singular> {
+    let row = matrix.get_mut(packed_index(i, 0)..=packed_index(i, i)).ok_or(Singular)?;
+    let (diagonal, row) = row.split_last_mut().ok_or(Singular)?;
     let pivot = row.iter().fold(*diagonal, |rest, a| rest - *a * *a);
     // Refuses NaN too.
     if !(pivot > *diagonal * smallest_pivot() && pivot > T::zero()) {
@@ -347,7 +341,7 @@ fn solve_forwards<T: Real>(factor: &[T], x: &mut [T], from: usize, rows: Range<u
         let Some((row, inverse)) = row_of_factor(factor, i) else { return };
         let Some((solved, [x, ..])) = x.split_at_mut_checked(i) else { return };
         let (Some(row), Some(solved)) = (row.get(from..), solved.get(from..)) else { return };
-        let known = row.iter().zip(solved).fold(T::zero(), |sum, (a, b)| sum + *a * *b);
+        let known = dot(row, solved);
         *x = (*x - known) * inverse;
     }
 }

@@ -62,7 +62,8 @@ impl<const N: usize> Captured<N> {
 fn nearest_rad(poses: &[Pose<f32>], pose: &Pose<f32>) -> Option<f32> {
     // The cosine of half the angle between two rotations; q and -q are the same rotation.
     let cosine = |other: &Pose<f32>| other.attitude().coords.dot(&pose.attitude().coords).abs();
-    let nearest = poses.iter().map(cosine).reduce(f32::max)?;
+    // `f32::max` is a call, for the sake of NaN: 2 000 cycles with 95 poses.
+    let nearest = poses.iter().map(cosine).reduce(|nearest, next| if next > nearest { next } else { nearest })?;
     // Of a small angle the cosine has lost the digits: sine and cosine of a quarter of the angle have not. An arc sine would
     // be one root less, but takes double precision in software, 3 KB of flash.
     let (sine, cosine) = ((0.5 - 0.5 * nearest).max(0.0).root(), (0.5 + 0.5 * nearest).root());

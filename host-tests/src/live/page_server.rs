@@ -14,9 +14,9 @@ use tungstenite::{Message, WebSocket};
 const TURN: Duration = Duration::from_millis(4);
 /// Longest request that is looked at, and how long it may take to come.
 const LONGEST_REQUEST: usize = 8192;
-const REQUEST_LIMIT: Duration = Duration::from_secs(5);
+const REQUEST_LIMIT: Duration = Duration::from_secs(30);
 /// A page that takes nothing for so long is gone.
-const WRITE_LIMIT: Duration = Duration::from_secs(5);
+const WRITE_LIMIT: Duration = Duration::from_secs(30);
 
 /// The files of the page and their types. Nothing else is served.
 const FILES: [(&str, &str, &str); 5] = [

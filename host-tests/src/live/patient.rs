@@ -11,6 +11,7 @@ use glenoid::rig::{CABLES, Rig};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use std::collections::VecDeque;
 use std::io::{self, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::sync::mpsc::{self, Receiver, Sender, TryRecvError};
@@ -27,6 +28,9 @@ const MOVING_PERIOD_MS: u32 = 20;
 /// Samples that a pull of a cable takes, one with each telemetry, and how fast it is pulled: 12 mm in 0.4 s on the shoulder's drums.
 const PULL_SAMPLES: i32 = 40;
 const PULL_COUNTS_A_SAMPLE: i32 = 26;
+
+/// Samples from the letting go of a cable to the pull of the next: 0.6 s.
+const REST_SAMPLES: i32 = 30;
 
 /// Longest wait for the board before the encoders count on all the same: it may be silent on the bus.
 const BOARD_LIMIT: Duration = Duration::from_secs(1);
@@ -74,7 +78,7 @@ pub enum Order {
     Button(bool),
     /// The encoders fall silent, or count again.
     Encoders(bool),
-    /// Pull this cable, 1 to 6, by a finger's breadth, and let go.
+    /// Pull this cable, 1 to 6, by a finger's breadth, and let go, once the one before has been let go.
     Pull(u8),
 }
 
@@ -113,8 +117,15 @@ impl Patient {
         let stream = TcpStream::connect(rig)?;
         stream.set_nodelay(true)?;
         let (orders, from_outside) = mpsc::channel();
-        let link =
-            Link { address: rig, stream, orders: from_outside, silent: false, pulled: None, next: Instant::now() };
+        let link = Link {
+            address: rig,
+            stream,
+            orders: from_outside,
+            silent: false,
+            pulled: None,
+            to_pull: VecDeque::new(),
+            next: Instant::now(),
+        };
         let now_mm = Arc::new(Mutex::new([x, y, z]));
         let at = Rotation3::identity();
         let mut play =
@@ -263,15 +274,28 @@ struct Link {
     stream: TcpStream,
     orders: Receiver<Order>,
     silent: bool,
-    /// The cable that is being pulled, from 0, and for how many samples yet.
+    /// The cable that is being pulled, from 0, and for how many samples yet; below 0 the cables rest.
     pulled: Option<(usize, i32)>,
+    /// The cables to be pulled after it.
+    to_pull: VecDeque<usize>,
     next: Instant,
 }
 
 impl Link {
-    /// Is a cable being pulled?
+    /// Is a cable being pulled, or the pause behind that not over?
     fn pulls(&self) -> bool {
-        self.pulled.is_some_and(|(_, left)| left > 0)
+        self.pulled.is_some()
+    }
+
+    /// How far which cable is pulled at the next sample, counts.
+    fn pull(&mut self) -> Option<(usize, i32)> {
+        if self.pulled.is_none() {
+            self.pulled = self.to_pull.pop_front().map(|cable| (cable, PULL_SAMPLES));
+        }
+        let (cable, left) = self.pulled?;
+        self.pulled = (left > -REST_SAMPLES).then_some((cable, left - 1));
+        // there and back
+        (left > 0).then_some((cable, PULL_COUNTS_A_SAMPLE * left.min(PULL_SAMPLES - left)))
     }
 
     /// Obeys what was ordered, and sends one sample when its time has come.
@@ -283,16 +307,14 @@ impl Link {
             match self.orders.try_recv() {
                 Ok(Order::Button(down)) => self.write(&format!("b {}\n", u8::from(down)))?,
                 Ok(Order::Encoders(sound)) => self.silent = !sound,
-                Ok(Order::Pull(cable)) => self.pulled = Some((usize::from(cable) - 1, PULL_SAMPLES)),
+                Ok(Order::Pull(cable)) => self.to_pull.push_back(usize::from(cable) - 1),
                 Err(TryRecvError::Empty) => break,
                 Err(TryRecvError::Disconnected) => return Err(io::ErrorKind::BrokenPipe.into()),
             }
         }
         let mut counts = *counts;
-        if let Some((cable, left)) = self.pulled.filter(|(_, left)| *left > 0) {
-            self.pulled = Some((cable, left - 1));
-            // there and back
-            counts[cable] += PULL_COUNTS_A_SAMPLE * left.min(PULL_SAMPLES - left);
+        if let Some((cable, pulled)) = self.pull() {
+            counts[cable] += pulled;
         }
         let [c1, c2, c3, c4, c5, c6] = counts;
         if self.silent { Ok(()) } else { self.write(&format!("e {c1} {c2} {c3} {c4} {c5} {c6}\n")) }

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 const TURN: Duration = Duration::from_millis(2);
 
 /// A client that takes nothing for so long is gone.
-const WRITE_LIMIT: Duration = Duration::from_secs(5);
+const WRITE_LIMIT: Duration = Duration::from_secs(30);
 
 /// A line of bytes to a client.
 pub trait Line {

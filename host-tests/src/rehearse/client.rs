@@ -168,18 +168,21 @@ impl<'a> Client<'a> {
     /// Sends a command that needs a still arm, again and again until the board agrees that it is still.
     ///
     /// # Errors
-    /// As [`command`](Self::command), and [`SessionError::Silence`] when it never agrees.
+    /// As [`command`](Self::command); [`SessionError::Refused`] also when it never agrees.
     pub(super) fn command_when_still(&mut self, opcode: Opcode, argument: u16) -> Result<Answer, SessionError> {
-        for _ in 0..STILL_LIMIT_MS / RETRY_MS {
-            match self.command(opcode, 0, argument) {
-                // An arm that is coming to rest may for a moment move one cable only.
-                Err(SessionError::Refused(_, Answer { code: Reason::ArmMoving | Reason::CableLoose, .. })) => {
+        let mut result = self.command(opcode, 0, argument);
+        for _ in 1..STILL_LIMIT_MS / RETRY_MS {
+            match result {
+                // An arm that is coming to rest may for a moment move one cable only; a host that had too much to do may
+                // have sent no counts for a while.
+                Err(SessionError::Refused(_, Answer { code, .. })) if passes_by_holding_still(code) => {
                     self.hold(RETRY_MS)?;
+                    result = self.command(opcode, 0, argument);
                 }
-                result => return result,
+                _ => break,
             }
         }
-        Err(SessionError::Silence("sign that the arm is still"))
+        result
     }
 
     /// A command about a run, again while the board is still sending a read-out: it sends every captured pose by itself.
@@ -200,4 +203,8 @@ impl<'a> Client<'a> {
         }
         Err(SessionError::Silence("end of the read-out"))
     }
+}
+
+fn passes_by_holding_still(reason: Reason) -> bool {
+    matches!(reason, Reason::ArmMoving | Reason::CableLoose | Reason::EncoderSilent)
 }

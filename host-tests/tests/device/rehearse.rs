@@ -339,6 +339,42 @@ fn a_board_that_forgets_its_centre_or_has_another_is_never_right() {
     assert!(report.to_string().contains("ANOTHER"), "{report}");
 }
 
+/// A host with too much to do sends no counts for a while, and then a command: once the counts come again, it is obeyed.
+#[test]
+fn counts_that_pause_before_a_command_are_waited_for() {
+    struct Pausing {
+        inner: InProcess,
+        heard: Vec<Frame>,
+        sent: u32,
+    }
+    impl Bench for Pausing {
+        fn set_counts(&mut self, counts: &[i32; 6]) -> Result<(), BenchError> {
+            self.inner.set_counts(counts)
+        }
+        fn send(&mut self, frame: &Frame) -> Result<(), BenchError> {
+            self.sent += 1;
+            if self.sent % 2 == 0 {
+                self.heard.extend(self.inner.pass(2_000)?);
+            }
+            self.inner.send(frame)
+        }
+        fn pass(&mut self, ms: u32) -> Result<Vec<Frame>, BenchError> {
+            let mut heard = std::mem::take(&mut self.heard);
+            heard.extend(self.inner.pass(ms)?);
+            Ok(heard)
+        }
+        fn restart(&mut self) -> Result<(), BenchError> {
+            self.inner.restart()
+        }
+    }
+    let config = Config::for_rig(Rig::<f32>::shoulder(150.0).unwrap());
+    let mut bench = Pausing { inner: InProcess::new(config), heard: Vec::new(), sent: 0 };
+    let options = options(&["--poses", "12"]);
+    let mut wearer = Wearer::new(rig(), options.wearer());
+    let report = rehearse(&mut bench, &mut wearer, &known(), &options, &Display::Silent, None);
+    assert_eq!(report.status, Status::Right, "{report}");
+}
+
 #[test]
 fn a_board_that_says_nothing_is_reported() {
     struct Dead;

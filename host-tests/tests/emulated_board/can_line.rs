@@ -1,28 +1,50 @@
 //! The CAN line as its clients see it, and the rig link beside it.
 
-use std::io::{Read, Write};
+use std::io::{ErrorKind, Read, Write};
 use std::net::TcpStream;
 use std::path::Path;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use glenoid::can::{BaseId, Frame, Message, Opcode, Request};
-use host_tests::slcan_client::{PYTHON_CAN_OPENING, SlcanClient};
+use host_tests::slcan_client::{PYTHON_CAN_OPENING, SlcanClient, nothing_came};
 use libtest_mimic::Failed;
 
 use crate::{PATIENCE, boot};
 
-/// Reads until `len` bytes are there or time is up.
-fn read_some(stream: &mut TcpStream, len: usize, limit: Duration) -> Result<Vec<u8>, Failed> {
-    let deadline = Instant::now() + limit;
-    let mut bytes = Vec::new();
-    stream.set_read_timeout(Some(Duration::from_millis(20)))?;
-    while bytes.len() < len && Instant::now() < deadline {
-        let mut chunk = [0; 256];
-        if let Ok(count) = stream.read(&mut chunk) {
-            bytes.extend_from_slice(&chunk[..count]);
+/// The next line, to its end, which is a carriage return or a bell; None when none has come within `limit`.
+fn read_line(stream: &mut TcpStream, limit: Duration) -> Result<Option<String>, Failed> {
+    stream.set_read_timeout(Some(limit))?;
+    let (mut line, mut byte) = (String::new(), [0]);
+    loop {
+        match stream.read(&mut byte) {
+            Ok(0) => return Err(format!("the line was closed after {line:?}").into()),
+            Ok(_) => line.push(char::from(byte[0])),
+            Err(error) if error.kind() == ErrorKind::Interrupted => {}
+            Err(error) if nothing_came(&error) && line.is_empty() => return Ok(None),
+            Err(error) => return Err(format!("{error} after {line:?}").into()),
+        }
+        if line.ends_with(['\r', '\x07']) {
+            return Ok(Some(line));
         }
     }
-    Ok(bytes)
+}
+
+/// The adapter's next answer. Once the channel is open, frames from the bus may stand before it: those are left out.
+fn read_answer(stream: &mut TcpStream) -> Result<String, Failed> {
+    loop {
+        let line = read_line(stream, PATIENCE)?.ok_or("no answer")?;
+        if !line.starts_with('t') {
+            return Ok(line);
+        }
+    }
+}
+
+fn read_answers<const N: usize>(stream: &mut TcpStream) -> Result<[String; N], Failed> {
+    let mut answers = [const { String::new() }; N];
+    for answer in &mut answers {
+        *answer = read_answer(stream)?;
+    }
+    Ok(answers)
 }
 
 /// The bytes that python-can 4.6.1 sends for `Bus(interface="slcan", bitrate=500000)`, then `V` and `N`, as its
@@ -31,13 +53,17 @@ pub fn python_can_opens_the_channel(image: &Path) -> Result<(), Failed> {
     let board = boot(image)?;
     let mut line = TcpStream::connect(board.can_address())?;
     line.write_all(b"C\rS6\r\r")?;
-    assert_eq!(read_some(&mut line, 3, PATIENCE)?, b"\r\r\r");
+    assert_eq!(read_answers(&mut line)?, ["\r", "\r", "\r"]);
     line.write_all(b"V\rN\r")?;
-    let answer = read_some(&mut line, 12, PATIENCE)?;
-    assert_eq!((answer[0], answer[5], answer[6], answer[11]), (b'V', b'\r', b'N', b'\r'));
-    assert!(answer[1..5].iter().all(u8::is_ascii_digit), "python-can reads the version as two decimal numbers");
+    let [version, serial_number] = read_answers(&mut line)?;
+    let digits = version.strip_prefix('V').and_then(|version| version.strip_suffix('\r'));
+    assert!(
+        digits.is_some_and(|digits| digits.len() == 4 && digits.bytes().all(|digit| digit.is_ascii_digit())),
+        "python-can reads the version as two decimal numbers, not {version:?}"
+    );
+    assert!(serial_number.starts_with('N') && serial_number.len() == 6, "{serial_number:?}");
     line.write_all(b"O\rO\r")?;
-    assert_eq!(read_some(&mut line, 2, PATIENCE)?[..2], *b"\r\r");
+    assert_eq!(read_answers(&mut line)?, ["\r", "\r"]);
     Ok(())
 }
 
@@ -45,16 +71,17 @@ pub fn a_closed_channel_is_silent(image: &Path) -> Result<(), Failed> {
     let board = boot(image)?;
     let mut line = TcpStream::connect(board.can_address())?;
     let quiet = Duration::from_millis(500);
-    assert_eq!(read_some(&mut line, 1, quiet)?, b"", "a frame before the channel was open");
+    assert_eq!(read_line(&mut line, quiet)?, None, "before the channel was open");
     line.write_all(b"t1230\r")?;
-    assert_eq!(read_some(&mut line, 1, PATIENCE)?, b"\x07", "a frame was taken before the channel was open");
+    assert_eq!(read_answer(&mut line)?, "\x07", "a frame was taken before the channel was open");
     line.write_all(b"O\r")?;
-    let heard = read_some(&mut line, 30, PATIENCE)?;
-    assert!(heard.len() >= 30, "no heartbeat on the open channel");
+    assert_eq!(read_answer(&mut line)?, "\r");
+    let heard = read_line(&mut line, PATIENCE)?.ok_or("no heartbeat on the open channel")?;
+    assert!(heard.starts_with('t'), "{heard:?}");
     line.write_all(b"C\r")?;
-    // what was under way may still come; after that nothing
-    read_some(&mut line, usize::MAX, quiet)?;
-    assert_eq!(read_some(&mut line, 1, quiet)?, b"", "a frame after the channel was closed");
+    // what was under way comes before the answer, and after it nothing
+    assert_eq!(read_answer(&mut line)?, "\r");
+    assert_eq!(read_line(&mut line, quiet)?, None, "after the channel was closed");
     Ok(())
 }
 
@@ -115,7 +142,7 @@ pub fn a_client_may_vanish_and_return(image: &Path) -> Result<(), Failed> {
     for _ in 0..5 {
         let mut line = TcpStream::connect(board.can_address())?;
         line.write_all(PYTHON_CAN_OPENING)?;
-        assert!(!read_some(&mut line, 40, PATIENCE)?.is_empty());
+        read_line(&mut line, PATIENCE)?.ok_or("no answer")?;
         // in the middle of a frame
         line.write_all(b"t12381122")?;
     }

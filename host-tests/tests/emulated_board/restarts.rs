@@ -1,7 +1,8 @@
 //! The record across restarts of the board, and resets in the middle of everything.
 
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::thread;
+use std::time::{Duration, Instant};
 
 use embedded_storage::nor_flash::ReadNorFlash;
 use firmware_image::elf::Elf;
@@ -65,14 +66,22 @@ impl Drop for RecordFile {
 pub fn live(scene: &mut Scene) -> Result<Vec<Parameter>, Failed> {
     scene.ask(Opcode::Query, 0, 0)?;
     // the report follows the answer, two frames a millisecond
-    scene.hold(Duration::from_millis(300))?;
-    let parameters = scene.heard.iter().filter_map(|message| match message {
-        Message::LiveCentre(p) | Message::LiveRadius(p) => Some(*p),
-        _ => None,
-    });
-    let mut parameters: Vec<Parameter> = parameters.collect();
-    parameters.truncate(6);
-    Ok(parameters)
+    scene.hold(300)?;
+    let is_live = scene.wait("heartbeat", |m| if let Message::Heartbeat(h) = m { Some(h.flags.live) } else { None })?;
+    let told = |scene: &Scene| -> Vec<Parameter> {
+        let parameters = scene.heard.iter().filter_map(|message| match message {
+            Message::LiveCentre(p) | Message::LiveRadius(p) => Some(*p),
+            _ => None,
+        });
+        parameters.take(6).collect()
+    };
+    for _ in 0..PATIENCE.as_millis() / 100 {
+        if !is_live || told(scene).len() == 6 {
+            break;
+        }
+        scene.hold(100)?;
+    }
+    Ok(told(scene))
 }
 
 /// Why the board started, and whether it told that it had to be restarted.
@@ -172,6 +181,9 @@ pub fn a_reset_in_any_state_keeps_the_old_centre(image: &Path) -> Result<(), Fai
     assert_eq!(old.len(), 6, "{old:?}");
     for (number, state) in StateName::ALL.into_iter().enumerate() {
         lead_to(&mut scene, state)?;
+        // the log is written when there is nothing else to do, which is not so while the solver works
+        let logged = if state == StateName::Identifying { StateName::Collecting } else { state };
+        wait_for_logged_state(&scene.board, logged)?;
         if state == StateName::Identifying {
             // over in milliseconds, so the board is halted in the middle of it
             let mut debugger = Debugger::halt(scene.board.debugger_address().ok_or("no debugger")?)?;
@@ -184,11 +196,9 @@ pub fn a_reset_in_any_state_keeps_the_old_centre(image: &Path) -> Result<(), Fai
             scene.board.reset()?;
         }
         scene.board.wait_for_log_times("board: ready", number + 2, PATIENCE)?;
-        // the log is written when there is nothing else to do, which is not so while the solver works
-        let logged = if state == StateName::Identifying { StateName::Collecting } else { state };
         assert_eq!(last_state_before_the_reset(&scene.board.log()), format!("{logged:?}"));
         scene = scene.with_a_new_client()?;
-        scene.hold(Duration::from_millis(600))?;
+        scene.hold(600)?;
         assert_eq!(live(&mut scene)?, old, "after a reset in {state:?}");
         assert_eq!(reset_cause(&mut scene)?, ResetCause::Pin);
         let heartbeat = scene.wait("heartbeat", |m| if let Message::Heartbeat(h) = m { Some(*h) } else { None })?;
@@ -197,11 +207,27 @@ pub fn a_reset_in_any_state_keeps_the_old_centre(image: &Path) -> Result<(), Fai
     Ok(())
 }
 
+/// The log comes when the board and its reader have time for it.
+fn wait_for_logged_state(board: &Emulator, state: StateName) -> Result<(), Failed> {
+    let end = Instant::now() + PATIENCE;
+    while last_state(board.log().iter().rev()) != format!("{state:?}") {
+        if Instant::now() >= end {
+            return Err(format!("{state:?} is not in the log, which ends with {:?}", board.log().last()).into());
+        }
+        thread::sleep(Duration::from_millis(20));
+    }
+    Ok(())
+}
+
 /// The state that the board logged last before it started for the last time.
 fn last_state_before_the_reset(log: &[String]) -> String {
-    let lines = log.iter().rev().skip_while(|line| !line.contains("board: started"));
-    let mut states = lines.skip(1).take_while(|line| !line.contains("board: started"));
-    let state = states.find_map(|line| line.split_once(" to: ")?.1.split_once(',').map(|(state, _)| state.to_owned()));
+    last_state(log.iter().rev().skip_while(|line| !line.contains("board: started")).skip(1))
+}
+
+/// The state that was logged last since the board started; these lines begin with the latest.
+fn last_state<'a>(lines: impl Iterator<Item = &'a String>) -> String {
+    let mut lines = lines.take_while(|line| !line.contains("board: started"));
+    let state = lines.find_map(|line| line.split_once(" to: ")?.1.split_once(',').map(|(state, _)| state.to_owned()));
     state.unwrap_or_else(|| "Idle".to_owned())
 }
 

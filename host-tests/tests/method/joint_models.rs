@@ -223,7 +223,7 @@ impl Scene {
     }
 
     fn model(&self, at: &PoseAt<'_, f64>) -> Model<'_, f64> {
-        let features = self.joint.features(at);
+        let features = self.joint.features(at.rotation);
         Model { machine: &self.machine, estimate: &self.estimate, joint: &self.joint, features }
     }
 }

@@ -81,7 +81,6 @@ fn covariance_solution_and_whitening_are_those_of_the_dense_inverse() {
         for j in 0..unknowns {
             let column = equations.covariance_column(j, 0);
             assert!((0..unknowns).all(|i| (column[i] - inverse[(i, j)]).abs() < close), "{column:?}: {inverse}");
-            assert!((equations.variance(j) - inverse[(j, j)]).abs() < close, "{}", equations.variance(j));
         }
         // L⁻¹ a and L⁻¹ b have the product aᵀ (JᵀJ)⁻¹ b.
         let vectors: [[f64; 9]; 2] = std::array::from_fn(|_| {
@@ -132,18 +131,19 @@ fn the_end_of_the_factor_has_the_unknowns_before_it_eliminated() {
 }
 
 #[test]
-fn rows_a_few_at_a_time_give_the_same_factor() {
+fn entries_a_few_at_a_time_give_the_same_factor() {
     let mut rng = rng(5509);
-    for rows in 1..9 {
+    for products in 1..200 {
         let mut whole = Problem::new(&mut rng, 9).equations;
         let mut sliced = whole;
         assert!(sliced.is_unfactored() && !sliced.is_factored());
         let mut calls = 0;
         while !sliced.is_factored() {
-            sliced.factor_rows(rows).expect("a regular problem");
+            sliced.factor_some(products).expect("a regular problem");
             calls += 1;
         }
-        assert_eq!(calls, 9_usize.div_ceil(rows));
+        // Nine rows, the last of eight entries and a diagonal, each entry worth at most 18 products.
+        assert!(calls <= 45 && calls >= 45_usize.div_ceil(products), "{calls} calls of {products} products");
         whole.factor().expect("a regular problem");
         assert_eq!(whole, sliced);
     }

@@ -189,7 +189,7 @@ impl<T: Real> Sum<T> {
         let weight = T::one() / ball.machine.relative_variance(pose.samples);
         self.centre.add(&rotation, &information, weight);
         fit.equations.add_squares(information.squares_mm2() * weight);
-        fit.scratch.put_pose(&at, &information, None, weight);
+        fit.scratch.put_pose(&at, &information, weight);
     }
 }
 

@@ -161,7 +161,7 @@ impl<T: Real> Fit<T> {
         reinitialise_above: T,
     ) -> bool {
         if let Some(in_work) = self.scratch.pose() {
-            let features = in_work.features();
+            let features = in_work.features(&self.joint);
             let model = Model { machine, estimate: &self.estimate, joint: &self.joint, features };
             in_work.advance(&model, &mut self.equations);
             return true;
@@ -171,6 +171,10 @@ impl<T: Real> Fit<T> {
             pass.centre.move_to(&mut self.equations);
             return false;
         };
+        if self.parameters() > 0 && !self.scratch.has_room() {
+            self.scratch.make_room(pose.lengths());
+            return true;
+        }
         if let Search::No = pass.search
             && pose.chi_square > reinitialise_above
             && pose.state > PoseState::Broken
@@ -194,7 +198,7 @@ impl<T: Real> Fit<T> {
     /// The next columns of the pose in work by the fit's own model, which is to go no further; true when all are known.
     pub fn add_columns(&mut self, machine: &Machine<T>) -> bool {
         self.scratch.pose().is_none_or(|in_work| {
-            let features = in_work.features();
+            let features = in_work.features(&self.joint);
             in_work.add_columns(&Model { machine, estimate: &self.estimate, joint: &self.joint, features })
         })
     }
@@ -261,7 +265,7 @@ impl<T: Real> Fit<T> {
             self.equations.add_squares(information.squares_mm2() * weight);
             if self.parameters() > 0 {
                 let at = PoseAt { rotation: &rotation, lengths: &lengths, jacobian: &jacobian };
-                self.scratch.put_pose(&at, information, self.joint.features(&at), weight);
+                self.scratch.put_pose(&at, information, weight);
             }
         }
     }

@@ -8,7 +8,8 @@
 use super::Next;
 use super::fit::Fit;
 use super::result::Accepted;
-use super::seen::SeenPose;
+use super::scratch::Scratch;
+use super::seen_pose::SeenPose;
 use crate::identification::joint::{Joint, persistence};
 use crate::identification::machine::Machine;
 use crate::identification::parameters::MAX_UNKNOWNS;
@@ -76,7 +77,9 @@ pub(super) struct Inspect<T: Real> {
 enum Step<T> {
     /// The next one is to be looked at.
     See,
-    /// The columns of its equations.
+    /// Its equations go to work.
+    Begin,
+    /// Their columns.
     Columns,
     /// What its equations share with the other unknowns is whitened.
     Shared,
@@ -111,10 +114,15 @@ impl<T: Real> Inspect<T> {
                 let Some(index) = self.next.checked_sub(1) else { return Some(self.judge(fit)) };
                 self.next = index;
                 let pose = poses.get(index).filter(|pose| pose.is_used())?;
-                let seen = fit.seen(machine, pose)?;
+                fit.see(machine, pose)?;
                 self.seen += 1;
-                self.add(&seen);
-                fit.put_to_work(&seen);
+                Step::Begin
+            }
+            Step::Begin => {
+                if let Scratch::Seen(seen) = &fit.scratch {
+                    self.add(seen);
+                }
+                fit.put_to_work();
                 Step::Columns
             }
             Step::Columns if !fit.add_columns(machine) => Step::Columns,

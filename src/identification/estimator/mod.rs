@@ -56,6 +56,7 @@ mod refine;
 mod result;
 mod scratch;
 mod seen;
+mod seen_pose;
 mod stage;
 mod verify;
 

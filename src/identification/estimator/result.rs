@@ -17,6 +17,8 @@ use nalgebra::{Matrix3, Matrix6, Vector3};
 
 /// Columns of the covariance of O and C a slice.
 const COLUMNS_A_SLICE: usize = 2;
+/// Offsets whose standard deviations are worked out together.
+const OFFSETS_AT_ONCE: usize = 3;
 
 /// What is accepted.
 #[derive(Clone, Copy, Debug)]
@@ -42,6 +44,7 @@ pub(super) struct Acceptance<T> {
     /// For a noise of 1 mm; so many of them are known.
     offset_sigmas: [T; CABLES],
     offsets: usize,
+    has_begun_offsets: bool,
     /// What the platform's shape adds to the covariance, for a noise of 1 mm; so many of its parameters are included.
     of_shape: ShapeShare<T>,
     in_shape: usize,
@@ -61,6 +64,7 @@ impl<T: Real> Acceptance<T> {
             noise_mm: None,
             offset_sigmas: [T::zero(); CABLES],
             offsets: 0,
+            has_begun_offsets: false,
             of_shape: ShapeShare::none(),
             in_shape: 0,
             has_begun_shape: false,
@@ -86,10 +90,7 @@ impl<T: Real> Acceptance<T> {
         if let Some(first) = machine.first_offset()
             && self.offsets < CABLES
         {
-            if let Some(sigma) = self.offset_sigmas.get_mut(self.offsets) {
-                *sigma = non_negative_root(fit.equations.variance(first + self.offsets));
-            }
-            self.offsets += 1;
+            self.add_offset_sigmas(fit, first + self.offsets);
             return None;
         }
         let Some((noise_mm, sigma_noise_mm)) = self.noise_mm else {
@@ -133,6 +134,27 @@ impl<T: Real> Acceptance<T> {
         // Without candidates the stage is left at once.
         let candidates = check.unwrap_or(Candidates { next: 0, last: 0 });
         Some(Ok((candidates, worst_direction_of_point(&block::<T, 0, 0>(&self.covariance)).0)))
+    }
+
+    /// Whitens three unit vectors at a time, of the offsets from unknown `first` on: their lengths are the standard deviations.
+    fn add_offset_sigmas(&mut self, fit: &mut Fit<T>, first: usize) {
+        if !self.has_begun_offsets {
+            let mut units = [[T::zero(); MAX_UNKNOWNS]; OFFSETS_AT_ONCE];
+            for (index, unit) in units.iter_mut().enumerate() {
+                if let Some(entry) = unit.get_mut(first + index) {
+                    *entry = T::one();
+                }
+            }
+            fit.scratch.put_rows(&units);
+            self.has_begun_offsets = true;
+        } else if fit.whiten() {
+            let sigmas = self.offset_sigmas.iter_mut().skip(self.offsets);
+            for (index, sigma) in sigmas.enumerate().take(OFFSETS_AT_ONCE) {
+                *sigma = non_negative_root(fit.product_of_rows(fit.scratch.rows(), index, index));
+            }
+            self.offsets += OFFSETS_AT_ONCE;
+            self.has_begun_offsets = false;
+        }
     }
 
     /// The gate of accuracy of a ball joint.

@@ -1,14 +1,18 @@
 //! Memory for one thing at a time: 1 KB more would be needed if each had its own.
 
-use crate::identification::joint::Features;
+use super::seen_pose::SeenPose;
 use crate::identification::marginal_information::MarginalInformation;
 use crate::identification::parameters::{Equations, MAX_UNKNOWNS, PoseAt, Rows};
 use crate::identification::pose_in_work::PoseInWork;
+use crate::kinematics::CableLengths;
 use crate::linear_algebra::normal_equations::leading_zeros;
 use crate::scalar::Real;
 
 /// Multiplications of a slice with the factor: about 8 000 cycles of a Cortex-M4F.
 pub(super) const PRODUCTS_A_SLICE: usize = 700;
+
+/// A row takes the time of so many products beside its own.
+const ROW_IN_PRODUCTS: usize = 10;
 
 /// What a stage works on between two slices.
 // Both are large.
@@ -17,6 +21,8 @@ pub(super) const PRODUCTS_A_SLICE: usize = 700;
 pub enum Scratch<T> {
     /// Nothing.
     Free,
+    /// What a pose says of the centre, before its equations go to work.
+    Seen(SeenPose<T>),
     /// A pose on its way into the normal equations, when there are parameters beside the centre; or one that is in.
     Pose(PoseInWork<T>),
     /// Linear functions of the unknowns, which are whitened.
@@ -47,19 +53,25 @@ pub struct RightInWork<T> {
 }
 
 impl<T: Real> Scratch<T> {
-    /// Takes up a pose in place of what was there. After another pose it is built where it stays: 1 KB to be moved otherwise, a
-    /// tenth of the time with unknown encoder offsets.
-    pub fn put_pose(
-        &mut self,
-        at: &PoseAt<'_, T>,
-        pose: &MarginalInformation<T>,
-        features: Option<Features<T>>,
-        weight: T,
-    ) {
-        match self {
-            Self::Pose(in_work) => in_work.begin(at, pose, features, weight),
-            _ => *self = Self::Pose(PoseInWork::new(at, pose, features, weight)),
+    /// Takes up a pose in place of what was there, where it stays: 1 KB to be moved otherwise, a tenth of the time with unknown
+    /// encoder offsets.
+    pub fn put_pose(&mut self, at: &PoseAt<'_, T>, pose: &MarginalInformation<T>, weight: T) {
+        if !self.has_room() {
+            self.make_room(at.lengths);
         }
+        if let Self::Pose(in_work) = self {
+            in_work.begin(at, pose, weight);
+        }
+    }
+
+    /// There is room for a pose.
+    pub fn has_room(&self) -> bool {
+        matches!(self, Self::Pose(_))
+    }
+
+    /// Makes room for a pose in place of what was there.
+    pub fn make_room(&mut self, lengths: &CableLengths<T>) {
+        *self = Self::Pose(PoseInWork::not_begun(lengths));
     }
 
     /// A pose is on its way.
@@ -140,11 +152,11 @@ impl<T: Real> Scratch<T> {
 }
 
 /// The end of the rows from `next` on that a slice has the time for; a row has as many products as there are unknowns from `from` on
-/// before it.
+/// before it, and takes the time of some more.
 fn rows_for(next: usize, from: usize, end: usize) -> usize {
     let (mut last, mut products) = (next, 0);
     while last < end && (last == next || products + last - from <= PRODUCTS_A_SLICE) {
-        products += last - from;
+        products += last - from + ROW_IN_PRODUCTS;
         last += 1;
     }
     last
@@ -154,7 +166,7 @@ fn rows_for(next: usize, from: usize, end: usize) -> usize {
 fn first_row_for(next: usize, from: usize) -> usize {
     let (mut first, mut products) = (next, 0);
     while first > from && (first == next || products + first - 1 - from <= PRODUCTS_A_SLICE) {
-        products += first - 1 - from;
+        products += first - 1 - from + ROW_IN_PRODUCTS;
         first -= 1;
     }
     first
@@ -196,8 +208,8 @@ mod tests {
         let mut whole = rows;
         whole.iter_mut().for_each(|row| equations.whiten(row));
         assert_eq!(scratch.rows(), whole);
-        // 1 128 products a row, 378 in the second.
-        assert_eq!(slices, 5);
+        // Rows of 1 128 products and 48 entries, but for the second: of 378 and 28.
+        assert_eq!(slices, 3 + 1 + 3);
     }
 
     #[test]

@@ -3,7 +3,7 @@
 
 use super::Estimator;
 use super::fit::Fit;
-use super::seen::SeenPose;
+use super::seen_pose::SeenPose;
 use crate::identification::joint::Joint;
 use crate::identification::machine::Machine;
 use crate::identification::marginal_information::MarginalInformation;
@@ -41,7 +41,9 @@ enum Step<T: Real> {
     Search { before: UnitQuaternion<T>, search: AttitudeSearch<T> },
     /// It is there: what does it say of the centre?
     See(UnitQuaternion<T>),
-    /// The columns of its equations.
+    /// Its equations go to work.
+    Begin(Evidence<T>),
+    /// Their columns.
     Columns(Evidence<T>),
     /// Their covariance: they are whitened.
     Whiten(Evidence<T>),
@@ -107,9 +109,12 @@ impl<T: Real> Estimator<T> {
             Step::See(attitude) => {
                 let mut placed = *pose;
                 placed.set_attitude(attitude);
-                let Some(seen) = fit.seen(machine, &placed) else { return Some(None) };
-                fit.put_to_work(&seen);
-                Step::Columns(Evidence::of(&seen))
+                let Some(seen) = fit.see(machine, &placed) else { return Some(None) };
+                Step::Begin(Evidence::of(seen))
+            }
+            Step::Begin(evidence) => {
+                fit.put_to_work();
+                Step::Columns(evidence)
             }
             Step::Columns(evidence) => {
                 if fit.add_columns(machine) {

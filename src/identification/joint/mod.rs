@@ -15,7 +15,7 @@ pub use scatter::Scatter;
 pub use shown_motion::{MOTION_PARTS, ShownMotion};
 
 use super::marginal_information::MarginalInformation;
-use super::parameters::{Column, Equations, PoseAt};
+use super::parameters::{Column, Equations};
 use crate::kinematics::rotation::{rotation_of, turned};
 use crate::kinematics::{AttitudeSolver, CableLengths, CableSet, Geometry, JointCentre, LengthJacobian};
 use crate::scalar::Real;
@@ -139,10 +139,10 @@ impl<T: Real> Joint<T> {
     }
 
     /// Features of a pose's rotation; `None` for a ball.
-    pub fn features(&self, pose: &PoseAt<'_, T>) -> Option<Features<T>> {
+    pub fn features(&self, rotation: &Matrix3<T>) -> Option<Features<T>> {
         match self {
             Self::Ball | Self::Held(_) => None,
-            Self::Moving(moving) => Some(moving.frame.features(pose.rotation)),
+            Self::Moving(moving) => Some(moving.frame.features(rotation)),
         }
     }
 

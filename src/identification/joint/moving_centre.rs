@@ -112,7 +112,8 @@ impl<T: Real> MovingCentre<T> {
     pub fn add_prior(&self, equations: &mut Equations<T>, first: usize, variance_mm2: T) {
         let column = FEATURES - TORSION_AND_TREFOILS.len();
         for ((column, gain), sigma) in self.gains.iter().enumerate().skip(column).zip(TORSION_AND_TREFOILS) {
-            let weight = variance_mm2 * T::of(1.0 / (sigma * sigma));
+            let sigma = T::of(sigma);
+            let weight = variance_mm2 / (sigma * sigma);
             for (unknown, gain) in (first + 3 * column..).zip(gain) {
                 equations.add_to_entry(unknown, unknown, weight);
                 equations.add_to_gradient(unknown, -*gain * weight);

@@ -26,8 +26,8 @@ const RAM_BYTES: u64 = 96 * 1024;
 const VERIFICATION_POSES: u8 = 3;
 /// The core-coupled memory of the STM32G474RE (as above).
 const CCM_BYTES: u64 = 32 * 1024;
-/// The lines are in the log before the session ends.
-const LOG_LIMIT: Duration = Duration::from_secs(5);
+/// The board writes its log when it has nothing else to do; on a busy host it may stand still for seconds.
+const LOG_LIMIT: Duration = Duration::from_secs(60);
 
 /// Build both firmware images and print their flash and static RAM by section, which must keep within their limits;
 /// check the drive board's own (entry, vectors, memory, sizes) and both images' code in the core-coupled memory (`ccm.x`); then

@@ -31,21 +31,10 @@ pub const ERROR_LIMIT_OF_ELBOW_NM: u64 = 1_000_000;
 /// main loop with them waits so long, 59 µs at 170 MHz.
 pub const EVENT_LIMIT_CYCLES: u64 = 10_000;
 
-/// What is not that short yet. A tick: a pose is captured, a set of telemetry formed and a report begun in the same one. The
-/// slices: a pass ends and the next stage is copied to its place; a result is written with a moving centre.
-const LONGER: [(&str, u64); 5] = [
-    ("device-tick", 25_000),
-    ("device-sample", 10_500),
-    ("start-free-slice", 15_500),
-    ("start-free-machine-slice", 15_500),
-    ("shoulder-machine-slice", 17_500),
-];
-
 /// The limit of the longest piece of a path, if it has one beside the growth.
 fn piece_limit(path: &str) -> Option<u64> {
-    let longer = LONGER.iter().find(|(longer, _)| *longer == path).map(|(_, limit)| *limit);
     let is_piece = path.ends_with("-slice") || path.starts_with("device-");
-    is_piece.then_some(longer.unwrap_or(EVENT_LIMIT_CYCLES))
+    is_piece.then_some(EVENT_LIMIT_CYCLES)
 }
 
 /// The limit for a path by its name in the speed image.
