@@ -60,7 +60,9 @@ pub fn markdown(record: &Record, toolchain: &str) -> String {
             let Some(sum) = value(path, precision, "instructions") else { continue };
             // Of what is counted pose by pose, the longest.
             let worst = value(path, precision, "worst-instructions");
-            let steps = value(path, precision, "steps").filter(|_| worst.is_none());
+            // An elbow is another problem than the hundred poses.
+            let is_comparable = worst.is_none() && !path.starts_with("elbow");
+            let steps = value(path, precision, "steps").filter(|_| is_comparable);
             let each = steps.map(|steps| sum / (steps.max(1) * POSES));
             let ratio = value(LITERAL, precision, "instructions")
                 .filter(|_| steps.is_some())
