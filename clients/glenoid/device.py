@@ -10,7 +10,9 @@ from types import TracebackType
 from typing import Any
 
 import can
+import serial
 
+from . import lines
 from .moved_bus import MovedBus
 from .vocabulary import FIRST_ID, PROTOCOL, Message, decode, encode_command
 
@@ -18,7 +20,11 @@ from .vocabulary import FIRST_ID, PROTOCOL, Message, decode, encode_command
 SILENCE_S = 2.0
 #: Longest wait for an answer before the command is sent again, s, and how often it is sent: an emulated board on a busy machine
 #: stands still for seconds.
-ANSWER_S, TRIES = 0.4, 30
+ANSWER_S, TRIES = 0.4, 75
+
+
+if lines.__name__ not in serial.protocol_handler_packages:
+    serial.protocol_handler_packages.append(lines.__name__)
 
 
 class DeviceError(Exception):
@@ -45,12 +51,15 @@ def open_device(
     `interface` and `channel` are python-can's: "socketcan" and "can0", "slcan" and "/dev/ttyACM0" or
     "socket://127.0.0.1:5601", "pcan" and "PCAN_USBBUS1".
     """
+    line = channel
     if interface == "slcan":
         options.setdefault("sleep_after_open", 0)
+        if channel.startswith("socket://"):
+            line = f"quick{channel}"
     if base_id % 64 or not 0 <= base_id <= 0x7C0:
         raise DeviceError(f"{base_id:#x} is no base identifier: a multiple of 64 up to 0x7c0 is")
     try:
-        bus = can.Bus(interface=interface, channel=channel, bitrate=bitrate, **options)
+        bus = can.Bus(interface=interface, channel=line, bitrate=bitrate, **options)
     except Exception as error:  # each interface of python-can has errors of its own
         raise DeviceError(f"cannot open {interface} {channel}: {error}. {_hint(interface, channel)}") from error
     moved = bus if base_id == FIRST_ID else MovedBus(bus, base_id)

@@ -137,7 +137,7 @@ async function parameters(page) {
   for (let inUse = ""; inUse !== "200"; ) {
     await press(page, "Parameters …");
     await page.waitForFunction(() => document.querySelector("#parameters-said").textContent === "");
-    inUse = await dialog.locator("tr", { has: dialog.getByLabel("hold_time ms") }).locator("td").first().textContent();
+    inUse = await dialog.locator("tr", { has: page.getByLabel("hold_time ms") }).locator("td").first().textContent();
     await dialog.getByRole("button", { name: "Close" }).click();
     await page.waitForTimeout(500);
   }
