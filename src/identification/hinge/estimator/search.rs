@@ -111,7 +111,7 @@ impl<T: Real> Search<T> {
         self.step = step;
     }
 
-    fn from_the_first(&mut self, step: Step) {
+    fn begin_at_the_first(&mut self, step: Step) {
         (self.index, self.step) = (0, step);
     }
 
@@ -126,7 +126,7 @@ impl<T: Real> Search<T> {
         self.mean_length_mm = mean_length(poses, work.fit.machine.cables());
         // Fewer cables follow the drawing.
         let has_all_cables = work.fit.machine.cables() >= MAX_CABLES;
-        self.from_the_first(if has_all_cables { Step::SetOut } else { Step::GoOn });
+        self.begin_at_the_first(if has_all_cables { Step::SetOut } else { Step::GoOn });
     }
 
     /// The first steps from the next start.
@@ -135,7 +135,7 @@ impl<T: Real> Search<T> {
         let hinge = match work.candidates.first().filter(|_| self.beside) {
             Some(best) if index < STARTS_BESIDE => beside(machine, mean, &best.hinge, index),
             None if index < STARTS => start(machine, mean, index),
-            _ => return self.from_the_first(Step::GoOn),
+            _ => return self.begin_at_the_first(Step::GoOn),
         };
         work.fit.hinge = hinge;
         work.minimise(FIRST_TRIALS, true);
@@ -148,7 +148,7 @@ impl<T: Real> Search<T> {
         if work.fit.machine.cables() >= MAX_CABLES && !self.beside && !work.candidates.is_empty() {
             work.starts.clear();
             self.beside = true;
-            self.from_the_first(Step::SetOut);
+            self.begin_at_the_first(Step::SetOut);
             return false;
         }
         if work.fit.machine.constants().is_empty() {
@@ -161,7 +161,7 @@ impl<T: Real> Search<T> {
             let _ = work.starts.push((candidate.hinge, candidate.squares_mm2));
         }
         work.candidates.clear();
-        self.from_the_first(Step::Refine);
+        self.begin_at_the_first(Step::Refine);
         false
     }
 }
