@@ -33,7 +33,7 @@ pub enum LinesError {
     Rig(io::Error),
     /// The CAN line broke, or the adapter did not answer the opening.
     Can(ClientError),
-    /// So many lines were not answered for [`LIMIT`].
+    /// So many lines were not answered for the limit.
     Unanswered(u64),
 }
 

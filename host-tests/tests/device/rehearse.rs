@@ -353,7 +353,7 @@ fn counts_that_pause_before_a_command_are_waited_for() {
         }
         fn send(&mut self, frame: &Frame) -> Result<(), BenchError> {
             self.sent += 1;
-            if self.sent % 2 == 0 {
+            if self.sent.is_multiple_of(2) {
                 self.heard.extend(self.inner.pass(2_000)?);
             }
             self.inner.send(frame)

@@ -98,15 +98,9 @@ fn run_elbow<T: Number>(bench: &mut Bench<T>) -> bool {
     let truth = bench.problem.truth;
     let state = size_of::<HingeEstimator<T>>();
     let mut sound = print::<T>("elbow", measure::whole(bench, state, &truth, elbow::exact, elbow::identify));
-    let begins: [(_, fn(&mut Bench<T>) -> Option<()>); 3] = [
-        ("elbow-slice", elbow::exact),
-        ("elbow-outliers-slice", elbow::outliers),
-        ("elbow-machine-slice", elbow::machine),
-    ];
-    for (slice, begin) in begins {
-        sound &= print::<T>(slice, measure::pieces(bench, state, begin, elbow::slice));
-    }
-    sound
+    sound &= print::<T>("elbow-slice", measure::pieces(bench, state, elbow::exact, elbow::slice));
+    sound &= print::<T>("elbow-outliers-slice", measure::pieces(bench, state, elbow::outliers, elbow::slice));
+    sound & print::<T>("elbow-machine-slice", measure::pieces(bench, state, elbow::machine, elbow::slice))
 }
 
 /// Measures every path that the image holds and prints each as soon as it is through. False when one failed.
