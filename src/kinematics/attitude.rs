@@ -98,13 +98,15 @@ impl<T: Real> AttitudeSearch<T> {
         Self { next_mode: 0, under_way: None, best: None }
     }
 
-    /// Goes on with the next mode, a few Gauss-Newton steps at most; true when the last mode is through. The lengths are
-    /// those of the first call.
+    /// Goes on with the next mode: its start, then a few Gauss-Newton steps a call; true when the last mode is through. The
+    /// lengths are those of the first call.
     // Not inlined: the second copy is 3 KB of flash (`cargo footprint --sections`).
     #[inline(never)]
     pub fn advance(&mut self, solver: &AttitudeSolver<'_, T>, lengths: &CableLengths<T>, cables: CableSet) -> bool {
-        let start = || AttitudeTrack::new(solver.start_in(self.next_mode, lengths, cables));
-        let mut track = self.under_way.take().unwrap_or_else(start);
+        let Some(mut track) = self.under_way.take() else {
+            self.under_way = Some(AttitudeTrack::new(solver.start_in(self.next_mode, lengths, cables)));
+            return false;
+        };
         match track.advance(solver, lengths, cables) {
             None => {
                 self.under_way = Some(track);

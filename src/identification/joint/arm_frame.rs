@@ -90,7 +90,22 @@ impl<T: Real> ArmFrame<T> {
     /// φ = (d - h, x² - y², 2 x y, τ, x³ - 3 x y², 3 x² y - y³): x, y the arm's direction across h, τ its twist about h from the
     /// mean rotation.
     pub fn features(&self, rotation: &Matrix3<T>) -> Features<T> {
-        let Arm { direction, tilt: [x, y], vector, scalar } = self.arm(rotation);
+        self.features_of(&self.arm(rotation))
+    }
+
+    /// ∂φ/∂ω for a small rotation ω of the pose, axes of {B}: one row a feature.
+    pub fn gradients(&self, rotation: &Matrix3<T>) -> [Vector3<T>; FEATURES] {
+        self.gradients_of(&self.arm(rotation))
+    }
+
+    /// Both.
+    pub fn features_and_gradients(&self, rotation: &Matrix3<T>) -> (Features<T>, [Vector3<T>; FEATURES]) {
+        let arm = self.arm(rotation);
+        (self.features_of(&arm), self.gradients_of(&arm))
+    }
+
+    fn features_of(&self, arm: &Arm<T>) -> Features<T> {
+        let Arm { direction, tilt: [x, y], vector, scalar } = *arm;
         let d = direction - self.home;
         let two = T::of(2.0);
         let torsion = vector.dot(&self.home).atan2(scalar) * two;
@@ -99,9 +114,8 @@ impl<T: Real> ArmFrame<T> {
         [d.x, d.y, d.z, quadratic, mixed, torsion, trefoil[0], trefoil[1]]
     }
 
-    /// ∂φ/∂ω for a small rotation ω of the pose, axes of {B}: one row a feature.
-    pub fn gradients(&self, rotation: &Matrix3<T>) -> [Vector3<T>; FEATURES] {
-        let Arm { direction, tilt: [x, y], vector, scalar } = self.arm(rotation);
+    fn gradients_of(&self, arm: &Arm<T>) -> [Vector3<T>; FEATURES] {
+        let Arm { direction, tilt: [x, y], vector, scalar } = *arm;
         let two = T::of(2.0);
         let [dx, dy] = self.across.map(|axis| direction.cross(&axis));
         // Of the quaternion (w, v) of R R̄ᵀ: δw = -ω·v / 2, δ(v·h) = ω·(w h + v × h) / 2.

@@ -71,8 +71,10 @@ impl<T: Real> Joint<T> {
         lengths: &CableLengths<T>,
     ) -> LengthJacobian<T> {
         let Self::Moving(moving) = self else { return LengthJacobian::new(geometry, centre, rotation, lengths) };
-        let mut jacobian = LengthJacobian::new(geometry, &self.centre_at(centre, rotation), rotation, lengths);
-        jacobian.include_motion(&moving.turning(rotation));
+        let (displacement_mm, turning) = moving.displacement_mm_and_turning(rotation);
+        let there = JointCentre { in_base_mm: centre.in_base_mm + displacement_mm, ..*centre };
+        let mut jacobian = LengthJacobian::new(geometry, &there, rotation, lengths);
+        jacobian.include_motion(&turning);
         jacobian
     }
 

@@ -4,7 +4,7 @@
 //! mm/rad. It is fixed by a prior on T = tr(A)/3 of the direction's part of A, and by a prior on C from poses in which
 //! the shoulder blade was held.
 
-use super::arm_frame::{ArmFrame, FEATURES, SHOWN_FEATURES};
+use super::arm_frame::{ArmFrame, FEATURES, Features, SHOWN_FEATURES};
 use super::scatter::Scatter;
 use crate::identification::parameters::Equations;
 use crate::linear_algebra::non_negative_root;
@@ -79,13 +79,25 @@ impl<T: Real> MovingCentre<T> {
 
     /// A φ(R): displacement of the centre from O0 at a rotation ({P} to {B}), mm.
     pub fn displacement_mm(&self, rotation: &Matrix3<T>) -> Vector3<T> {
-        let features = self.frame.features(rotation);
-        self.gains.iter().zip(features).fold(Vector3::zeros(), |sum, (gain, feature)| sum + gain * feature)
+        self.displacement_of(&self.frame.features(rotation))
+    }
+
+    fn displacement_of(&self, features: &Features<T>) -> Vector3<T> {
+        self.gains.iter().zip(features).fold(Vector3::zeros(), |sum, (gain, feature)| sum + gain * *feature)
     }
 
     /// A ∂φ/∂ω, mm/rad.
     pub fn turning(&self, rotation: &Matrix3<T>) -> Matrix3<T> {
-        let gradients = self.frame.gradients(rotation);
+        self.turning_of(&self.frame.gradients(rotation))
+    }
+
+    /// Both.
+    pub fn displacement_mm_and_turning(&self, rotation: &Matrix3<T>) -> (Vector3<T>, Matrix3<T>) {
+        let (features, gradients) = self.frame.features_and_gradients(rotation);
+        (self.displacement_of(&features), self.turning_of(&gradients))
+    }
+
+    fn turning_of(&self, gradients: &[Vector3<T>; FEATURES]) -> Matrix3<T> {
         self.gains.iter().zip(gradients).fold(Matrix3::zeros(), |sum, (gain, row)| sum + gain * row.transpose())
     }
 

@@ -16,6 +16,7 @@ pub mod agreement;
 pub mod emulation;
 pub mod figures;
 pub mod flash;
+pub mod pipeline;
 pub mod profile;
 pub mod record;
 pub mod run;

@@ -1,6 +1,7 @@
 //! What an instruction costs on a Cortex-M4F: ARM DDI 0439, "Cortex-M4 Technical Reference Manual", tables 3-1 and 7-1.
 //!
-//! An estimate: no wait states of the memory, no stalls where a result is used at once, a branch as if always taken.
+//! An estimate: no wait states of the memory, a branch as if always taken. What an instruction owes to the one before it
+//! comes on top ([`pipeline`](super::pipeline)).
 //! Never checked on silicon; expect it to be right within 20 %.
 
 /// The pipeline is filled anew after a branch: one to three cycles, two on average.

@@ -8,7 +8,7 @@ use std::collections::HashMap;
 use std::path::Path as FilePath;
 
 use super::emulation::{self, RunError};
-use super::timing;
+use super::{pipeline, timing};
 use firmware_image::elf::Elf;
 
 /// Log what is translated and what is executed, every block.
@@ -156,7 +156,8 @@ impl Reader {
 
     fn execute(&mut self, translation: u64, address: u64) {
         if !self.translated.is_empty() {
-            let instructions = std::mem::take(&mut self.translated);
+            let mut instructions = std::mem::take(&mut self.translated);
+            pipeline::adjust(&mut instructions);
             let cycles = instructions.iter().map(|one| one.cycles).sum();
             self.trace.blocks.push(Block { instructions, cycles });
             self.known.insert(translation, self.trace.blocks.len() - 1);
