@@ -3,7 +3,7 @@
 //!
 //! Within a block only: a branch fills the pipeline anew.
 
-use super::trace::Instruction;
+use super::timing::Instruction;
 
 /// Data-processing instructions of the floating-point unit, whose result is ready one cycle late.
 const ARITHMETIC: [&str; 14] = [
@@ -93,8 +93,8 @@ fn registers(operands: &str) -> impl Iterator<Item = &str> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::timing;
     use super::*;
+    use crate::cycles::timing;
 
     fn cycles(block: &[(&str, &str)]) -> u64 {
         let read = |(mnemonic, operands): &(&str, &str)| Instruction {

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use addr2line::Loader;
 
-use super::trace::Instruction;
+use super::timing::Instruction;
 
 /// Instructions and estimated cycles spent in one place.
 #[derive(Debug, Clone, PartialEq, Eq)]

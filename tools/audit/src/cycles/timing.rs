@@ -4,6 +4,19 @@
 //! comes on top ([`pipeline`](super::pipeline)).
 //! Never checked on silicon; expect it to be right within 20 %.
 
+/// An instruction as the emulator disassembles it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Instruction {
+    /// Where it stands.
+    pub address: u64,
+    /// Its mnemonic with the type behind a point.
+    pub mnemonic: String,
+    /// Its operands.
+    pub operands: String,
+    /// Its estimated cycles.
+    pub cycles: u64,
+}
+
 /// The pipeline is filled anew after a branch: one to three cycles, two on average.
 const REFILL: u64 = 2;
 

@@ -8,7 +8,8 @@ use std::collections::HashMap;
 use std::path::Path as FilePath;
 
 use super::emulation::{self, RunError};
-use super::{pipeline, timing};
+use super::pipeline;
+use super::timing::{self, Instruction};
 use firmware_image::elf::Elf;
 
 /// Log what is translated and what is executed, every block.
@@ -18,19 +19,6 @@ const LOG: [&str; 2] = ["-d", "in_asm,exec,nochain"];
 const MARKS: [&str; 2] = ["count_begins", "count_ends"];
 /// Its marks of a kind of event, before a count; an image without the device has none.
 const KINDS: [&str; 3] = ["kind_tick", "kind_sample", "kind_frame"];
-
-/// An instruction as the emulator disassembles it.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Instruction {
-    /// Where it stands.
-    pub address: u64,
-    /// Its mnemonic with the type behind a point.
-    pub mnemonic: String,
-    /// Its operands.
-    pub operands: String,
-    /// Its estimated cycles.
-    pub cycles: u64,
-}
 
 /// A block that the emulator executes as a whole.
 #[derive(Debug, Default)]
