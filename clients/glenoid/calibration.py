@@ -256,7 +256,7 @@ class _Calibration:
                 if _centre(self.live) is not None:
                     break
             elif message.name == "Heartbeat" and not message["live"]:
-                # no centre is in use, so none will be told
+                # no centre is in use, so none will be reported
                 break
             elif message.name == "Outcome" and message["run_id"] == self.run_id and message["reason"] != "Fine":
                 return self.result(message["reason"], bool(message["live"]), int(message["poses"]))

@@ -254,12 +254,12 @@ async function recordings(page, lines) {
     input.dispatchEvent(new Event("input"));
     return Number(input.value);
   }, whole[9] + 0.1);
-  const [fewest, most] = [at - 0.001, at + 0.001].map((seconds) => whole.filter((time) => time <= seconds).length);
-  assert.ok(fewest > 0 && most < whole.length, `${most} of ${whole.length} poses after ${at} s`);
-  await page.waitForFunction(([fewest, most]) => {
+  const [least, most] = [at - 0.001, at + 0.001].map((seconds) => whole.filter((time) => time <= seconds).length);
+  assert.ok(least > 0 && most < whole.length, `${most} of ${whole.length} poses after ${at} s`);
+  await page.waitForFunction(([least, most]) => {
     const shown = window.glenoid.model.whole(false).length;
-    return fewest <= shown && shown <= most;
-  }, [fewest, most]);
+    return least <= shown && shown <= most;
+  }, [least, most]);
   await snap(page, "recording");
   await open("notes.txt", "milk, bread\n");
   await says(page, "This is no recording that can be read here.");

@@ -51,7 +51,7 @@ impl<const LEN: usize> Outgoing<LEN> {
         self.keep_pace(now_ms);
     }
 
-    /// The next set is due a period after this one was, however late this one is, unless it is later than the next.
+    /// A late set does not delay the next, unless it comes when that one is due already.
     fn keep_pace(&mut self, now_ms: u32) {
         let due_ms = self.due_ms.map(|before_ms| before_ms.wrapping_add(self.period_ms));
         self.due_ms = due_ms.filter(|due_ms| now_ms.wrapping_sub(*due_ms) < self.period_ms).or(Some(now_ms));

@@ -1,1 +1,1 @@
-"""Lines that pyserial opens by their URL: it looks for `protocol_NAME` here when told so (`serial.protocol_handler_packages`)."""
+"""Lines that pyserial opens by their URL: it looks for `protocol_NAME` here when asked to (`serial.protocol_handler_packages`)."""

@@ -68,7 +68,7 @@ pub fn live(scene: &mut Scene) -> Result<Vec<Parameter>, Failed> {
     // the report follows the answer, two frames a millisecond
     scene.hold(300)?;
     let is_live = scene.wait("heartbeat", |m| if let Message::Heartbeat(h) = m { Some(h.flags.live) } else { None })?;
-    let told = |scene: &Scene| -> Vec<Parameter> {
+    let heard = |scene: &Scene| -> Vec<Parameter> {
         let parameters = scene.heard.iter().filter_map(|message| match message {
             Message::LiveCentre(p) | Message::LiveRadius(p) => Some(*p),
             _ => None,
@@ -76,12 +76,12 @@ pub fn live(scene: &mut Scene) -> Result<Vec<Parameter>, Failed> {
         parameters.take(6).collect()
     };
     for _ in 0..PATIENCE.as_millis() / 100 {
-        if !is_live || told(scene).len() == 6 {
+        if !is_live || heard(scene).len() == 6 {
             break;
         }
         scene.hold(100)?;
     }
-    Ok(told(scene))
+    Ok(heard(scene))
 }
 
 /// Why the board started, and whether it told that it had to be restarted.

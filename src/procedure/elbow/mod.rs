@@ -120,8 +120,6 @@ impl State {
 
 impl ElbowProcedure {
     /// A procedure in the idle state, without a hinge.
-    // Inlined so that it is built where it stays.
-    #[inline(always)]
     pub fn new(rig: ElbowRig) -> Self {
         let limits = Limits::of_module(rig.drum(), rig.hinge().length_noise_mm());
         let encoders = EncoderLimits { cables: rig.cables(), ..limits.encoders() };
