@@ -1,7 +1,7 @@
 //! Small rotations of a unit quaternion, and quaternions of matrices, without the panics and calls of the general ones.
 
 use crate::scalar::Real;
-use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 /// `attitude` turned by the small rotation vector `turn` (rad, axes of {B}), to second order and normalised.
 #[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
@@ -70,9 +70,4 @@ pub fn scaled_axis<T: Real>(attitude: &UnitQuaternion<T>) -> Vector3<T> {
 fn normalised<T: Real>(q: Quaternion<T>) -> UnitQuaternion<T> {
     let scale = T::one() / q.norm_squared().root();
     UnitQuaternion::new_unchecked(q * scale)
-}
-
-/// A rotation matrix as nalgebra's rotation, unchecked.
-pub fn as_rotation<T: Real>(matrix: &Matrix3<T>) -> Rotation3<T> {
-    Rotation3::from_matrix_unchecked(*matrix)
 }
