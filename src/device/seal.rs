@@ -20,6 +20,7 @@ pub(super) fn seal_of_constants(rig: &Rig<f32>, limits: &Limits) -> u32 {
 }
 
 /// The checksum of a centre, and of what its record says of the board.
+#[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
 pub(super) fn seal(live: &Candidate, serial: u32, rig: u32) -> u32 {
     let Candidate { run_id, boot, wearer, identified, motion, verification } = live;
     let mut sum = Sum(0x811C_9DC5);
