@@ -3,8 +3,8 @@
 use super::client::ANSWER_LIMIT_MS;
 use super::session::Session;
 use super::transcript::SessionError;
-use glenoid::can::{Operation, ParameterRequest};
-use glenoid::parameters::{ParameterSet, TABLE};
+use glenoid::can::{BaseId, Operation, ParameterRequest};
+use glenoid::parameters::{Key, ParameterSet, TABLE};
 
 impl Session<'_> {
     /// Writes what differs from the defaults, has the board check and store it as a whole, and takes the board's supply
@@ -33,6 +33,7 @@ impl Session<'_> {
         }
         self.client.parameter(request(Operation::Save, 0, 0))?;
         self.client.restart()?;
+        self.client.base = BaseId::new(set.integer(Key::BaseId) as u16).unwrap_or(BaseId::DEFAULT);
         stage.done(&format!("{} parameters over CAN", changed.len()));
         Ok(changed.len())
     }

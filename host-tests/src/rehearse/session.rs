@@ -5,7 +5,7 @@ use super::client::{ANSWER_LIMIT_MS, Client, PERIOD_MS};
 use super::display::Display;
 use super::transcript::{Captured, SessionError, Transcript};
 use crate::wearer::{Pose, Wearer};
-use glenoid::can::Opcode;
+use glenoid::can::{BaseId, Opcode};
 use glenoid::can::command::BY_COMMAND_ONLY;
 use glenoid::can::message::PROTOCOL;
 use glenoid::can::report::{OutcomeReport, PoseReport};
@@ -40,6 +40,26 @@ impl<'a> Session<'a> {
         let at = wearer.home();
         let fastest_counts_per_ms = SPEED_SHARE * fastest_mm_per_s / 1000.0 / wearer.encoder().mm_per_count();
         Self { client: Client::new(bench, at.counts), wearer, display, at, fastest_counts_per_ms }
+    }
+
+    /// The same with the board at these identifiers.
+    #[must_use]
+    pub fn at(mut self, base: BaseId) -> Self {
+        self.client.base = base;
+        self
+    }
+
+    /// The same with the arm in this pose already.
+    #[must_use]
+    pub fn standing_in(mut self, pose: Pose) -> Self {
+        self.client.stand(pose.counts);
+        self.at = pose;
+        self
+    }
+
+    /// The pose in which the arm stands.
+    pub fn pose(&self) -> &Pose {
+        &self.at
     }
 
     /// Runs a whole calibration: `poses` to identify, `second` to verify, encoder zeros known to so many steps of

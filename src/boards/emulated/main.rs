@@ -11,6 +11,7 @@ compile_error!("this image is for the Cortex-M4F: use `cargo emulate`, or --targ
 
 mod clock;
 mod cmsdk;
+mod command_line;
 #[path = "../cortex_m/mod.rs"]
 mod cortex;
 mod device_entry;
@@ -113,7 +114,7 @@ impl Board {
         let rig_queues = singleton!(: Queues<NOTHING> = Queues::new())?;
         let mut clock = Clock::start(core.SYST);
         let storage = storage()?;
-        let (config, parameters) = storage.config(restart, 0)?;
+        let (config, parameters) = storage.config(restart, command_line::serial_number())?;
         let rig = fingerprint(&config.rig);
         let device = in_place::device(&config)?;
         // In a place of its own: on the stack it would lie under everything, twice while it is built.

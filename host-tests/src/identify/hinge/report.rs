@@ -143,7 +143,7 @@ pub enum RefusalReport {
 }
 
 impl RefusalReport {
-    fn of(refusal: &HingeRefusal) -> Self {
+    pub(super) fn of(refusal: &HingeRefusal) -> Self {
         let degrees = |angle_rad: f32| f64::from(angle_rad).to_degrees();
         match *refusal {
             HingeRefusal::TooFewPoses { poses, wanted } => Self::TooFewPoses { poses, wanted },

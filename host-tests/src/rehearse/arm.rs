@@ -1,0 +1,266 @@
+//! `cargo rehearse --arm`: a shoulder's, an elbow's and a wrist's board on one bus, and a person with a whole arm.
+//!
+//! The modules are calibrated from the thorax outwards. What a module's cables show depends on its own joint alone, so that any
+//! order gives the same centres; but each module stands on the limb that the one before moves. From the thorax outwards, what
+//! is found is at every moment a chain that begins at the base and has no gap, whose end is known with its σ; and the
+//! centres in use are watched by their boards while the limb beyond is moved and pulled at: a strap that slips meanwhile
+//! is noticed. The other way round every centre found would hang on a limb of which nothing is known.
+
+mod ball;
+mod bus;
+mod chain;
+mod emulated_bus;
+mod hinge;
+mod lengths;
+mod module;
+mod person;
+mod report;
+mod roll_call;
+
+pub use bus::{Bus, InProcessBus};
+pub use chain::{Hand, Limb};
+pub use emulated_bus::EmulatedBus;
+pub use report::{ArmReport, BallReport, ElbowReport};
+pub use roll_call::BusFault;
+
+use super::bench::BenchError;
+use super::display::Display;
+use super::machine::KnownMachine;
+use super::options::{ArmFault, Options};
+use super::report::Status;
+use super::session::Session;
+use crate::study::elbow::scene::{Elbow, HOME_MM, drawn};
+use crate::study::elbow::{ANYBODY, RANGE_RAD};
+use crate::study::scene::normal;
+use crate::wearer::{Wearer, WearerSettings};
+use ball::{BallModule, CalibratedBall};
+use chain::Chain;
+use glenoid::identification::Pose;
+use glenoid::identification::arm::{ArmPose, Module};
+use glenoid::identification::hinge::{Drawing, HingeRig};
+use glenoid::kinematics::CableLengths;
+use glenoid::parameters::Key;
+use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, CABLES, Drum, Rig, Tolerance};
+use hinge::{CalibratedHinge, HingeModule};
+use module::{ArmModule, name};
+use person::Limbs;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use roll_call::roll_call;
+
+/// Postures of the whole arm in which the hand is looked for.
+const POSTURES: usize = 3;
+/// Serial number of a board that does not belong to the arm.
+const SPARE: u32 = 999;
+
+/// The whole arm on a bus.
+struct Rehearsal<'a> {
+    bus: &'a mut dyn Bus,
+    shoulder: BallModule,
+    elbow: HingeModule,
+    wrist: BallModule,
+    limbs: Limbs,
+    options: &'a Options,
+    display: &'a Display,
+}
+
+/// Rehearses an arm on a bus that has no boards yet.
+pub fn rehearse_arm(bus: &mut dyn Bus, options: &Options, display: &Display) -> ArmReport {
+    let mut report = ArmReport::empty(options.seed, options.poses, options.noise);
+    let rehearsed =
+        Rehearsal::new(bus, options, display).and_then(|mut rehearsal| rehearsal.go_through(&mut report));
+    match rehearsed {
+        Err(reason) => report.failed(reason),
+        Ok(()) => {
+            report.status = if report.reasons.is_empty() { Status::Right } else { Status::Wrong };
+            report
+        }
+    }
+}
+
+impl<'a> Rehearsal<'a> {
+    /// Plugs the boards in, each alone at the identifiers of a new board, and makes it its module.
+    fn new(bus: &'a mut dyn Bus, options: &'a Options, display: &'a Display) -> Result<Self, String> {
+        let seeded = |stream: u64| {
+            let mut random = ChaCha8Rng::seed_from_u64(options.seed);
+            random.set_stream(stream);
+            random
+        };
+        let (elbow, hinge_rig) = somebodys_elbow(&mut seeded(1))?;
+        let [shoulder, middle, wrist] = machines()?;
+        let modules = [
+            ArmModule::new(Module::Shoulder, shoulder)?,
+            ArmModule::new(Module::Elbow, middle)?,
+            ArmModule::new(Module::Wrist, wrist)?,
+        ];
+        let mut boards = Vec::new();
+        for module in &modules {
+            boards.push(furnish(bus, module, its_machine(module, &modules, options), module.serial, display)?);
+        }
+        match options.arm_fault {
+            Some(ArmFault::Missing) => bus.unplug(boards[2]),
+            Some(ArmFault::Twice) => drop(furnish(bus, &modules[2], &modules[0].machine, SPARE, display)?),
+            _ => {}
+        }
+        let stage = display.stage("roll call");
+        roll_call(bus, &modules).map_err(|fault| fault.to_string())?;
+        stage.done("three boards, each with its module's rig");
+        let [shoulder, middle, wrist] = modules;
+        let is_straight = options.arm_fault == Some(ArmFault::Straight);
+        let rehearsal = Self {
+            bus,
+            shoulder: BallModule::new(shoulder, boards[0], options.wearer(), options),
+            elbow: HingeModule::new(middle, boards[1], elbow, hinge_rig, is_straight, seeded(2)),
+            wrist: BallModule::new(wrist, boards[2], wrist_of(options), options),
+            limbs: Limbs::new(&mut seeded(3)),
+            options,
+            display,
+        };
+        Ok(rehearsal)
+    }
+
+    fn go_through(&mut self, report: &mut ArmReport) -> Result<(), String> {
+        self.shoulder.stand(self.bus);
+        self.elbow.stand(self.bus);
+        self.wrist.stand(self.bus);
+        let shoulder = self.ball(Module::Shoulder, report)?;
+        self.display.stage(name(Module::Elbow)).done("");
+        let elbow = self
+            .elbow
+            .calibrate(self.bus, self.options.poses, self.display)
+            .map_err(|reason| format!("the elbow: {reason}"))?;
+        report.elbow = Some(elbow_report(&self.elbow, &elbow));
+        let wrist = self.ball(Module::Wrist, report)?;
+        let chain = Chain::new(&shoulder, &elbow, &wrist, self.limbs.stated());
+        let limbs = chain.limbs(self.limbs.lengths_mm(&self.shoulder, &self.elbow, &self.wrist));
+        let titles = ["upper arm", "forearm"];
+        report.reasons.extend(titles.iter().zip(&limbs).filter_map(|(title, limb)| limb.objection(title)));
+        report.limbs = Some(limbs);
+        let stage = self.display.counted("postures of the arm", POSTURES as u64);
+        for done in 1..=POSTURES {
+            let posture = self.take_a_posture()?;
+            let hand = chain.hand(&posture, &self.limbs.hand_mm(&self.shoulder, &self.elbow, &self.wrist))?;
+            report.reasons.extend(hand.objection());
+            report.hand.push(hand);
+            stage.reached(done as u64, "");
+        }
+        stage.done("the hand through all three modules");
+        Ok(())
+    }
+
+    fn ball(&mut self, which: Module, report: &mut ArmReport) -> Result<CalibratedBall, String> {
+        self.display.stage(name(which)).done("");
+        let ball = if which == Module::Shoulder { &mut self.shoulder } else { &mut self.wrist };
+        let of_module = |reason: String| format!("the {}: {reason}", name(which));
+        let calibrated = ball.calibrate(self.bus, self.display).map_err(of_module)?;
+        report.reasons.extend(calibrated.report.reasons.iter().cloned().map(of_module));
+        report.balls.push(BallReport {
+            module: which,
+            base_id: ball.module.base.raw(),
+            serial: ball.module.serial,
+            rehearsal: calibrated.report.clone(),
+        });
+        Ok(calibrated)
+    }
+
+    /// Moves all joints, one after the other, and reads the lengths of all boards.
+    fn take_a_posture(&mut self) -> Result<ArmPose<f32>, String> {
+        self.shoulder.move_on(self.bus, self.display)?;
+        self.wrist.move_on(self.bus, self.display)?;
+        self.elbow.move_on(self.bus)?;
+        Ok(ArmPose {
+            shoulder: six(lengths::lengths_mm(self.bus, &self.shoulder.module)?)?,
+            elbow_mm: self.elbow.lengths_mm(self.bus)?,
+            wrist: six(lengths::lengths_mm(self.bus, &self.wrist.module)?)?,
+        })
+    }
+}
+
+fn six(lengths_mm: [f32; CABLES]) -> Result<Pose<f32>, String> {
+    CableLengths::new(lengths_mm).map(Pose::new).map_err(|error| error.fault.text().to_owned())
+}
+
+/// The shoulder's, the elbow's and the wrist's machine, as their boards know them.
+fn machines() -> Result<[KnownMachine; 3], String> {
+    let text = |error: glenoid::rig::RigError| error.text().to_owned();
+    let shoulder = Rig::shoulder(ASSUMED_BASE_RADIUS_MM).map_err(text)?;
+    // What the elbow's board must know: how long its cables are. Of the hinge it knows nothing.
+    let [home, ..] = HOME_MM;
+    let drum = Drum { home_length_mm: [home; CABLES], ..*shoulder.drum() };
+    let elbow =
+        Rig::new(*shoulder.base_mm(), *shoulder.edges_mm(), drum, shoulder.length_noise_mm(), *shoulder.nominal());
+    let mut elbow = KnownMachine::told(elbow.map_err(text)?)?;
+    // Two of its six encoders have no cable and rest, which is not to be taken for a fault.
+    if let Some(set) = &mut elbow.told {
+        module::put(set, Key::FrozenDistance, 500.0_f32.to_bits())?;
+    }
+    Ok([KnownMachine::told(shoulder)?, elbow, KnownMachine::told(Rig::wrist().map_err(text)?)?])
+}
+
+/// The machine that a module's board is told: its own, unless elbow and wrist are exchanged.
+fn its_machine<'m>(module: &'m ArmModule, all: &'m [ArmModule; 3], options: &Options) -> &'m KnownMachine {
+    let [_, elbow, wrist] = all;
+    match (options.arm_fault, module.which) {
+        (Some(ArmFault::Swapped), Module::Elbow) => &wrist.machine,
+        (Some(ArmFault::Swapped), Module::Wrist) => &elbow.machine,
+        _ => &module.machine,
+    }
+}
+
+/// Plugs a new board in and makes it a module. Gives its number on the bus.
+fn furnish(
+    bus: &mut dyn Bus,
+    module: &ArmModule,
+    machine: &KnownMachine,
+    serial: u32,
+    display: &Display,
+) -> Result<usize, String> {
+    let text = |error: BenchError| error.to_string();
+    let board = bus.join(serial).map_err(text)?;
+    let set = module.parameters(machine)?;
+    let mut wearer = Wearer::new(machine.double, WearerSettings::default());
+    let mut place = bus::Place::new(bus, board);
+    let mut session = Session::new(&mut place, &mut wearer, machine.double.drum().fastest_mm_per_s, display);
+    session.become_machine(&set).map_err(|error| format!("the {}: {error}", name(module.which)))?;
+    Ok(board)
+}
+
+/// Somebody's elbow in the default rig, and the rig with what a drawing for anybody says.
+fn somebodys_elbow(random: &mut ChaCha8Rng) -> Result<(Elbow, HingeRig<f64>), String> {
+    let exact = Tolerance::exact();
+    let step = ANYBODY.map(|sigma| sigma * normal(random));
+    let elbow = Elbow::of_hinge(random, 4, &drawn().moved(&step), &exact);
+    let rig = elbow.rig(exact).map_err(|error| error.text().to_owned())?;
+    Ok((elbow, rig.with_drawing(Drawing { hinge: drawn(), sigma: Some(ANYBODY), range_rad: RANGE_RAD })))
+}
+
+/// The wrist of the same person: it is smaller, and turns less.
+fn wrist_of(options: &Options) -> WearerSettings {
+    WearerSettings {
+        seed: options.seed.wrapping_add(1 << 32),
+        tilt_rad: 30f64.to_radians(),
+        torsion_rad: 20f64.to_radians(),
+        centre_offset_mm: 4.0,
+        cuff_offset_mm: 3.0,
+        ..options.wearer()
+    }
+}
+
+fn elbow_report(elbow: &HingeModule, calibrated: &CalibratedHinge) -> ElbowReport {
+    use glenoid::identification::hinge::HingePart;
+    let truth = elbow.truth().0.hinge();
+    let place_mm = calibrated.estimator.axis_point().at_mm.map(f64::from);
+    let axis = calibrated.found.hinge.axis().map(f64::from);
+    let sigma = |part| f64::from(calibrated.found.worst_sigma(part));
+    ElbowReport {
+        base_id: elbow.module.base.raw(),
+        serial: elbow.module.serial,
+        calculated_by: "the host, from the lengths that its board sent",
+        axis: axis.into(),
+        axis_error_deg: axis.cross(truth.axis()).norm().atan2(axis.dot(truth.axis()).abs()).to_degrees(),
+        axis_sigma_deg: sigma(HingePart::Axis).to_degrees(),
+        place_mm: place_mm.into(),
+        place_error_mm: (place_mm - truth.nearest_mm(&place_mm)).norm(),
+        place_sigma_mm: sigma(HingePart::Place),
+    }
+}
