@@ -32,7 +32,7 @@ use super::session::Session;
 use crate::study::elbow::scene::{Elbow, HOME_MM, drawn};
 use crate::study::elbow::{ANYBODY, RANGE_RAD};
 use crate::study::scene::normal;
-use crate::wearer::{Wearer, WearerSettings};
+use crate::wearer::{self, Wearer, WearerSettings};
 use ball::{BallModule, CalibratedBall};
 use chain::Chain;
 use glenoid::identification::Pose;
@@ -79,7 +79,7 @@ pub fn rehearse_arm(bus: &mut dyn Bus, options: &Options, display: &Display) -> 
 }
 
 impl<'a> Rehearsal<'a> {
-    /// Plugs the boards in, each alone at the identifiers of a new board, and makes it its module.
+    /// The arm of somebody, on boards that are made its modules.
     fn new(bus: &'a mut dyn Bus, options: &'a Options, display: &'a Display) -> Result<Self, String> {
         let seeded = |stream: u64| {
             let mut random = ChaCha8Rng::seed_from_u64(options.seed);
@@ -93,36 +93,41 @@ impl<'a> Rehearsal<'a> {
             ArmModule::new(Module::Elbow, middle)?,
             ArmModule::new(Module::Wrist, wrist)?,
         ];
-        let mut boards = Vec::new();
-        for module in &modules {
-            boards.push(furnish(bus, module, its_machine(module, &modules, options), module.serial, display)?);
-        }
-        match options.arm_fault {
-            Some(ArmFault::Missing) => bus.unplug(boards[2]),
-            Some(ArmFault::Twice) => drop(furnish(bus, &modules[2], &modules[0].machine, SPARE, display)?),
-            _ => {}
-        }
-        let stage = display.stage("roll call");
-        roll_call(bus, &modules).map_err(|fault| fault.to_string())?;
-        stage.done("three boards, each with its module's rig");
-        let [shoulder, middle, wrist] = modules;
+        let [shoulder, middle, wrist] = modules.clone();
         let is_straight = options.arm_fault == Some(ArmFault::Straight);
         let rehearsal = Self {
             bus,
-            shoulder: BallModule::new(shoulder, boards[0], options.wearer(), options),
-            elbow: HingeModule::new(middle, boards[1], elbow, hinge_rig, is_straight, seeded(2)),
-            wrist: BallModule::new(wrist, boards[2], wrist_of(options), options),
+            shoulder: BallModule::new(shoulder, 0, options.wearer(), options),
+            elbow: HingeModule::new(middle, 1, elbow, hinge_rig, is_straight, seeded(2)),
+            wrist: BallModule::new(wrist, 2, wrist_of(options), options),
             limbs: Limbs::new(&mut seeded(3)),
             options,
             display,
         };
-        Ok(rehearsal)
+        rehearsal.plugged_in(&modules)
+    }
+
+    /// Plugs the boards in, each alone at the identifiers of a new board, and makes it its module.
+    fn plugged_in(self, modules: &[ArmModule; 3]) -> Result<Self, String> {
+        let counts = [self.shoulder.counts(), self.elbow.counts(), self.wrist.counts()];
+        for (module, counts) in modules.iter().zip(counts) {
+            furnish(self.bus, module, its_machine(module, modules, self.options), module.serial, counts, self.display)?;
+        }
+        let [shoulder, _, wrist] = modules;
+        match self.options.arm_fault {
+            Some(ArmFault::Missing) => self.bus.unplug(2),
+            Some(ArmFault::Twice) => {
+                furnish(self.bus, wrist, &shoulder.machine, SPARE, counts[2], self.display)?;
+            }
+            _ => {}
+        }
+        let stage = self.display.stage("roll call");
+        roll_call(self.bus, modules).map_err(|fault| fault.to_string())?;
+        stage.done("three boards, each with its module's rig");
+        Ok(self)
     }
 
     fn go_through(&mut self, report: &mut ArmReport) -> Result<(), String> {
-        self.shoulder.stand(self.bus);
-        self.elbow.stand(self.bus);
-        self.wrist.stand(self.bus);
         let shoulder = self.ball(Module::Shoulder, report)?;
         self.display.stage(name(Module::Elbow)).done("");
         let elbow = self
@@ -207,22 +212,25 @@ fn its_machine<'m>(module: &'m ArmModule, all: &'m [ArmModule; 3], options: &Opt
     }
 }
 
-/// Plugs a new board in and makes it a module. Gives its number on the bus.
+/// Plugs a new board in and makes it a module. Boards are numbered in the order of their coming.
 fn furnish(
     bus: &mut dyn Bus,
     module: &ArmModule,
     machine: &KnownMachine,
     serial: u32,
+    counts: [i32; CABLES],
     display: &Display,
-) -> Result<usize, String> {
+) -> Result<(), String> {
     let text = |error: BenchError| error.to_string();
     let board = bus.join(serial).map_err(text)?;
     let set = module.parameters(machine)?;
     let mut wearer = Wearer::new(machine.double, WearerSettings::default());
     let mut place = bus::Place::new(bus, board);
-    let mut session = Session::new(&mut place, &mut wearer, machine.double.drum().fastest_mm_per_s, display);
+    let stands = wearer::Pose { counts, ..wearer.home() };
+    let session = Session::new(&mut place, &mut wearer, machine.double.drum().fastest_mm_per_s, display);
+    let mut session = session.standing_in(stands);
     session.become_machine(&set).map_err(|error| format!("the {}: {error}", name(module.which)))?;
-    Ok(board)
+    Ok(())
 }
 
 /// Somebody's elbow in the default rig, and the rig with what a drawing for anybody says.

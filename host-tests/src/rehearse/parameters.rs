@@ -15,7 +15,9 @@ impl Session<'_> {
     pub fn become_machine(&mut self, set: &ParameterSet) -> Result<usize, SessionError> {
         let defaults = ParameterSet::new();
         let differs = |entry: &&glenoid::parameters::Entry| set.bits(entry.index) != defaults.bits(entry.index);
-        let changed: Vec<_> = TABLE.iter().filter(differs).collect();
+        let mut changed: Vec<_> = TABLE.iter().filter(differs).collect();
+        // It acts at once: on a bus with other boards a new one is to become quiet first.
+        changed.sort_by_key(|entry| entry.index != TABLE[Key::TelemetryRate as usize].index);
         let stage = self.display.counted("telling the machine", changed.len() as u64);
         self.client.wait_for("heartbeat", ANSWER_LIMIT_MS, |inbox| inbox.heartbeat)?;
         let request = |operation: Operation, index, value| ParameterRequest {

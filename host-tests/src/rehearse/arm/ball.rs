@@ -12,6 +12,7 @@ use crate::rehearse::{judgement, replay};
 use crate::wearer::{Pose, Wearer, WearerSettings};
 use glenoid::identification::Machine;
 use glenoid::identification::arm::Ball;
+use glenoid::rig::CABLES;
 
 /// Shoulder or wrist.
 pub struct BallModule {
@@ -46,9 +47,9 @@ impl BallModule {
         Self { module, board, at: wearer.home(), wearer, options }
     }
 
-    /// The board's encoders show the arm as it stands.
-    pub fn stand(&self, bus: &mut dyn Bus) {
-        bus.set_counts(self.board, &self.at.counts);
+    /// What the board's encoders show.
+    pub fn counts(&self) -> [i32; CABLES] {
+        self.at.counts
     }
 
     /// Calibrates it, accepts the centre, and restarts the board, which must come back with it.

@@ -27,7 +27,7 @@ pub trait Bus {
     /// [`BenchError`] when a board is gone.
     fn send(&mut self, frame: &Frame) -> Result<(), BenchError>;
 
-    /// Every board samples its encoders once; then lets `ms` milliseconds pass. Gives the frames that the boards sent
+    /// Every board whose encoders were set samples them, a resting one now and then; then lets `ms` milliseconds pass. Gives the frames that the boards sent
     /// meanwhile, those of one board in order.
     ///
     /// # Errors

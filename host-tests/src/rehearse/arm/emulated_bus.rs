@@ -18,6 +18,9 @@ use std::time::Duration;
 /// Lines that may be on their way to a board at once: what its UART takes in a few milliseconds.
 const UNDER_WAY: u64 = 16;
 
+/// A board whose joint rests samples its encoders at every so many turns only: each sample costs the emulator as much as ten
+/// frames.
+const RESTING: u64 = 10;
 /// Time between two samples while a board starts.
 const SAMPLES_APART: Duration = Duration::from_millis(10);
 
@@ -26,6 +29,7 @@ pub struct EmulatedBus {
     image: PathBuf,
     boards: Vec<Option<Plugged>>,
     pace: Pace,
+    turns: u64,
     stop: Option<&'static AtomicBool>,
 }
 
@@ -34,6 +38,8 @@ struct Plugged {
     emulator: Emulator,
     lines: BoardLines,
     counts: Option<[i32; CABLES]>,
+    /// The encoders were set since the last sample.
+    is_fresh: bool,
     /// Frames of the host and of other boards that it has not been sent yet.
     from_host: VecDeque<Frame>,
     from_boards: VecDeque<Frame>,
@@ -44,7 +50,7 @@ struct Plugged {
 impl EmulatedBus {
     /// A bus without boards.
     pub fn new(image: PathBuf) -> Self {
-        Self { image, boards: Vec::new(), pace: Pace::new(), stop: None }
+        Self { image, boards: Vec::new(), pace: Pace::new(), turns: 0, stop: None }
     }
 
     /// The same bus, given up as soon as `stop` is set.
@@ -70,8 +76,11 @@ impl EmulatedBus {
     }
 
     fn go_on(&mut self, time: Duration) -> Result<Vec<Frame>, LinesError> {
+        self.turns += 1;
         for board in self.boards.iter_mut().flatten() {
-            board.sample()?;
+            if std::mem::take(&mut board.is_fresh) || self.turns.is_multiple_of(RESTING) {
+                board.sample()?;
+            }
         }
         let mut turn = self.pace.turn(time, APART);
         let mut heard = Vec::new();
@@ -119,7 +128,7 @@ fn gone(error: &dyn std::error::Error) -> BenchError {
 impl Plugged {
     fn connect(emulator: Emulator) -> Result<Self, BenchError> {
         let lines = BoardLines::connect(&emulator).map_err(|error| gone(&error))?;
-        Ok(Self { emulator, lines, counts: None, from_host: VecDeque::new(), from_boards: VecDeque::new(), sampled: 0 })
+        Ok(Self { emulator, lines, counts: None, is_fresh: false, from_host: VecDeque::new(), from_boards: VecDeque::new(), sampled: 0 })
     }
 
     fn sample(&mut self) -> Result<(), LinesError> {
@@ -163,6 +172,7 @@ impl Bus for EmulatedBus {
     fn set_counts(&mut self, board: usize, counts: &[i32; CABLES]) {
         if let Some(board) = &mut self.boards[board] {
             board.counts = Some(*counts);
+            board.is_fresh = true;
         }
     }
 

@@ -58,9 +58,9 @@ impl HingeModule {
         Self { module, board, elbow, rig, encoder, most_rad, flexion_rad: 0.0, random }
     }
 
-    /// The board's encoders show the arm as it stands, without noise.
-    pub fn stand(&self, bus: &mut dyn Bus) {
-        bus.set_counts(self.board, &self.counts(self.flexion_rad, &[0.0; MAX_CABLES]));
+    /// What the board's encoders show, without noise.
+    pub fn counts(&self) -> [i32; CABLES] {
+        self.counts_at(self.flexion_rad, &[0.0; MAX_CABLES])
     }
 
     /// Bends the elbow to so many angles and takes the lengths that its board sends in each.
@@ -98,7 +98,7 @@ impl HingeModule {
         let noise: [f64; MAX_CABLES] = std::array::from_fn(|_| self.random.random_range(-NOISE_MM..=NOISE_MM));
         let from = std::mem::replace(&mut self.flexion_rad, to);
         for share in motion::samples(MOVE_MS, PERIOD_MS).chain(std::iter::repeat_n(1.0, (SETTLE_MS / PERIOD_MS) as usize)) {
-            bus.set_counts(self.board, &self.counts(from + (to - from) * share, &noise));
+            bus.set_counts(self.board, &self.counts_at(from + (to - from) * share, &noise));
             bus.pass(PERIOD_MS).map_err(|error| error.to_string())?;
         }
         Ok(())
@@ -119,7 +119,7 @@ impl HingeModule {
     }
 
     /// Counts with so much noise. Its board has six encoders; two of them have no cable and rest.
-    fn counts(&self, flexion_rad: f64, noise_mm: &[f64; MAX_CABLES]) -> [i32; CABLES] {
+    fn counts_at(&self, flexion_rad: f64, noise_mm: &[f64; MAX_CABLES]) -> [i32; CABLES] {
         let spans = self.elbow.reading_mm(flexion_rad, None);
         let home = self.module.machine.double.drum().home_length_mm;
         let with_noise = |k: usize| spans[k] + noise_mm[k];

@@ -7,9 +7,10 @@ use glenoid::identification::arm::Module;
 use glenoid::parameters::{Key, ParameterSet, TABLE};
 use serde::{Serialize, Serializer};
 
-/// Sets of telemetry a second of each board. Every board gets the frames of both others, and an emulated UART takes 800 frames
-/// a second; a new board sends fifty sets of eight frames.
-const TELEMETRY_HZ: u32 = 10;
+/// Sets of telemetry a second of each board, and time between two sets of what a controller acts on, ms. Every board gets the
+/// frames of both others, and an emulated UART takes 800 of them a second at most; a new board alone sends 500.
+const TELEMETRY_HZ: u32 = 5;
+const LIVE_PERIOD_MS: u32 = 1_000;
 
 /// One of the three, and its board.
 #[derive(Debug, Clone)]
@@ -45,7 +46,10 @@ impl ArmModule {
     /// None in practice.
     pub fn parameters(&self, machine: &KnownMachine) -> Result<ParameterSet, String> {
         let mut set = machine.told.unwrap_or_default();
-        for (key, value) in [(Key::BaseId, u32::from(self.base.raw())), (Key::TelemetryRate, TELEMETRY_HZ)] {
+        let base = u32::from(self.base.raw());
+        for (key, value) in
+            [(Key::BaseId, base), (Key::TelemetryRate, TELEMETRY_HZ), (Key::LivePeriod, LIVE_PERIOD_MS)]
+        {
             put(&mut set, key, value)?;
         }
         Ok(set)
