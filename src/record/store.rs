@@ -1,9 +1,10 @@
 //! The record in its two pages.
 
-use super::content::Record;
 use super::error::{LoadError, StoreError};
 use super::flash::PageFlash;
-use super::image::{self, IMAGE_LEN, VERSION};
+use super::hinge_content::JointRecord;
+use super::hinge_image::{self, HINGE_VERSION};
+use super::image::{self, IMAGE_LEN, Image, VERSION};
 use super::page::PageError;
 use super::two_pages::TwoPages;
 
@@ -22,20 +23,28 @@ impl From<PageError> for StoreError {
 pub(super) type RecordPages = TwoPages<IMAGE_LEN>;
 
 /// The record that counts, if it is of the rig with this fingerprint.
-pub(super) fn load<F: PageFlash>(pages: &mut RecordPages, flash: &mut F, rig: u32) -> Result<Record, LoadError> {
+pub(super) fn load<F: PageFlash>(pages: &mut RecordPages, flash: &mut F, rig: u32) -> Result<JointRecord, LoadError> {
     let (header, image) = pages.load(flash)?;
-    match header.version {
+    let record = match header.version {
         0..VERSION => return Err(LoadError::OlderVersion),
-        VERSION => {}
+        VERSION => JointRecord::Ball(image::decode(&image)),
+        HINGE_VERSION => JointRecord::Hinge(hinge_image::decode(&image)),
         _ => return Err(LoadError::FromTheFuture),
-    }
-    let record = image::decode(&image);
-    if record.rig != rig {
+    };
+    if record.rig() != rig {
         Err(LoadError::OtherRig)
     } else if record.check().is_err() {
         Err(LoadError::Unfit)
     } else {
         Ok(record)
+    }
+}
+
+/// The image of a record.
+pub(super) fn image_of(record: &JointRecord, sequence: u32) -> Image {
+    match record {
+        JointRecord::Ball(record) => image::encode(record, sequence),
+        JointRecord::Hinge(record) => hinge_image::encode(record, sequence),
     }
 }
 
@@ -61,7 +70,7 @@ impl<F: PageFlash> RecordStore<F> {
     ///
     /// # Errors
     /// [`LoadError`].
-    pub fn load(&mut self, rig: u32) -> Result<Record, LoadError> {
+    pub fn load(&mut self, rig: u32) -> Result<JointRecord, LoadError> {
         load(&mut self.pages, &mut self.flash, rig)
     }
 
@@ -69,9 +78,10 @@ impl<F: PageFlash> RecordStore<F> {
     ///
     /// # Errors
     /// [`StoreError`].
-    pub fn store(&mut self, record: &Record) -> Result<(), StoreError> {
+    pub fn store(&mut self, record: impl Into<JointRecord>) -> Result<(), StoreError> {
+        let record = record.into();
         record.check().map_err(|_| StoreError::Unfit)?;
-        self.pages.store(&mut self.flash, |sequence| image::encode(record, sequence))
+        self.pages.store(&mut self.flash, |sequence| image_of(&record, sequence))
     }
 
     /// Erases the record.
