@@ -1,6 +1,6 @@
 //! From a set of values to an elbow's machine, and back.
 
-use super::machine::{CABLES, Contradiction, OFFSETS, SCALES};
+use super::machine::{Contradiction, OFFSETS, SCALES};
 use super::set::ParameterSet;
 use super::table::Key;
 use crate::identification::hinge::{Drawing, HINGE_UNKNOWNS, Hinge, MAX_CABLES};
@@ -56,8 +56,9 @@ impl ParameterSet {
         asked.map_or(Ok(()), |key| Err(Contradiction::about(key)))
     }
 
+    #[inline(never)]
     pub(super) fn elbow(&self) -> Result<ElbowRig, RigError> {
-        let cables = CABLES.map(|keys| self.cable(keys));
+        let cables = self.cables();
         let count = (self.integer(HingeCables) as usize).min(MAX_CABLES);
         let cables = cables.get(..count).unwrap_or(&cables);
         ElbowRig::new(cables, self.drum(), self.single(LengthNoise), self.tolerance(), self.drawing()?)

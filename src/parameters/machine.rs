@@ -19,7 +19,7 @@ const NOMINAL: [Key; 6] = [NominalX, NominalY, NominalZ, NominalRadius1, Nominal
 pub(super) const OFFSETS: [Key; 6] = [Offset1, Offset2, Offset3, Offset4, Offset5, Offset6];
 pub(super) const SCALES: [Key; 6] = [Scale1, Scale2, Scale3, Scale4, Scale5, Scale6];
 /// Of each cable: base, end, radius and axis of the pulley.
-pub(super) const CABLES: [[Key; 10]; 6] = [
+const CABLES: [[Key; 10]; 6] = [
     [
         Cable1BaseX,
         Cable1BaseY,
@@ -188,7 +188,7 @@ impl ParameterSet {
         let rig = if self.integer(Geometry) == 0 {
             Rig::new(base_mm, EDGES.map(|key| self.single(key)), drum, noise_mm, nominal)
         } else {
-            Rig::with_cables(CABLES.map(|cable| self.cable(cable)), drum, noise_mm, nominal)
+            Rig::with_cables(self.cables(), drum, noise_mm, nominal)
         }?;
         let rig = rig.with_noise(noise_mm, self.single(SampleNoise))?.with_tolerance(self.tolerance())?;
         let found =
@@ -197,6 +197,7 @@ impl ParameterSet {
         if is_none { Ok(rig) } else { rig.with_correction(found) }
     }
 
+    #[inline(never)]
     pub(super) fn drum(&self) -> Drum<f32> {
         Drum {
             radius_mm: self.single(DrumRadius),
@@ -215,7 +216,13 @@ impl ParameterSet {
         }
     }
 
-    pub(super) fn cable(&self, keys: [Key; 10]) -> CableEnds<f32> {
+    /// The ends of all cables.
+    #[inline(never)]
+    pub(super) fn cables(&self) -> [CableEnds<f32>; 6] {
+        CABLES.map(|cable| self.cable(cable))
+    }
+
+    fn cable(&self, keys: [Key; 10]) -> CableEnds<f32> {
         let [b1, b2, b3, e1, e2, e3, radius_mm, a1, a2, a3] = keys.map(|key| self.single(key));
         let pulley = Pulley { radius_mm, axis: Vector3::new(a1, a2, a3) };
         CableEnds { base_mm: Vector3::new(b1, b2, b3), end_mm: Vector3::new(e1, e2, e3), pulley }

@@ -111,9 +111,10 @@ impl<F: PageFlash> Storage<F> {
     ///
     /// # Errors
     /// [`StoreError::Unfit`]: then nothing is done.
-    pub fn store(&mut self, record: &JointRecord) -> Result<(), StoreError> {
+    pub fn store(&mut self, record: impl Into<JointRecord>) -> Result<(), StoreError> {
+        let record = record.into();
         record.check().map_err(|_| StoreError::Unfit)?;
-        let replacement = self.record_pages.begin(&mut self.flash, |sequence| store::image_of(record, sequence));
+        let replacement = self.record_pages.begin(&mut self.flash, |sequence| store::image_of(&record, sequence));
         self.record = Some(RecordWork::Replace(replacement));
         Ok(())
     }

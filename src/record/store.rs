@@ -1,5 +1,6 @@
 //! The record in its two pages.
 
+use super::content::Record;
 use super::error::{LoadError, StoreError};
 use super::flash::PageFlash;
 use super::hinge_content::JointRecord;
@@ -48,7 +49,7 @@ pub(super) fn image_of(record: &JointRecord, sequence: u32) -> Image {
     }
 }
 
-/// The record in two pages of a flash whose erased bytes read 0xFF. Everything is done when a call returns; a board, which
+/// The record of a ball in two pages of a flash whose erased bytes read 0xFF. Everything is done when a call returns; a board, which
 /// must not wait, has a [`Storage`](super::Storage).
 #[derive(Debug)]
 pub struct RecordStore<F> {
@@ -65,23 +66,25 @@ impl<F: PageFlash> RecordStore<F> {
         Self { flash, pages: TwoPages::new::<F>(from, image::MAGIC) }
     }
 
-    /// The record that counts, if it is of the rig with this fingerprint. Finishes what a power cut left unfinished, so
+    /// The record that counts, if it is a ball's of the rig with this fingerprint. Finishes what a power cut left unfinished, so
     /// that afterwards one page holds the record with its commit word, and the other one is erased.
     ///
     /// # Errors
     /// [`LoadError`].
-    pub fn load(&mut self, rig: u32) -> Result<JointRecord, LoadError> {
-        load(&mut self.pages, &mut self.flash, rig)
+    pub fn load(&mut self, rig: u32) -> Result<Record, LoadError> {
+        match load(&mut self.pages, &mut self.flash, rig)? {
+            JointRecord::Ball(record) => Ok(record),
+            JointRecord::Hinge(_) => Err(LoadError::OtherRig),
+        }
     }
 
     /// Replaces the record. Two page erases and [`IMAGE_LEN`] bytes of writing.
     ///
     /// # Errors
     /// [`StoreError`].
-    pub fn store(&mut self, record: impl Into<JointRecord>) -> Result<(), StoreError> {
-        let record = record.into();
+    pub fn store(&mut self, record: &Record) -> Result<(), StoreError> {
         record.check().map_err(|_| StoreError::Unfit)?;
-        self.pages.store(&mut self.flash, |sequence| image_of(&record, sequence))
+        self.pages.store(&mut self.flash, |sequence| image::encode(record, sequence))
     }
 
     /// Erases the record.

@@ -24,7 +24,7 @@ pub struct TwoPages;
 
 impl Scheme for TwoPages {
     fn load(&mut self, flash: &mut MockFlash, rig: u32) -> Option<Record> {
-        RecordStore::new(flash, STORE_FROM).load(rig).ok()?.ball().copied()
+        RecordStore::new(flash, STORE_FROM).load(rig).ok()
     }
 
     fn store(&mut self, flash: &mut MockFlash, record: &Record) -> bool {

@@ -87,7 +87,7 @@ impl InProcess {
             let mut refused = None;
             device.handle(self.now_ms, event, &mut |action| match action {
                 Action::Send(frame) => heard.push(frame),
-                Action::Store(centre) => refused = storage.store(&centre).err(),
+                Action::Store(centre) => refused = storage.store(centre).err(),
                 Action::Journal(entry) => storage.append(&entry),
                 Action::StoreParameters(set) => storage.store_parameters(&set),
                 Action::EraseRecord => storage.erase_record(),

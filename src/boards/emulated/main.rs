@@ -70,7 +70,7 @@ impl Outside {
                 self.led = Some(pattern);
                 self.log.push(now_ms, Entry::StatusLed(pattern));
             }
-            Action::Store(record) => self.refused = self.storage.store(&record).err(),
+            Action::Store(record) => self.refused = self.storage.store(record).err(),
             Action::StoreParameters(set) => self.storage.store_parameters(&set),
             Action::EraseRecord => self.storage.erase_record(),
             Action::Journal(entry) => self.storage.append(&entry),

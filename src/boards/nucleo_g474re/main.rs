@@ -89,7 +89,7 @@ impl Outside {
             });
         };
         match action {
-            Action::Store(record) => return storage.store(&record).err().map(|error| Event::Stored(Err(error))),
+            Action::Store(record) => return storage.store(record).err().map(|error| Event::Stored(Err(error))),
             Action::StoreParameters(set) => storage.store_parameters(&set),
             Action::EraseRecord => storage.erase_record(),
             Action::Journal(entry) => storage.append(&entry),

@@ -262,7 +262,7 @@ impl<T: Real> Hinge<T> {
 
 /// The rotation by an angle (rad) about an axis, a unit vector (Rodrigues).
 pub(super) fn about<T: Real>(axis: &Vector3<T>, angle_rad: T) -> Matrix3<T> {
-    let (sin, cos) = angle_rad.sin_cos();
+    let (sin, cos) = angle_rad.sine_and_cosine();
     Matrix3::identity() * cos + axis.cross_matrix() * sin + axis * axis.transpose() * (T::one() - cos)
 }
 

@@ -108,10 +108,12 @@ impl ModuleProcedure {
         of_either!(self, procedure => procedure.set_wearer(wearer))
     }
 
-    /// Sets how well the encoder zeros are known in the runs to come, 1σ, mm. An elbow's offsets go by its rig's tolerance.
+    /// Sets how well the encoder zeros are known in the runs to come, 1σ, mm. An elbow's always go by its
+    /// rig's tolerance, which is what 0 asks for.
     pub fn set_zero_prior(&mut self, prior_mm: f32) -> Reason {
         match self {
             Self::Ball(procedure) => procedure.set_zero_prior(prior_mm),
+            Self::Hinge(_) if prior_mm == 0.0 => Reason::Fine,
             Self::Hinge(_) => Reason::NotOfHinge,
         }
     }
