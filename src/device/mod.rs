@@ -60,6 +60,7 @@ use crate::rig::CABLES;
 use answered::Answered;
 use button::Button;
 use button_commands::ConfirmingPresses;
+use commands::Asked;
 use faults::FaultReporter;
 use lock::Lock;
 use numbering::Numbering;
@@ -239,6 +240,8 @@ pub struct Device {
     restart_is_news: bool,
     /// A repeated command is answered again and not obeyed again.
     answered: Answered<Request, Answer, 40>,
+    /// Who asked for the pose that is being captured, if somebody did.
+    capture_asked: Option<Asked>,
     /// Starts of this board, this one included.
     boot: u32,
     serial: u32,
@@ -302,6 +305,7 @@ impl Device {
             slip: FaultReporter::new(),
             restart_is_news: config.restart.cause.is_fault(),
             answered: Answered::new(),
+            capture_asked: None,
             boot: 0,
             serial: config.serial,
             confirmed: false,

@@ -18,6 +18,7 @@ enum Sending {
 impl Device {
     pub(super) fn tick(&mut self, now_ms: u32, out: &mut impl FnMut(Action)) {
         self.lock.tick(now_ms);
+        self.answer_capture(now_ms, out);
         self.restart_when_saved(now_ms, out);
         let sending = self.sending_that_is_due(now_ms);
         // An accepted centre is stored before anything else.

@@ -57,7 +57,7 @@ impl ElbowProcedure {
             Command::Capture => {
                 let notice = self.take_pose(now_ms);
                 let detail = if notice.reason == Reason::Fine { notice.index } else { notice.cable };
-                Reply { reason: notice.reason, detail: detail.into(), pose: Some(notice) }
+                Reply { pose: Some(notice), ..Reply::refused(notice.reason, detail.into()) }
             }
             Command::Identify if usize::from(self.poses.count()) < crate::identification::hinge::MIN_POSES => {
                 Reply::refused(Reason::TooFewPoses, u16::from(self.poses.count()))

@@ -264,12 +264,20 @@ impl Bench {
     pub fn raw(&mut self, frame: Frame) -> Answer {
         let before = self.messages.len();
         self.event(Event::Can(frame));
-        let answers: Vec<Answer> = self.messages[before..]
-            .iter()
-            .filter_map(|m| if let Message::Answer(a) = m { Some(*a) } else { None })
-            .collect();
+        // A capture is answered when the pose has been looked at, some ticks later.
+        for _ in 0..TICKS_A_MILLISECOND {
+            if self.answers(before).is_empty() {
+                self.event(Event::Tick);
+            }
+        }
+        let answers = self.answers(before);
         assert_eq!(answers.len(), 1, "exactly one answer to {frame:?}");
         answers[0]
+    }
+
+    fn answers(&self, before: usize) -> Vec<Answer> {
+        let answers = self.messages[before..].iter();
+        answers.filter_map(|message| if let Message::Answer(answer) = message { Some(*answer) } else { None }).collect()
     }
 
     /// Sends a request about parameters and returns its answer.
