@@ -1,5 +1,6 @@
 //! What a press of the button asks for in each state.
 
+use super::commands::Asked;
 use super::{Action, BlinkPattern, Device, Held, LogEntry, Press};
 use crate::procedure::{Command, Reason, StateName};
 
@@ -99,7 +100,7 @@ impl Device {
         match self.shown_candidate() {
             Some(shown) if winks(shown.checksum) != pressed => Reason::WrongValue,
             Some(shown) if !self.reporter.has_shown(shown.run_id) => Reason::ReportIncomplete,
-            Some(_) => self.command(now_ms, Command::Accept, out).0,
+            Some(_) => self.command(now_ms, Command::Accept, out).map_or(Reason::Fine, |(reason, _)| reason),
             None if self.procedure.candidate().is_some() => Reason::ReportIncomplete,
             None => Reason::WrongState,
         }
@@ -114,13 +115,24 @@ impl Device {
         let in_review = self.procedure.state() == StateName::Review;
         let reason = match asked {
             Some(Command::Accept) => self.accept_by_button(now_ms, out),
-            Some(command) => self.command(now_ms, command, out).0,
+            Some(command) => match self.command(now_ms, command, out) {
+                Some((reason, _)) => reason,
+                None => {
+                    self.capture_asked = Some(Asked::ByButton(press));
+                    return;
+                }
+            },
             None if press == Press::Short && in_review => {
                 self.confirming.add(now_ms);
                 Reason::Fine
             }
             None => Reason::WrongState,
         };
+        self.answer_press(now_ms, press, reason, out);
+    }
+
+    /// Shows and notes what became of a press.
+    pub(super) fn answer_press(&mut self, now_ms: u32, press: Press, reason: Reason, out: &mut impl FnMut(Action)) {
         if reason != Reason::Fine {
             self.pace.refuse(now_ms, reason);
         }

@@ -21,6 +21,7 @@ mod commands;
 mod control_set;
 mod faults;
 mod fingerprint;
+mod kept;
 mod live;
 mod live_joint;
 mod lock;
@@ -42,7 +43,7 @@ mod turns;
 pub use crate::parameters::Config;
 pub use button::{Held, Press};
 pub use control_set::{CONTROL_WORDS, ControlSet, PublishedControlSet};
-pub use fingerprint::fingerprint;
+pub use fingerprint::{fingerprint, module_fingerprint};
 pub use status_led::BlinkPattern;
 
 use crate::can::command::Request;
@@ -52,20 +53,21 @@ use crate::can::watch::WatchReport;
 use crate::can::{BaseId, Frame, ParameterAnswer, ParameterRequest};
 use crate::kinematics::PlatformSolver;
 use crate::parameters::ParameterSet;
-use crate::procedure::{PoseNotice, Procedure, Reason, StateName};
-use crate::record::{JournalEntry, Loaded, Record, StoreError, Stored};
+use crate::procedure::{ModuleProcedure, PoseNotice, Reason, StateName};
+use crate::record::{JointRecord, JournalEntry, Loaded, StoreError, Stored};
 use crate::restart::{CrashRecord, ResetCause};
 use crate::rig::CABLES;
 use answered::Answered;
 use button::Button;
 use button_commands::ConfirmingPresses;
+use commands::Asked;
 use faults::FaultReporter;
 use lock::Lock;
 use numbering::Numbering;
 use parameters::Saving;
 use persistence::Persistence;
 use report::Reporter;
-use seal::seal_of_constants;
+use seal::seal_of;
 use sets::{OutgoingLive, OutgoingTelemetry, TelemetryInWork};
 use slip_monitor::SlipMonitor;
 use status::Pace;
@@ -128,7 +130,7 @@ pub enum Action {
     /// Show a pattern on the status LED from now on.
     StatusLed(BlinkPattern),
     /// Replace the record by this one, then say how that went. It is of the rig that the device was made for.
-    Store(Record),
+    Store(JointRecord),
     /// Append this to the journal; say so only if that fails.
     Journal(JournalEntry),
     /// Replace the stored parameters by these, then say how that went.
@@ -172,6 +174,15 @@ pub enum LogEntry {
         /// What was answered.
         reason: Reason,
     },
+    /// A hinge was identified: half of its numbers.
+    HingeIdentified {
+        /// The run.
+        run_id: u16,
+        /// 0: axis and foot point in the base; 1: the same in the platform.
+        body: u8,
+        /// x, y, z of either, as the bits of single-precision numbers.
+        bits: [u32; 6],
+    },
     /// A centre was identified.
     Identified {
         /// The run.
@@ -207,7 +218,7 @@ pub struct Device {
     crash_record: Option<CrashRecord>,
     bus: BusHealth,
     counters: Counters,
-    procedure: Procedure,
+    procedure: ModuleProcedure,
     button: Button,
     reporter: Reporter,
     pace: Pace,
@@ -229,6 +240,8 @@ pub struct Device {
     restart_is_news: bool,
     /// A repeated command is answered again and not obeyed again.
     answered: Answered<Request, Answer, 40>,
+    /// Who asked for the pose that is being captured, if somebody did.
+    capture_asked: Option<Asked>,
     /// Starts of this board, this one included.
     boot: u32,
     serial: u32,
@@ -240,7 +253,8 @@ pub struct Device {
     journal_fault: FaultReporter,
     /// The last sample of the encoders.
     counts: Option<[i32; CABLES]>,
-    forward_kinematics: PlatformSolver<f32>,
+    /// Of six cables.
+    forward_kinematics: Option<PlatformSolver<f32>>,
     live_out: OutgoingLive,
     telemetry_out: OutgoingTelemetry,
     telemetry_in_work: Option<TelemetryInWork>,
@@ -265,15 +279,15 @@ impl Device {
     // Inlined so that it is built where it stays: 13 KB of temporary copies on the stack otherwise.
     #[inline(always)]
     pub fn new(config: &Config) -> Self {
-        let fingerprint = fingerprint(&config.rig);
-        Self {
+        let fingerprint = module_fingerprint(&config.rig);
+        let mut device = Self {
             base: config.base,
             fingerprint,
-            versions: status::versions(config.restart.cause, fingerprint),
+            versions: status::versions(config.restart.cause, fingerprint, &config.rig),
             crash_record: config.restart.crash_record,
             bus: BusHealth::default(),
             counters: Counters::default(),
-            procedure: Procedure::new(config.rig, config.limits),
+            procedure: ModuleProcedure::new(&config.rig, config.limits),
             button: Button::new(),
             reporter: Reporter::at_power_up(),
             pace: Pace::at_power_up(),
@@ -291,6 +305,7 @@ impl Device {
             slip: FaultReporter::new(),
             restart_is_news: config.restart.cause.is_fault(),
             answered: Answered::new(),
+            capture_asked: None,
             boot: 0,
             serial: config.serial,
             confirmed: false,
@@ -298,22 +313,24 @@ impl Device {
             journal_failed: false,
             journal_fault: FaultReporter::new(),
             counts: None,
-            forward_kinematics: PlatformSolver::new(&config.rig),
+            forward_kinematics: config.rig.ball().map(PlatformSolver::new),
             live_out: OutgoingLive::every(u32::from(config.live_period_ms)),
             telemetry_out: OutgoingTelemetry::every(sets::period_ms(config.telemetry_hz)),
             telemetry_in_work: None,
             press_began: None,
             confirming: ConfirmingPresses::default(),
-            constants: seal_of_constants(&config.rig, &config.limits),
+            constants: 0,
             lock: Lock::new(config.lock_key),
-            numbering: Numbering::new(config.numbering_check),
+            numbering: Numbering::new(config.numbering_check, config.rig.cables()),
             in_use: config.parameters,
             prepared: config.parameters,
             saving: Saving::Nothing,
             parameters_answered: Answered::new(),
             parameters_wrong: false,
             parameters_fault: FaultReporter::new(),
-        }
+        };
+        device.constants = seal_of(&device.procedure);
+        device
     }
 
     /// Handles one event at the time `now_ms` (a clock in milliseconds that may wrap) and hands out what is to be
@@ -324,8 +341,9 @@ impl Device {
             Event::PowerUp(loaded) => self.power_up(loaded, out),
             Event::Tick => self.tick(now_ms, out),
             Event::Counts(counts) => {
+                let counts = self.counts_in_use(counts);
                 self.counts = Some(counts);
-                self.numbering.sample(&counts, self.procedure.rig().drum().mm_per_count());
+                self.numbering.sample(&counts, self.procedure.drum().mm_per_count());
                 self.procedure.sample(now_ms, &counts);
                 self.monitor_sample(now_ms, &counts, out);
             }
@@ -352,13 +370,20 @@ impl Device {
         }
     }
 
+    /// Encoders beyond the cables of the rig are not in use, whatever they read.
+    fn counts_in_use(&self, mut counts: [i32; CABLES]) -> [i32; CABLES] {
+        let unused = counts.iter_mut().skip(self.procedure.cables().into());
+        unused.for_each(|count| *count = 0);
+        counts
+    }
+
     /// There is computing to do: tick again as soon as there is time.
     pub fn is_busy(&self) -> bool {
         self.procedure.is_busy() || self.slip_monitor.is_busy() || self.keep_is_due
     }
 
     /// The calibration procedure, to look at.
-    pub fn procedure(&self) -> &Procedure {
+    pub fn procedure(&self) -> &ModuleProcedure {
         &self.procedure
     }
 }

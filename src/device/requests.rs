@@ -1,5 +1,6 @@
 //! Frames that come in: commands are obeyed and answered, everything else is counted.
 
+use super::commands::Asked;
 use super::report::Parts;
 use super::{Action, Device, LogEntry};
 use crate::can::command::{NamedValue, Order, Request, ZERO_PRIOR_STEP_MM};
@@ -33,15 +34,31 @@ impl Device {
             self.send(&Message::Answer(answer), out);
             return;
         }
-        // Queries change nothing and may be asked again at once.
-        let remembered = request.nonce != 0 && !is_query(request.opcode);
-        if remembered && self.answered.is_full() {
+        if is_remembered(&request) && self.answered.is_full() {
             self.answer(&request, Reason::TooManyCommands, 0, out);
             return;
         }
-        let (reason, detail) = self.obey(now_ms, &request, out);
+        if self.capture_asked == Some(Asked::OverCan(request)) {
+            // A repetition: the answer is on its way.
+            return;
+        }
+        match self.obey(now_ms, &request, out) {
+            Some((reason, detail)) => self.answer_obeyed(now_ms, request, reason, detail, out),
+            None => self.capture_asked = Some(Asked::OverCan(request)),
+        }
+    }
+
+    /// Answers a request that was obeyed or refused, and remembers it.
+    pub(super) fn answer_obeyed(
+        &mut self,
+        now_ms: u32,
+        request: Request,
+        reason: Reason,
+        detail: u16,
+        out: &mut impl FnMut(Action),
+    ) {
         let answer = self.answer(&request, reason, detail, out);
-        if remembered {
+        if is_remembered(&request) {
             self.answered.note(now_ms, request, answer);
         }
         out(Action::Log(LogEntry::Command { request, reason }));
@@ -54,11 +71,12 @@ impl Device {
         answer
     }
 
-    fn obey(&mut self, now_ms: u32, request: &Request, out: &mut impl FnMut(Action)) -> (Reason, u16) {
-        match request.order(self.procedure.run_id()) {
+    /// What a request brings about: its answer, or `None` when that comes later.
+    fn obey(&mut self, now_ms: u32, request: &Request, out: &mut impl FnMut(Action)) -> Option<(Reason, u16)> {
+        Some(match request.order(self.procedure.run_id()) {
             Err(reason) => (reason, 0),
-            Ok(Order::Procedure(command)) => self.command(now_ms, command, out),
-            Ok(Order::Accept(value)) => self.accept_named(now_ms, value, out),
+            Ok(Order::Procedure(command)) => return self.command(now_ms, command, out),
+            Ok(Order::Accept(value)) => return self.accept_named(now_ms, value, out),
             Ok(Order::Confirm(value)) => self.confirm_named(now_ms, value, out),
             Ok(Order::SetWearer { wearer }) => (self.procedure.set_wearer(wearer), wearer),
             Ok(Order::CheckCable { cable }) => self.check_cable(now_ms, cable),
@@ -70,18 +88,18 @@ impl Device {
                 self.reporter.begin(now_ms, Parts { device: true, live: true, run: true });
                 (Reason::Fine, u16::from(self.procedure.state().code()))
             }
-        }
+        })
     }
 
     /// Accepts the new centre if it is the one that is named, and was shown whole.
-    fn accept_named(&mut self, now_ms: u32, value: NamedValue, out: &mut impl FnMut(Action)) -> (Reason, u16) {
+    fn accept_named(&mut self, now_ms: u32, value: NamedValue, out: &mut impl FnMut(Action)) -> Option<(Reason, u16)> {
         // in another state the procedure says why not
         if let Some(candidate) = self.procedure.candidate() {
-            let is_shown = self.reporter.has_shown(candidate.run_id);
+            let is_shown = self.reporter.has_shown(candidate.run_id());
             match self.shown_candidate() {
-                Some(shown) if !shown.is_named_by(&value) => return (Reason::WrongValue, 0),
+                Some(shown) if !shown.is_named_by(&value) => return Some((Reason::WrongValue, 0)),
                 Some(_) if is_shown => {}
-                _ => return (Reason::ReportIncomplete, 0),
+                _ => return Some((Reason::ReportIncomplete, 0)),
             }
         }
         self.command(now_ms, Command::Accept, out)
@@ -109,7 +127,7 @@ impl Device {
     }
 
     fn read_out(&mut self, set: PoseSet, index: u8) -> Reason {
-        if usize::from(index) >= self.procedure.poses(set).len() {
+        if usize::from(index) >= self.procedure.poses_of(set) {
             Reason::NoSuchPose
         } else if self.reporter.read_out(set, index) {
             Reason::Fine
@@ -117,6 +135,12 @@ impl Device {
             Reason::Busy
         }
     }
+}
+
+/// A repetition of this request is to be answered again and not obeyed again. Queries change nothing and may be asked again
+/// at once.
+const fn is_remembered(request: &Request) -> bool {
+    request.nonce != 0 && !is_query(request.opcode)
 }
 
 /// Commands that change nothing but what is sent.

@@ -18,6 +18,7 @@ enum Sending {
 impl Device {
     pub(super) fn tick(&mut self, now_ms: u32, out: &mut impl FnMut(Action)) {
         self.lock.tick(now_ms);
+        self.answer_capture(now_ms, out);
         self.restart_when_saved(now_ms, out);
         let sending = self.sending_that_is_due(now_ms);
         // An accepted centre is stored before anything else.
@@ -59,7 +60,7 @@ impl Device {
         if core::mem::take(&mut self.keep_is_due) {
             self.keep(out);
         } else if self.slip_monitor.is_to_be_built() {
-            self.slip_monitor.build(self.procedure.machine(), self.procedure.live());
+            self.slip_monitor.build(&self.procedure);
         } else {
             self.monitor_tick(out);
             if let Some(notice) = self.procedure.tick(now_ms) {

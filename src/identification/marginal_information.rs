@@ -93,6 +93,7 @@ impl<T: Real> MarginalInformation<T> {
     /// How the three equations change with each of the six lengths.
     // Not inlined: two copies are 2 KB of flash (`cargo footprint --sections`).
     #[inline(never)]
+    #[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
     pub fn projector(&self) -> [Vector3<T>; CABLES] {
         let [first, second, third] = &self.reflections;
         // The last three rows of the product of the reflections.
@@ -114,6 +115,7 @@ impl<T: Real> MarginalInformation<T> {
     /// The same where the pose has a joint centre of its own, beside the common one by a scatter with this variance
     /// along each axis, in units of the noise's: the three equations are made as uncertain as they are then, and
     /// independent again. 0 = none.
+    #[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
     pub fn add_scatter(&mut self, scatter: T) {
         // Also false for NaN.
         if scatter > T::zero() {
@@ -156,6 +158,7 @@ fn reflection_of<T: Real, const FROM: usize>(column: &Six<T>) -> Result<(Six<T>,
 }
 
 /// (1 - v vᵀ) times the column; v is zero before `FROM`.
+#[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
 fn reflect<T: Real, const FROM: usize>(column: &mut Six<T>, v: &Six<T>) {
     let (column, v) = (&mut column[FROM..], &v[FROM..]);
     let share = column.iter().zip(v).fold(T::zero(), |sum, (x, v)| sum + *x * *v);

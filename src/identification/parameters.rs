@@ -111,6 +111,7 @@ impl<T: Real> Default for CentreSums<T> {
 
 impl<T: Real> CentreSums<T> {
     /// Adds a pose, `weight` times.
+    #[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
     pub fn add(&mut self, rotation: &Matrix3<T>, pose: &MarginalInformation<T>, weight: T) {
         let information = pose.information() * weight;
         let turned = information * rotation;
@@ -123,6 +124,7 @@ impl<T: Real> CentreSums<T> {
     }
 
     /// Adds the sums to the equations, of which they are the last unknowns, and begins anew.
+    #[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
     pub fn move_to(&mut self, equations: &mut Equations<T>) {
         let Self { base, mixed, platform, base_gradient, platform_gradient } = core::mem::take(self);
         let first = equations.unknowns() - CENTRE_UNKNOWNS;

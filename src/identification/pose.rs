@@ -1,7 +1,7 @@
 //! A captured pose: its lengths, the platform's pose by them, and its χ².
 
 use crate::kinematics::rotation::{nearest_attitude, rotation_of};
-use crate::kinematics::{CableLengths, LengthError, PlatformError, PlatformPose, PlatformSolver};
+use crate::kinematics::{CableLengths, LengthError, PlatformError, PlatformPose, PlatformSearch, PlatformSolver};
 use crate::scalar::Real;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
@@ -63,17 +63,25 @@ impl<T: Real> Pose<T> {
 
     /// Places the pose, unless it is placed already. A pose that cannot be placed keeps the reason in its state.
     pub fn place(&mut self, platform: &PlatformSolver<T>) {
+        let mut search = PlatformSearch::default();
+        while !self.place_step(&mut search, platform) {}
+    }
+
+    /// The next step of that, with a search that begins with the first; true when the pose is placed or cannot be.
+    pub fn place_step(&mut self, search: &mut PlatformSearch<T>, platform: &PlatformSolver<T>) -> bool {
         if self.state != PoseState::Unplaced {
-            return;
+            return true;
         }
-        match platform.solve(&self.lengths) {
-            Ok(pose) => self.set_platform(&pose),
-            Err(PlatformError::DoesNotClose) => self.state = PoseState::NotClosing,
-            Err(PlatformError::Length(LengthError { cable, .. })) => {
+        match search.advance(platform, &self.lengths) {
+            None => return false,
+            Some(Ok(pose)) => self.set_platform(&pose),
+            Some(Err(PlatformError::DoesNotClose)) => self.state = PoseState::NotClosing,
+            Some(Err(PlatformError::Length(LengthError { cable, .. }))) => {
                 self.state = PoseState::Broken;
                 self.suspect_cables = 0b11 << (cable - 1);
             }
         }
+        true
     }
 
     /// The same pose, its lengths the mean of so many samples.

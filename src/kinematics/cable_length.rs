@@ -109,6 +109,7 @@ impl<T: Real> CableLengths<T> {
     ///
     /// # Errors
     /// The first cable whose length would not be positive.
+    #[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
     pub fn corrected_by(&self, found: &Correction<T>, home_mm: &[T; CABLES]) -> Result<Self, LengthError> {
         Self::new(core::array::from_fn(|k| home_mm[k] + found.applied_to(k, self.0[k] - home_mm[k])))
     }

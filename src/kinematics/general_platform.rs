@@ -6,15 +6,15 @@
 use super::cable_length::CableLengths;
 use super::geometry::Geometry;
 use super::length_jacobian::{JointCentre, LengthJacobian};
-use super::rotation::{as_rotation, nearest_attitude, rotation_of, turned};
+use super::rotation::{nearest_attitude, rotation_of, turned};
 use super::stewart_gough::{ForwardKinematics, PlatformError, PlatformPose};
 use crate::linear_algebra::NormalEquations;
 use crate::rig::Rig;
 use crate::scalar::Real;
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 
 /// Maximum number of Newton steps. From the nearest triangles three or four suffice.
-const MAX_STEPS: usize = 12;
+const MAX_STEPS: u8 = 12;
 
 /// Finds the platform's pose from six lengths, for any rig.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,45 +39,102 @@ impl<T: Real> PlatformSolver<T> {
     /// # Errors
     /// [`PlatformError`] when a cable triangle is broken or no regular assembly mode is found.
     pub fn solve(&self, lengths: &CableLengths<T>) -> Result<PlatformPose<T>, PlatformError> {
-        let pose = self.three_three.solve(lengths);
-        match pose {
-            Ok(start) if !self.geometry.is_three_three => self.finish(&start, lengths),
-            pose => pose,
+        let mut search = PlatformSearch::default();
+        loop {
+            if let Some(found) = search.advance(self, lengths) {
+                return found;
+            }
         }
     }
+}
 
-    /// Newton's method on the pose, from a start nearby. Six equations for six unknowns, so the normal equations give
-    /// Newton's step; digits lost to their squared condition number are recovered by the next step.
-    fn finish(&self, start: &PlatformPose<T>, lengths: &CableLengths<T>) -> Result<PlatformPose<T>, PlatformError> {
-        let mut origin_mm = start.origin_mm;
-        let mut attitude = nearest_attitude(&start.rotation);
-        // The turn is about the platform's middle: about P1 translation and rotation would be nearly alike.
-        let [p1, p2, p3] = self.geometry.end_points_mm();
-        let middle = (p1 + p2 + p3) * T::of(1.0 / 3.0);
-        let settled_mm = T::default_epsilon().root();
-        for _ in 0..MAX_STEPS {
-            let rotation = rotation_of(&attitude);
-            let centre = JointCentre { in_base_mm: origin_mm + rotation * middle, in_platform_mm: middle };
-            let jacobian = LengthJacobian::new(&self.geometry, &centre, &rotation, lengths);
-            let mut equations = NormalEquations::<T, 6, 21>::new(6);
-            for row in &jacobian.rows {
-                let (u, g) = (&row.translation, &row.rotation_mm);
-                equations.add_row(&[u.x, u.y, u.z, g.x, g.y, g.z], row.residual_mm);
-            }
-            if equations.factor().is_err() {
-                return Err(PlatformError::DoesNotClose);
-            }
-            let [x, y, z, a, b, c] = equations.step();
-            let (moved, turn) = (Vector3::new(x, y, z), Vector3::new(a, b, c));
-            attitude = turned(&attitude, &turn);
-            let rotation = rotation_of(&attitude);
-            origin_mm = centre.in_base_mm + moved - rotation * middle;
-            if moved.norm_squared() + turn.norm_squared() * middle.norm_squared() <= settled_mm * settled_mm {
-                let far = as_rotation(&start.rotation).angle_to(&as_rotation(&rotation)) > T::of(FARTHEST_RAD);
-                return if far { Err(PlatformError::DoesNotClose) } else { Ok(PlatformPose { origin_mm, rotation }) };
-            }
+/// The search for the pose, a step a call: the nearest triangles, then each of Newton's steps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlatformSearch<T: Real> {
+    newton: Option<Newton<T>>,
+}
+
+impl<T: Real> Default for PlatformSearch<T> {
+    fn default() -> Self {
+        Self { newton: None }
+    }
+}
+
+impl<T: Real> PlatformSearch<T> {
+    /// The next step of the search for the pose with these lengths, always the same ones; `None` while it is not over.
+    ///
+    /// # Errors
+    /// As [`PlatformSolver::solve`].
+    pub fn advance(
+        &mut self,
+        solver: &PlatformSolver<T>,
+        lengths: &CableLengths<T>,
+    ) -> Option<Result<PlatformPose<T>, PlatformError>> {
+        if let Some(newton) = &mut self.newton {
+            return newton.step(&solver.geometry, lengths);
         }
-        Err(PlatformError::DoesNotClose)
+        match solver.three_three.solve(lengths) {
+            Ok(start) if !solver.geometry.is_three_three => {
+                self.newton = Some(Newton::from(&start));
+                None
+            }
+            pose => Some(pose),
+        }
+    }
+}
+
+/// Newton's method on the pose, from a start nearby. Six equations for six unknowns, so the normal equations give
+/// Newton's step; digits lost to their squared condition number are recovered by the next step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Newton<T: Real> {
+    start: UnitQuaternion<T>,
+    origin_mm: Vector3<T>,
+    attitude: UnitQuaternion<T>,
+    steps: u8,
+}
+
+impl<T: Real> Newton<T> {
+    fn from(start: &PlatformPose<T>) -> Self {
+        let attitude = nearest_attitude(&start.rotation);
+        Self { start: attitude, origin_mm: start.origin_mm, attitude, steps: 0 }
+    }
+
+    fn step(
+        &mut self,
+        geometry: &Geometry<T>,
+        lengths: &CableLengths<T>,
+    ) -> Option<Result<PlatformPose<T>, PlatformError>> {
+        if self.steps >= MAX_STEPS {
+            return Some(Err(PlatformError::DoesNotClose));
+        }
+        self.steps += 1;
+        // The turn is about the platform's middle: about P1 translation and rotation would be nearly alike.
+        let [p1, p2, p3] = geometry.end_points_mm();
+        let middle = (p1 + p2 + p3) * T::of(1.0 / 3.0);
+        let rotation = rotation_of(&self.attitude);
+        let centre = JointCentre { in_base_mm: self.origin_mm + rotation * middle, in_platform_mm: middle };
+        let jacobian = LengthJacobian::new(geometry, &centre, &rotation, lengths);
+        let mut equations = NormalEquations::<T, 6, 21>::new(6);
+        for row in &jacobian.rows {
+            let (u, g) = (&row.translation, &row.rotation_mm);
+            equations.add_row(&[u.x, u.y, u.z, g.x, g.y, g.z], row.residual_mm);
+        }
+        if equations.factor().is_err() {
+            return Some(Err(PlatformError::DoesNotClose));
+        }
+        let [x, y, z, a, b, c] = equations.step();
+        let (moved, turn) = (Vector3::new(x, y, z), Vector3::new(a, b, c));
+        self.attitude = turned(&self.attitude, &turn);
+        let rotation = rotation_of(&self.attitude);
+        self.origin_mm = centre.in_base_mm + moved - rotation * middle;
+        let settled_mm = T::default_epsilon().root();
+        if moved.norm_squared() + turn.norm_squared() * middle.norm_squared() > settled_mm * settled_mm {
+            return None;
+        }
+        if self.start.angle_to(&self.attitude) > T::of(FARTHEST_RAD) {
+            return Some(Err(PlatformError::DoesNotClose));
+        }
+        Some(Ok(PlatformPose { origin_mm: self.origin_mm, rotation }))
     }
 }
 

@@ -20,7 +20,7 @@ mod trilateration;
 pub use attitude::{AttitudeFit, AttitudeSearch, AttitudeSolver, AttitudeTrack, CableSet};
 pub use base_edges::{BaseEdges, HingeCoordinates};
 pub use cable_length::{CableLengths, LengthError, LengthFault};
-pub use general_platform::PlatformSolver;
+pub use general_platform::{PlatformSearch, PlatformSolver};
 pub use geometry::Geometry;
 pub use length_jacobian::{JointCentre, LengthJacobian, LengthRow};
 pub use stewart_gough::{ForwardKinematics, PlatformError, PlatformPose};

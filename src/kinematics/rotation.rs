@@ -1,9 +1,10 @@
 //! Small rotations of a unit quaternion, and quaternions of matrices, without the panics and calls of the general ones.
 
 use crate::scalar::Real;
-use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 /// `attitude` turned by the small rotation vector `turn` (rad, axes of {B}), to second order and normalised.
+#[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
 pub fn turned<T: Real>(attitude: &UnitQuaternion<T>, turn: &Vector3<T>) -> UnitQuaternion<T> {
     let half = turn * T::of(0.5);
     normalised(Quaternion::from_parts(T::one(), half) * attitude.quaternion())
@@ -12,6 +13,7 @@ pub fn turned<T: Real>(attitude: &UnitQuaternion<T>, turn: &Vector3<T>) -> UnitQ
 /// The rotation matrix of an attitude.
 // Not inlined: 22 copies are 3 KB of flash (`cargo footprint --sections`).
 #[inline(never)]
+#[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
 pub fn rotation_of<T: Real>(attitude: &UnitQuaternion<T>) -> Matrix3<T> {
     attitude.to_rotation_matrix().into_inner()
 }
@@ -64,12 +66,8 @@ pub fn scaled_axis<T: Real>(attitude: &UnitQuaternion<T>) -> Vector3<T> {
     axis * (length.atan2(scalar.abs()) * T::of(2.0))
 }
 
+#[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
 fn normalised<T: Real>(q: Quaternion<T>) -> UnitQuaternion<T> {
     let scale = T::one() / q.norm_squared().root();
     UnitQuaternion::new_unchecked(q * scale)
-}
-
-/// A rotation matrix as nalgebra's rotation, unchecked.
-pub fn as_rotation<T: Real>(matrix: &Matrix3<T>) -> Rotation3<T> {
-    Rotation3::from_matrix_unchecked(*matrix)
 }

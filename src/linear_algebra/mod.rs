@@ -19,6 +19,7 @@ use crate::scalar::Real;
 
 /// a · b, as far as both go, summed from the first on; four products a round, which takes 5.6 instructions each instead of 7.
 #[inline(never)]
+#[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
 pub fn dot<T: Real>(a: &[T], b: &[T]) -> T {
     let len = a.len().min(b.len());
     let (Some(a), Some(b)) = (a.get(..len), b.get(..len)) else { return T::zero() };
@@ -32,6 +33,7 @@ pub fn dot<T: Real>(a: &[T], b: &[T]) -> T {
 
 /// Square root; zero of what rounding has made negative. NaN stays.
 #[inline(never)]
+#[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
 pub fn non_negative_root<T: Real>(x: T) -> T {
     if x < T::zero() { T::zero() } else { x.root() }
 }

@@ -210,6 +210,7 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
     ///
     /// # Errors
     /// [`Singular`] when a pivot is too small against the diagonal entry that it came from, or is not a number.
+    #[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
     pub fn factor_some(&mut self, products: usize) -> Result<(), Singular> {
         let mut left = products;
         while self.factored < self.unknowns && left > 0 {
@@ -306,6 +307,7 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
 
 /// These entries of row `i` before its diagonal become the factor's, where those before them and all rows above are it already.
 #[inline(never)]
+#[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
 fn factor_entries<T: Real>(matrix: &mut [T], i: usize, entries: Range<usize>) -> Result<(), Singular> {
     let (above, row) = matrix.split_at_mut_checked(packed_index(i, 0)).ok_or(Singular)?;
     let mut above = above.get(packed_index(entries.start, 0)..).ok_or(Singular)?;
@@ -321,6 +323,7 @@ fn factor_entries<T: Real>(matrix: &mut [T], i: usize, entries: Range<usize>) ->
 
 /// So does its diagonal, which is inverted. Gives the ratio of the diagonal entry to its pivot.
 #[inline(never)]
+#[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
 fn factor_diagonal<T: Real>(matrix: &mut [T], i: usize) -> Result<T, Singular> {
     let row = matrix.get_mut(packed_index(i, 0)..=packed_index(i, i)).ok_or(Singular)?;
     let (diagonal, row) = row.split_last_mut().ok_or(Singular)?;
@@ -373,6 +376,7 @@ pub fn leading_zeros<T: Real>(numbers: &[T]) -> usize {
 }
 
 /// Adds the products of `a` with the columns, as far as there are entries.
+#[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
 fn add_products<T: Real>(entries: &mut [T], columns: &[Vector3<T>], a: &Vector3<T>) {
     for (entry, b) in entries.iter_mut().zip(columns) {
         *entry += a.x * b.x + a.y * b.y + a.z * b.z;

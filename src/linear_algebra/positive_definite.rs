@@ -11,6 +11,7 @@ pub fn inverse_of_positive_definite<T: Real>(matrix: &Matrix3<T>, smallest: T) -
 
 /// The same for a Schur complement: its pivots are compared with the diagonal of `original`, the matrix before the
 /// elimination.
+#[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
 pub fn inverse_of_eliminated<T: Real>(matrix: &Matrix3<T>, original: &Matrix3<T>, smallest: T) -> Option<Matrix3<T>> {
     let m = matrix;
     let c11 = m.m22 * m.m33 - m.m32 * m.m32;

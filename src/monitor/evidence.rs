@@ -72,6 +72,7 @@ impl<T: Real> Evidence<T> {
     }
 
     /// Adds a sample with the arm's rotation ({P} to {B}).
+    #[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
     pub fn add(&mut self, rotation: &Matrix3<T>, pose: &MarginalInformation<T>) {
         self.samples = self.samples.saturating_add(1);
         self.squares += pose.squares_mm2();

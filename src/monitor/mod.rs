@@ -265,6 +265,7 @@ impl<T: Real> SlipDetector<T> {
     }
 
     /// The same, the joint's scatter eliminated too.
+    #[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
     fn scattered(&self, attitude: &UnitQuaternion<T>, lengths: &CableLengths<T>) -> Option<MarginalInformation<T>> {
         let mut pose = self.information(attitude, lengths)?;
         pose.add_scatter(self.joint.scatter_mm2() / self.variance_mm2);

@@ -59,6 +59,7 @@ impl<const N: usize> Captured<N> {
 }
 
 /// The same for a set of any capacity.
+#[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
 fn nearest_rad(poses: &[Pose<f32>], pose: &Pose<f32>) -> Option<f32> {
     // The cosine of half the angle between two rotations; q and -q are the same rotation.
     let cosine = |other: &Pose<f32>| other.attitude().coords.dot(&pose.attitude().coords).abs();

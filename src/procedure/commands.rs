@@ -5,16 +5,11 @@ use super::outcome::PoseNotice;
 use super::phase::Phase;
 use super::reason::Reason;
 use super::solve::Detail;
-use super::state::{Command, PoseSet, StateName};
+use super::state::{Command, StateName};
 use super::transition::{Trigger, allows};
 use super::{Guidance, Judging, Procedure, Run, State, Verifying};
 use crate::identification::Pose;
 use crate::identification::estimator::PoseVerification;
-use crate::kinematics::{CableLengths, PlatformError};
-
-/// Between two poses in motion at least so much time passes, ms, six windows: whatever slides for a moment beside what the arm's
-/// direction explains is then not counted twice, nor taken for a slip.
-const PAUSE_IN_MOTION_MS: u32 = 540;
 
 /// The answer to a command.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,15 +19,18 @@ pub struct Reply {
     pub reason: Reason,
     /// Index of the captured pose, number of the cable that is meant, or code of the state; 0 otherwise.
     pub detail: u16,
-    /// The pose, when one was captured or refused.
+    /// The pose, when one was refused.
     pub pose: Option<PoseNotice>,
+    /// A pose is being captured, and the answer comes with a tick to come ([`Procedure::take_answer`]).
+    pub is_later: bool,
 }
 
 impl Reply {
-    pub(super) const FINE: Self = Self { reason: Reason::Fine, detail: 0, pose: None };
+    pub(super) const FINE: Self = Self { reason: Reason::Fine, detail: 0, pose: None, is_later: false };
+    pub(super) const LATER: Self = Self { is_later: true, ..Self::FINE };
 
     pub(super) const fn refused(reason: Reason, detail: u16) -> Self {
-        Self { reason, detail, pose: None }
+        Self { reason, detail, ..Self::FINE }
     }
 }
 
@@ -82,19 +80,6 @@ impl Procedure {
             self.ending = None;
         }
         Reply::FINE
-    }
-
-    fn capture_by_command(&mut self, now_ms: u32) -> Reply {
-        if self.assessing.is_some() {
-            // The arm stands where it was captured a moment ago.
-            return Reply::refused(Reason::PoseTooNear, 0);
-        }
-        let notice = self.take_pose(now_ms);
-        let detail = match notice.reason {
-            Reason::Fine => u16::from(notice.index),
-            _ => u16::from(notice.cable),
-        };
-        Reply { reason: notice.reason, detail, pose: self.assessed(notice, false) }
     }
 
     fn identify_by_command(&mut self, now_ms: u32) -> Reply {
@@ -156,6 +141,7 @@ impl Procedure {
         self.spread = Default::default();
         self.accuracy.restart(&self.machine, self.rig.nominal());
         self.assessing = None;
+        self.capturing = None;
         self.predicted_sigma_mm = None;
         self.sigma_with_more_mm = None;
     }
@@ -181,101 +167,5 @@ impl Procedure {
             *judging =
                 Some(Judging { next: 0, verification: PoseVerification::default(), squares_mm2: 0.0, chi_square: 0.0 });
         }
-    }
-
-    /// Captures the pose in which the arm is held, or says why not.
-    pub(super) fn take_pose(&mut self, now_ms: u32) -> PoseNotice {
-        let mut distance_rad = None;
-        let outcome = match self.arm.pose(now_ms, &self.rig) {
-            Ok(taken) => self.try_pose(taken, &mut distance_rad),
-            Err(not_ready) => Err(not_ready),
-        };
-        self.note_pose(now_ms, outcome, distance_rad)
-    }
-
-    /// Captures the pose through which the arm has just moved slowly, if there is one and it is far enough from the others.
-    pub(super) fn take_pose_in_motion(&mut self, now_ms: u32) -> Option<PoseNotice> {
-        let taken = self.arm.pose_in_motion(now_ms, &self.rig)?;
-        if now_ms.wrapping_sub(self.run.since_ms) < PAUSE_IN_MOTION_MS {
-            return None;
-        }
-        let mut distance_rad = None;
-        // On the way from pose to pose most are too near: no notice is sent.
-        self.try_pose(taken, &mut distance_rad).ok()?;
-        Some(self.note_pose(now_ms, Ok(()), distance_rad))
-    }
-
-    fn note_pose(&mut self, now_ms: u32, outcome: Result<(), NotReady>, distance_rad: Option<f32>) -> PoseNotice {
-        let set = self.current_set();
-        self.run.refused_pose = outcome.err();
-        let NotReady { reason, cable } = outcome.err().unwrap_or(NotReady { reason: Reason::Fine, cable: 0 });
-        let taken = outcome.is_ok();
-        if taken {
-            self.run.since_ms = now_ms;
-        }
-        let guidance = match reason {
-            Reason::Fine => self.run.advice,
-            Reason::PoseTooNear | Reason::ArmMoving => Guidance::MoveFurther,
-            Reason::PosesFull => Guidance::Nothing,
-            Reason::EncoderSilent | Reason::EncoderFrozen | Reason::EncoderJumped => Guidance::CheckEncoders,
-            _ => Guidance::TightenCable,
-        };
-        let count = match set {
-            PoseSet::Identification => self.poses.count(),
-            PoseSet::HeldOut => self.held_out.count(),
-        };
-        PoseNotice {
-            set,
-            index: if taken { count.saturating_sub(1) } else { count },
-            reason,
-            cable,
-            sigma_mm: self.predicted_sigma_mm(),
-            distance_rad,
-            guidance,
-        }
-    }
-
-    /// What would help the first set most.
-    fn advice(&self) -> Guidance {
-        match self.run.phase {
-            Phase::Held => match self.spread.advice() {
-                Guidance::MoveOn | Guidance::TiltMore => Guidance::HoldBlade,
-                advice => advice,
-            },
-            Phase::Free(_) => self.spread.advice_for_moving(),
-            Phase::Only if self.moves() => self.spread.advice_for_moving(),
-            Phase::Only => self.spread.advice(),
-        }
-    }
-
-    fn try_pose(
-        &mut self,
-        (lengths, samples): (CableLengths<f32>, u16),
-        distance_rad: &mut Option<f32>,
-    ) -> Result<(), NotReady> {
-        let refused = |reason| NotReady { reason, cable: 0 };
-        let pose = Pose::placed(self.machine.platform(), lengths).map_err(|error| match error {
-            PlatformError::Length(error) => NotReady { reason: Reason::LengthImpossible, cable: error.cable },
-            PlatformError::DoesNotClose => refused(Reason::PlatformDoesNotClose),
-        })?;
-        let pose = pose.averaged_over(samples);
-        // A pose of the second set that repeats one of the first would verify nothing.
-        let distances = [self.poses.nearest_rad(&pose), self.held_out.nearest_rad(&pose)];
-        *distance_rad = distances.into_iter().flatten().reduce(f32::min);
-        if distance_rad.is_some_and(|distance| distance < self.limits.settings().nearest_pose_rad) {
-            return Err(refused(Reason::PoseTooNear));
-        }
-        match self.current_set() {
-            PoseSet::Identification => {
-                self.poses.push(pose).map_err(|_| refused(Reason::PosesFull))?;
-                self.spread.add(&pose.rotation());
-                self.run.advice = self.advice();
-            }
-            PoseSet::HeldOut => {
-                self.held_out.push(pose).map_err(|_| refused(Reason::PosesFull))?;
-                self.run.advice = Guidance::MoveOn;
-            }
-        }
-        Ok(())
     }
 }

@@ -35,12 +35,14 @@ pub mod arm;
 mod assess;
 mod between_runs;
 pub mod captured;
+mod capturing;
 mod commands;
 pub mod elbow;
 pub mod encoders;
 pub mod guidance;
 pub mod limits;
 pub mod loose;
+pub mod module;
 pub mod outcome;
 mod phase;
 pub mod plausible;
@@ -56,6 +58,7 @@ pub mod transition;
 pub use commands::Reply;
 pub use guidance::Guidance;
 pub use limits::{Limits, LimitsError, Settings};
+pub use module::{ModuleProcedure, ModuleRig};
 pub use outcome::{Candidate, Ending, PoseNotice, Verification};
 pub use plausible::Plausibility;
 pub use reason::{Band, Reason};
@@ -69,6 +72,7 @@ use crate::rig::{CABLES, Rig};
 use arm::{Arm, NotReady};
 use assess::Assessing;
 use captured::Captured;
+use capturing::Capturing;
 use encoders::EncoderFault;
 use guidance::Spread;
 use phase::Phase;
@@ -165,6 +169,9 @@ pub struct Procedure {
     spread: Spread,
     machine: Machine<f32>,
     accuracy: PredictedAccuracy<f32>,
+    capturing: Option<Capturing>,
+    /// To the command that the last capture began with, until it is taken.
+    answer: Option<(Reason, u16)>,
     assessing: Option<Assessing>,
     /// Of the first set so far, mm; kept, for it is asked for with every heartbeat.
     predicted_sigma_mm: Option<f32>,
@@ -187,6 +194,8 @@ impl Procedure {
             zero_prior_mm,
             accuracy: PredictedAccuracy::new(&machine, rig.nominal()),
             machine,
+            capturing: None,
+            answer: None,
             assessing: None,
             predicted_sigma_mm: None,
             sigma_with_more_mm: None,
@@ -257,7 +266,8 @@ impl Procedure {
 
     /// There is computing to do: the next tick should follow as soon as the board has time.
     pub const fn is_busy(&self) -> bool {
-        self.assessing.is_some()
+        self.capturing.is_some()
+            || self.assessing.is_some()
             || matches!(self.state, State::Identifying | State::Verifying(Verifying { judging: Some(_), .. }))
     }
 
@@ -361,6 +371,7 @@ impl Procedure {
         let allowed = transition::next(self.state.name(), trigger) == Some(state.name());
         if allowed {
             self.state = state;
+            self.give_up_capture();
             self.run.since_ms = now_ms;
             // The pose in which the state begins was captured already, if it was to be captured.
             self.run.moved = false;

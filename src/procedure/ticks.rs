@@ -44,6 +44,9 @@ impl Procedure {
     /// or refused, if any.
     pub fn tick(&mut self, now_ms: u32) -> Option<PoseNotice> {
         self.arm.tick(now_ms);
+        if self.capturing.is_some() {
+            return self.capture_further(now_ms);
+        }
         // First: the next pose and the estimator want its place.
         if self.assessing.is_some() {
             let (notice, is_automatic) = self.assess()?;
@@ -77,8 +80,8 @@ impl Procedure {
         if self.fails_by_lost_count(now_ms) {
             return None;
         }
-        let notice = self.capture_by_itself(now_ms).and_then(|notice| self.assessed(notice, true));
-        if self.assessing.is_some() {
+        let notice = self.capture_by_itself(now_ms);
+        if self.capturing.is_some() {
             return None;
         }
         let overdue = self.is_overdue(now_ms, self.limits.settings().collecting_timeout_ms);
@@ -178,6 +181,9 @@ impl Procedure {
             return None;
         }
         let notice = self.capture_by_itself(now_ms);
+        if self.capturing.is_some() {
+            return None;
+        }
         let wanted = self.limits.settings().verification_poses;
         let complete = self.held_out.count() >= wanted && !self.run.by_command_only;
         if complete || self.held_out.is_full() {
@@ -227,19 +233,6 @@ impl Procedure {
             let detail = Detail { size_mm, ..Detail::of(Reason::VerificationFailed) };
             self.end(now_ms, Trigger::Contradicted, detail);
         }
-    }
-
-    /// A pose is captured when the arm comes to rest, once a rest; or on its way, far enough from the others.
-    fn capture_by_itself(&mut self, now_ms: u32) -> Option<PoseNotice> {
-        if self.run.in_motion && self.arm.ready(now_ms).is_err() {
-            return self.take_pose_in_motion(now_ms);
-        }
-        let held = self.arm.ready(now_ms).is_ok();
-        if self.run.by_command_only || !self.run.moved || !held {
-            return None;
-        }
-        self.run.moved = false;
-        Some(self.take_pose(now_ms))
     }
 
     fn fails_by_lost_count(&mut self, now_ms: u32) -> bool {

@@ -9,6 +9,7 @@
 mod ball;
 mod bus;
 mod chain;
+mod elbow;
 mod emulated_bus;
 mod hinge;
 mod lengths;
@@ -23,25 +24,28 @@ pub use emulated_bus::EmulatedBus;
 pub use report::{ArmReport, BallReport, ElbowReport};
 pub use roll_call::BusFault;
 
-use super::bench::BenchError;
+use super::client::Client;
 use super::display::Display;
 use super::machine::KnownMachine;
 use super::options::{ArmFault, Options};
+use super::parameters::become_machine;
 use super::report::Status;
-use super::session::Session;
+use crate::identify::hinge::in_precision;
 use crate::study::elbow::scene::{Elbow, HOME_MM, drawn};
 use crate::study::elbow::{ANYBODY, RANGE_RAD};
 use crate::study::scene::normal;
-use crate::wearer::{self, Wearer, WearerSettings};
+use crate::wearer::WearerSettings;
 use ball::{BallModule, CalibratedBall};
 use chain::Chain;
+use elbow::ElbowWearer;
+use glenoid::device::Config;
 use glenoid::identification::Pose;
 use glenoid::identification::arm::{ArmPose, Module};
-use glenoid::identification::hinge::{Drawing, HingeRig};
+use glenoid::identification::hinge::Drawing;
 use glenoid::kinematics::CableLengths;
-use glenoid::parameters::Key;
-use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, CABLES, Drum, Rig, Tolerance};
-use hinge::{CalibratedHinge, HingeModule};
+use glenoid::procedure::elbow::ElbowRig;
+use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, CABLES, Drum, Rig, RigError, Tolerance};
+use hinge::HingeModule;
 use module::{ArmModule, name};
 use person::Limbs;
 use rand::SeedableRng;
@@ -67,8 +71,7 @@ struct Rehearsal<'a> {
 /// Rehearses an arm on a bus that has no boards yet.
 pub fn rehearse_arm(bus: &mut dyn Bus, options: &Options, display: &Display) -> ArmReport {
     let mut report = ArmReport::empty(options.seed, options.poses, options.noise);
-    let rehearsed =
-        Rehearsal::new(bus, options, display).and_then(|mut rehearsal| rehearsal.go_through(&mut report));
+    let rehearsed = Rehearsal::new(bus, options, display).and_then(|mut rehearsal| rehearsal.go_through(&mut report));
     match rehearsed {
         Err(reason) => report.failed(reason),
         Ok(()) => {
@@ -86,38 +89,39 @@ impl<'a> Rehearsal<'a> {
             random.set_stream(stream);
             random
         };
-        let (elbow, hinge_rig) = somebodys_elbow(&mut seeded(1))?;
-        let [shoulder, middle, wrist] = machines()?;
-        let modules = [
-            ArmModule::new(Module::Shoulder, shoulder)?,
-            ArmModule::new(Module::Elbow, middle)?,
-            ArmModule::new(Module::Wrist, wrist)?,
-        ];
-        let [shoulder, middle, wrist] = modules.clone();
+        let text = |error: RigError| error.text().to_owned();
+        let shoulder = KnownMachine::told(Rig::shoulder(ASSUMED_BASE_RADIUS_MM).map_err(text)?)?;
+        let wrist = KnownMachine::told(Rig::wrist().map_err(text)?)?;
+        let drum = Drum { home_length_mm: [HOME_MM[0]; CABLES], ..*shoulder.double.drum() };
+        let (elbow, rig) = somebodys_elbow(&mut seeded(1), shoulder.single.drum())?;
         let is_straight = options.arm_fault == Some(ArmFault::Straight);
+        let elbow = ElbowWearer::new(elbow, &drum, is_straight, seeded(2));
+        let module = ArmModule::new(Module::Elbow, Config::for_rig(rig).parameters)?;
         let rehearsal = Self {
             bus,
-            shoulder: BallModule::new(shoulder, 0, options.wearer(), options),
-            elbow: HingeModule::new(middle, 1, elbow, hinge_rig, is_straight, seeded(2)),
-            wrist: BallModule::new(wrist, 2, wrist_of(options), options),
+            shoulder: BallModule::new(Module::Shoulder, shoulder, 0, options.wearer(), options)?,
+            elbow: HingeModule::new(module, 1, elbow, options)?,
+            wrist: BallModule::new(Module::Wrist, wrist, 2, wrist_of(options), options)?,
             limbs: Limbs::new(&mut seeded(3)),
             options,
             display,
         };
-        rehearsal.plugged_in(&modules)
+        rehearsal.plugged_in()
     }
 
     /// Plugs the boards in, each alone at the identifiers of a new board, and makes it its module.
-    fn plugged_in(self, modules: &[ArmModule; 3]) -> Result<Self, String> {
+    fn plugged_in(self) -> Result<Self, String> {
+        let modules = &[&self.shoulder.module, &self.elbow.module, &self.wrist.module].map(ArmModule::clone);
         let counts = [self.shoulder.counts(), self.elbow.counts(), self.wrist.counts()];
         for (module, counts) in modules.iter().zip(counts) {
-            furnish(self.bus, module, its_machine(module, modules, self.options), module.serial, counts, self.display)?;
+            let machine = its_machine(module, modules, self.options);
+            furnish(self.bus, module, machine, module.serial, counts, self.display)?;
         }
         let [shoulder, _, wrist] = modules;
         match self.options.arm_fault {
             Some(ArmFault::Missing) => self.bus.unplug(2),
             Some(ArmFault::Twice) => {
-                furnish(self.bus, wrist, &shoulder.machine, SPARE, counts[2], self.display)?;
+                furnish(self.bus, wrist, shoulder, SPARE, counts[2], self.display)?;
             }
             _ => {}
         }
@@ -130,11 +134,9 @@ impl<'a> Rehearsal<'a> {
     fn go_through(&mut self, report: &mut ArmReport) -> Result<(), String> {
         let shoulder = self.ball(Module::Shoulder, report)?;
         self.display.stage(name(Module::Elbow)).done("");
-        let elbow = self
-            .elbow
-            .calibrate(self.bus, self.options.poses, self.display)
-            .map_err(|reason| format!("the elbow: {reason}"))?;
-        report.elbow = Some(elbow_report(&self.elbow, &elbow));
+        let elbow = self.elbow.calibrate(self.bus, self.display).map_err(|reason| format!("the elbow: {reason}"))?;
+        report.reasons.extend(elbow.report.objections());
+        report.elbow = Some(elbow.report.clone());
         let wrist = self.ball(Module::Wrist, report)?;
         let chain = Chain::new(&shoulder, &elbow, &wrist, self.limbs.stated());
         let limbs = chain.limbs(self.limbs.lengths_mm(&self.shoulder, &self.elbow, &self.wrist));
@@ -172,10 +174,11 @@ impl<'a> Rehearsal<'a> {
     fn take_a_posture(&mut self) -> Result<ArmPose<f32>, String> {
         self.shoulder.move_on(self.bus, self.display)?;
         self.wrist.move_on(self.bus, self.display)?;
-        self.elbow.move_on(self.bus)?;
+        self.elbow.move_on(self.bus, self.display)?;
+        let [l1, l2, l3, l4, ..] = lengths::lengths_mm(self.bus, &self.elbow.module)?;
         Ok(ArmPose {
             shoulder: six(lengths::lengths_mm(self.bus, &self.shoulder.module)?)?,
-            elbow_mm: self.elbow.lengths_mm(self.bus)?,
+            elbow_mm: [l1, l2, l3, l4],
             wrist: six(lengths::lengths_mm(self.bus, &self.wrist.module)?)?,
         })
     }
@@ -185,61 +188,49 @@ fn six(lengths_mm: [f32; CABLES]) -> Result<Pose<f32>, String> {
     CableLengths::new(lengths_mm).map(Pose::new).map_err(|error| error.fault.text().to_owned())
 }
 
-/// The shoulder's, the elbow's and the wrist's machine, as their boards know them.
-fn machines() -> Result<[KnownMachine; 3], String> {
-    let text = |error: glenoid::rig::RigError| error.text().to_owned();
-    let shoulder = Rig::shoulder(ASSUMED_BASE_RADIUS_MM).map_err(text)?;
-    // What the elbow's board must know: how long its cables are. Of the hinge it knows nothing.
-    let [home, ..] = HOME_MM;
-    let drum = Drum { home_length_mm: [home; CABLES], ..*shoulder.drum() };
-    let elbow =
-        Rig::new(*shoulder.base_mm(), *shoulder.edges_mm(), drum, shoulder.length_noise_mm(), *shoulder.nominal());
-    let mut elbow = KnownMachine::told(elbow.map_err(text)?)?;
-    // Two of its six encoders have no cable and rest, which is not to be taken for a fault.
-    if let Some(set) = &mut elbow.told {
-        module::put(set, Key::FrozenDistance, 500.0_f32.to_bits())?;
-    }
-    Ok([KnownMachine::told(shoulder)?, elbow, KnownMachine::told(Rig::wrist().map_err(text)?)?])
-}
-
-/// The machine that a module's board is told: its own, unless elbow and wrist are exchanged.
-fn its_machine<'m>(module: &'m ArmModule, all: &'m [ArmModule; 3], options: &Options) -> &'m KnownMachine {
+/// Whose machine a module's board is told: its own, unless elbow and wrist are exchanged.
+fn its_machine<'m>(module: &'m ArmModule, all: &'m [ArmModule; 3], options: &Options) -> &'m ArmModule {
     let [_, elbow, wrist] = all;
     match (options.arm_fault, module.which) {
-        (Some(ArmFault::Swapped), Module::Elbow) => &wrist.machine,
-        (Some(ArmFault::Swapped), Module::Wrist) => &elbow.machine,
-        _ => &module.machine,
+        (Some(ArmFault::Swapped), Module::Elbow) => wrist,
+        (Some(ArmFault::Swapped), Module::Wrist) => elbow,
+        _ => module,
     }
 }
 
-/// Plugs a new board in and makes it a module. Boards are numbered in the order of their coming.
+/// Plugs a new board in and makes it a module, with the machine of `machine`. Boards are numbered in the order of their coming.
 fn furnish(
     bus: &mut dyn Bus,
     module: &ArmModule,
-    machine: &KnownMachine,
+    machine: &ArmModule,
     serial: u32,
     counts: [i32; CABLES],
     display: &Display,
 ) -> Result<(), String> {
-    let text = |error: BenchError| error.to_string();
-    let board = bus.join(serial).map_err(text)?;
-    let set = module.parameters(machine)?;
-    let mut wearer = Wearer::new(machine.double, WearerSettings::default());
+    let of_module = |error: &dyn std::error::Error| format!("the {}: {error}", name(module.which));
+    let board = bus.join(serial).map_err(|error| of_module(&error))?;
     let mut place = bus::Place::new(bus, board);
-    let stands = wearer::Pose { counts, ..wearer.home() };
-    let session = Session::new(&mut place, &mut wearer, machine.double.drum().fastest_mm_per_s, display);
-    let mut session = session.standing_in(stands);
-    session.become_machine(&set).map_err(|error| format!("the {}: {error}", name(module.which)))?;
+    let mut client = Client::new(&mut place, counts);
+    become_machine(&mut client, &module.parameters(machine)?, display).map_err(|error| of_module(&error))?;
     Ok(())
 }
 
 /// Somebody's elbow in the default rig, and the rig with what a drawing for anybody says.
-fn somebodys_elbow(random: &mut ChaCha8Rng) -> Result<(Elbow, HingeRig<f64>), String> {
-    let exact = Tolerance::exact();
+fn somebodys_elbow(random: &mut ChaCha8Rng, drums: &Drum<f32>) -> Result<(Elbow, ElbowRig), String> {
+    let (exact, text) = (Tolerance::exact(), |error: RigError| error.text().to_owned());
     let step = ANYBODY.map(|sigma| sigma * normal(random));
     let elbow = Elbow::of_hinge(random, 4, &drawn().moved(&step), &exact);
-    let rig = elbow.rig(exact).map_err(|error| error.text().to_owned())?;
-    Ok((elbow, rig.with_drawing(Drawing { hinge: drawn(), sigma: Some(ANYBODY), range_rad: RANGE_RAD })))
+    let rig = elbow.rig(exact).map_err(text)?;
+    let rig = rig.with_drawing(Drawing { hinge: drawn(), sigma: Some(ANYBODY), range_rad: RANGE_RAD });
+    let single = in_precision::<f32>(&rig).map_err(text)?;
+    let rig = ElbowRig::new(
+        single.cables(),
+        Drum { home_length_mm: [HOME_MM[0] as f32; CABLES], ..*drums },
+        single.length_noise_mm(),
+        *single.tolerance(),
+        single.drawing().copied(),
+    );
+    Ok((elbow, rig.map_err(text)?))
 }
 
 /// The wrist of the same person: it is smaller, and turns less.
@@ -251,24 +242,5 @@ fn wrist_of(options: &Options) -> WearerSettings {
         centre_offset_mm: 4.0,
         cuff_offset_mm: 3.0,
         ..options.wearer()
-    }
-}
-
-fn elbow_report(elbow: &HingeModule, calibrated: &CalibratedHinge) -> ElbowReport {
-    use glenoid::identification::hinge::HingePart;
-    let truth = elbow.truth().0.hinge();
-    let place_mm = calibrated.estimator.axis_point().at_mm.map(f64::from);
-    let axis = calibrated.found.hinge.axis().map(f64::from);
-    let sigma = |part| f64::from(calibrated.found.worst_sigma(part));
-    ElbowReport {
-        base_id: elbow.module.base.raw(),
-        serial: elbow.module.serial,
-        calculated_by: "the host, from the lengths that its board sent",
-        axis: axis.into(),
-        axis_error_deg: axis.cross(truth.axis()).norm().atan2(axis.dot(truth.axis()).abs()).to_degrees(),
-        axis_sigma_deg: sigma(HingePart::Axis).to_degrees(),
-        place_mm: place_mm.into(),
-        place_error_mm: (place_mm - truth.nearest_mm(&place_mm)).norm(),
-        place_sigma_mm: sigma(HingePart::Place),
     }
 }

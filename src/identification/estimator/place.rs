@@ -11,31 +11,36 @@ use crate::identification::pivot_calibration::PivotCalibration;
 use crate::identification::pose::Pose;
 use crate::identification::settings::JointChoice;
 use crate::identification::weights::Weights;
+use crate::kinematics::PlatformSearch;
 use crate::linear_algebra::Singular;
 use crate::scalar::Real;
 
 /// The poses placed so far.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Place<T> {
+pub(super) struct Place<T: Real> {
     next: usize,
+    /// Of the next pose's place.
+    search: PlatformSearch<T>,
     calibration: PivotCalibration<T>,
 }
 
 impl<T: Real> Default for Place<T> {
     fn default() -> Self {
-        Self { next: 0, calibration: PivotCalibration::default() }
+        Self { next: 0, search: PlatformSearch::default(), calibration: PivotCalibration::default() }
     }
 }
 
 impl<T: Real> Place<T> {
-    /// Places the next pose, unless its capture has; after the last, solves the calibration.
+    /// The next step of placing the next pose, unless its capture has placed it; after the last, solves the calibration.
     pub fn advance(&mut self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &mut [Pose<T>]) -> Option<Next<T>> {
         if let Some(pose) = poses.get_mut(self.next) {
-            pose.place(machine.platform());
-            if pose.is_placed() {
-                self.calibration.add(&pose.platform());
+            if pose.place_step(&mut self.search, machine.platform()) {
+                if pose.is_placed() {
+                    self.calibration.add(&pose.platform());
+                }
+                self.next += 1;
+                self.search = PlatformSearch::default();
             }
-            self.next += 1;
             return None;
         }
         if self.calibration.rotations().poses() < T::of_integer(MIN_POSES as i32)

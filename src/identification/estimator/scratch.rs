@@ -55,6 +55,7 @@ pub struct RightInWork<T> {
 impl<T: Real> Scratch<T> {
     /// Takes up a pose in place of what was there, where it stays: 1 KB to be moved otherwise, a tenth of the time with unknown
     /// encoder offsets.
+    #[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
     pub fn put_pose(&mut self, at: &PoseAt<'_, T>, pose: &MarginalInformation<T>, weight: T) {
         if !self.has_room() {
             self.make_room(at.lengths);

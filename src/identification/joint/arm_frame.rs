@@ -78,6 +78,7 @@ impl<T: Real> ArmFrame<T> {
         (tilt, vector.dot(&self.home).atan2(scalar) * T::of(2.0))
     }
 
+    #[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
     fn arm(&self, rotation: &Matrix3<T>) -> Arm<T> {
         let direction = column(rotation, 2);
         let [e1, e2] = &self.across;
@@ -104,6 +105,7 @@ impl<T: Real> ArmFrame<T> {
         (self.features_of(&arm), self.gradients_of(&arm))
     }
 
+    #[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
     fn features_of(&self, arm: &Arm<T>) -> Features<T> {
         let Arm { direction, tilt: [x, y], vector, scalar } = *arm;
         let d = direction - self.home;

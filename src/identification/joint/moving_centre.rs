@@ -82,6 +82,7 @@ impl<T: Real> MovingCentre<T> {
         self.displacement_of(&self.frame.features(rotation))
     }
 
+    #[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
     fn displacement_of(&self, features: &Features<T>) -> Vector3<T> {
         self.gains.iter().zip(features).fold(Vector3::zeros(), |sum, (gain, feature)| sum + gain * *feature)
     }

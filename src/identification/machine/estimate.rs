@@ -86,6 +86,7 @@ impl<T: Real> MachineEstimate<T> {
 
     /// The lengths corrected by the present estimate: home + (reading - home - offset) / scale. Unchanged if a
     /// corrected length would not be positive.
+    #[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
     pub fn corrected(&self, machine: &Machine<T>, lengths: &CableLengths<T>) -> CableLengths<T> {
         let unknown = self.unknown;
         if unknown.offsets == 0 && unknown.scales == 0 {

@@ -51,13 +51,13 @@ impl ElbowProcedure {
         match command {
             // Neither is anything that an elbow has.
             Command::Start { held_first: true, .. } | Command::Start { in_motion: true, .. } => {
-                Reply::refused(Reason::BadArgument, 0)
+                Reply::refused(Reason::NotOfHinge, 0)
             }
             Command::Start { by_command_only, .. } => self.start(now_ms, by_command_only),
             Command::Capture => {
                 let notice = self.take_pose(now_ms);
                 let detail = if notice.reason == Reason::Fine { notice.index } else { notice.cable };
-                Reply { reason: notice.reason, detail: detail.into(), pose: Some(notice) }
+                Reply { pose: Some(notice), ..Reply::refused(notice.reason, detail.into()) }
             }
             Command::Identify if usize::from(self.poses.count()) < crate::identification::hinge::MIN_POSES => {
                 Reply::refused(Reason::TooFewPoses, u16::from(self.poses.count()))

@@ -85,11 +85,6 @@ fn with_zeros(rig: HingeRig<f64>, zero_prior_mm: Option<f64>) -> Result<HingeRig
     rig.with_tolerance(tolerance, home).map_err(|error| InputError::Request(error.text().to_owned()))
 }
 
-/// What to do about a refusal.
-pub(crate) fn remedy_of(refusal: &HingeRefusal) -> &'static str {
-    remedy::remedy(&RefusalReport::of(refusal))
-}
-
 /// The rig in a precision.
 pub(crate) fn in_precision<T: Real>(rig: &HingeRig<f64>) -> Result<HingeRig<T>, RigError> {
     let point = |point: &nalgebra::Vector3<f64>| point.map(T::of);

@@ -143,7 +143,7 @@ pub enum RefusalReport {
 }
 
 impl RefusalReport {
-    pub(super) fn of(refusal: &HingeRefusal) -> Self {
+    fn of(refusal: &HingeRefusal) -> Self {
         let degrees = |angle_rad: f32| f64::from(angle_rad).to_degrees();
         match *refusal {
             HingeRefusal::TooFewPoses { poses, wanted } => Self::TooFewPoses { poses, wanted },

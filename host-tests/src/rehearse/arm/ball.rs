@@ -4,6 +4,7 @@ use super::bus::{Bus, Place};
 use super::module::ArmModule;
 use crate::estimation::Estimation;
 use crate::rehearse::display::Display;
+use crate::rehearse::machine::KnownMachine;
 use crate::rehearse::options::Options;
 use crate::rehearse::report::Report;
 use crate::rehearse::session::Session;
@@ -11,13 +12,14 @@ use crate::rehearse::transcript::Transcript;
 use crate::rehearse::{judgement, replay};
 use crate::wearer::{Pose, Wearer, WearerSettings};
 use glenoid::identification::Machine;
-use glenoid::identification::arm::Ball;
+use glenoid::identification::arm::{Ball, Module};
 use glenoid::rig::CABLES;
 
 /// Shoulder or wrist.
 pub struct BallModule {
     /// Its board.
     pub module: ArmModule,
+    machine: KnownMachine,
     board: usize,
     wearer: Wearer,
     at: Pose,
@@ -41,10 +43,20 @@ impl CalibratedBall {
 
 impl BallModule {
     /// A ball on a board.
-    pub fn new(module: ArmModule, board: usize, settings: WearerSettings, options: &Options) -> Self {
-        let wearer = Wearer::new(module.machine.double, settings);
+    ///
+    /// # Errors
+    /// None in practice.
+    pub fn new(
+        which: Module,
+        machine: KnownMachine,
+        board: usize,
+        settings: WearerSettings,
+        options: &Options,
+    ) -> Result<Self, String> {
+        let module = ArmModule::new(which, machine.told.unwrap_or_default())?;
+        let wearer = Wearer::new(machine.double, settings);
         let options = Options { tilt: settings.tilt_rad.to_degrees(), ..options.clone() };
-        Self { module, board, at: wearer.home(), wearer, options }
+        Ok(Self { module, machine, board, at: wearer.home(), wearer, options })
     }
 
     /// What the board's encoders show.
@@ -63,8 +75,8 @@ impl BallModule {
             Ok((transcript, session.restart()?))
         });
         let (transcript, after_restart) = calibrated?;
-        let known = &self.module.machine;
-        let report = judgement::judge(&transcript, &after_restart, &self.wearer, known, &self.options, None)?;
+        let (wearer, known) = (&self.wearer, &self.machine);
+        let report = judgement::judge(&transcript, &after_restart, wearer, known, &self.options, None)?;
         let (machine, estimation) = self.estimate(&transcript)?;
         Ok(CalibratedBall { report, machine, estimation })
     }
@@ -94,7 +106,7 @@ impl BallModule {
         display: &Display,
         act: impl FnOnce(&mut Session<'_>) -> Result<T, crate::rehearse::SessionError>,
     ) -> Result<T, String> {
-        let fastest = self.module.machine.double.drum().fastest_mm_per_s;
+        let fastest = self.machine.double.drum().fastest_mm_per_s;
         let mut place = Place::new(bus, self.board);
         let session = Session::new(&mut place, &mut self.wearer, fastest, display);
         let mut session = session.at(self.module.base).standing_in(self.at.clone());
@@ -108,7 +120,7 @@ impl BallModule {
     fn estimate(&self, transcript: &Transcript) -> Result<(Machine<f32>, Estimation<f32>), String> {
         let taken: Vec<_> = transcript.identification.iter().map(|pose| (pose.lengths_mm, pose.samples)).collect();
         let refused = |refusal: glenoid::identification::Refusal| refusal.text().to_owned();
-        let (machine, estimation) = replay::estimate(&self.module.machine.single, &taken, 0.0).map_err(refused)?;
+        let (machine, estimation) = replay::estimate(&self.machine.single, &taken, 0.0).map_err(refused)?;
         match &estimation.outcome {
             Ok(_) => Ok((machine, estimation)),
             Err(refusal) => Err(refused(refusal.clone())),

@@ -128,7 +128,15 @@ fn gone(error: &dyn std::error::Error) -> BenchError {
 impl Plugged {
     fn connect(emulator: Emulator) -> Result<Self, BenchError> {
         let lines = BoardLines::connect(&emulator).map_err(|error| gone(&error))?;
-        Ok(Self { emulator, lines, counts: None, is_fresh: false, from_host: VecDeque::new(), from_boards: VecDeque::new(), sampled: 0 })
+        Ok(Self {
+            emulator,
+            lines,
+            counts: None,
+            is_fresh: false,
+            from_host: VecDeque::new(),
+            from_boards: VecDeque::new(),
+            sampled: 0,
+        })
     }
 
     fn sample(&mut self) -> Result<(), LinesError> {

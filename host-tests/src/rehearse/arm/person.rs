@@ -39,8 +39,8 @@ impl Limbs {
     /// Where the hand is in the shoulder's base, mm.
     pub fn hand_mm(&self, shoulder: &BallModule, elbow: &HingeModule, wrist: &BallModule) -> Vector3<f64> {
         let on_forearm = through(&self.forearm.1, &wrist.wearer().arm().carried_mm(&wrist.at().rotation, &HAND_MM));
-        let (hinge, flexion_rad) = elbow.truth();
-        let on_upper_arm = through(&self.upper_arm.1, &hinge.carried_mm(&on_forearm, flexion_rad));
+        let on_base = elbow.wearer().elbow().carried_mm(&on_forearm, elbow.flexion_rad());
+        let on_upper_arm = through(&self.upper_arm.1, &on_base);
         shoulder.wearer().arm().carried_mm(&shoulder.at().rotation, &on_upper_arm)
     }
 
@@ -48,7 +48,7 @@ impl Limbs {
     /// centre.
     pub fn lengths_mm(&self, shoulder: &BallModule, elbow: &HingeModule, wrist: &BallModule) -> [f64; 2] {
         let distance = |from: Vector3<f64>, axis: &Vector3<f64>| from.cross(axis).norm();
-        let hinge = elbow.truth().0.hinge();
+        let hinge = elbow.wearer().elbow().hinge();
         let mount = &self.upper_arm.1;
         let shoulder_mm =
             mount.rotation.transpose() * (shoulder.wearer().arm().centre_in_platform_mm() - mount.origin_mm);

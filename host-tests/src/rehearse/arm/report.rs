@@ -51,8 +51,8 @@ pub struct ElbowReport {
     pub base_id: u16,
     /// Serial number of its board.
     pub serial: u32,
-    /// Who has calculated the axis.
-    pub calculated_by: &'static str,
+    /// Poses that identified it.
+    pub poses: u8,
     /// Direction of the axis in the elbow's base.
     pub axis: [f64; 3],
     /// Angle between it and the true one, degrees.
@@ -65,6 +65,10 @@ pub struct ElbowReport {
     pub place_error_mm: f64,
     /// 1σ of the place in its worst direction, mm.
     pub place_sigma_mm: f64,
+    /// The host finds the same from the lengths read out of the board, to the bit as it comes over CAN.
+    pub host_agrees: bool,
+    /// After a restart the same hinge is in use.
+    pub survives_restart: bool,
 }
 
 impl ArmReport {
@@ -146,7 +150,10 @@ impl fmt::Display for ElbowReport {
         line(f, "  axis", &format!("{axis}, {error:.2}° off, 1σ {sigma:.2}°"))?;
         let (place, error, sigma) = (list(&self.place_mm), self.place_error_mm, self.place_sigma_mm);
         line(f, "  place", &format!("{place} mm, {error:.2} mm off, 1σ {sigma:.2} mm"))?;
-        line(f, "  calculated by", self.calculated_by)
+        let agreement = if self.host_agrees { "agree to the bit" } else { "DIFFER" };
+        line(f, "  host and board", &format!("{agreement}, from the lengths read out of the board"))?;
+        let same = if self.survives_restart { "the same hinge" } else { "ANOTHER hinge" };
+        line(f, "  after a restart", &format!("{same} in use, from the record"))
     }
 }
 

@@ -72,7 +72,7 @@ impl Bench {
 
     /// A device of another kind, with a wearer in its machine.
     pub fn of(config: Config, wearer: WearerSettings) -> Self {
-        let (rig, wide) = (&config.rig, |mm: &f32| f64::from(*mm));
+        let (rig, wide) = (config.rig.ball().unwrap(), |mm: &f32| f64::from(*mm));
         let drum = Drum {
             radius_mm: rig.drum().radius_mm.into(),
             counts_per_turn: rig.drum().counts_per_turn.into(),
@@ -133,7 +133,7 @@ impl Bench {
             Action::EraseRecord => *erased += 1,
             Action::Journal(entry) => journal.push(entry),
             Action::StatusLed(pattern) => led_patterns.push(pattern),
-            Action::Store(record) => records.push(record),
+            Action::Store(record) => records.push(*record.ball().unwrap()),
             Action::Stop(ResetCause::Requested) => *stopped = Some(ResetCause::Requested),
             Action::Stop(cause) => panic!("the device asks for a restart: {cause:?}"),
             Action::Log(entry) => logs.push(entry),
@@ -264,12 +264,20 @@ impl Bench {
     pub fn raw(&mut self, frame: Frame) -> Answer {
         let before = self.messages.len();
         self.event(Event::Can(frame));
-        let answers: Vec<Answer> = self.messages[before..]
-            .iter()
-            .filter_map(|m| if let Message::Answer(a) = m { Some(*a) } else { None })
-            .collect();
+        // A capture is answered when the pose has been looked at, some ticks later.
+        for _ in 0..TICKS_A_MILLISECOND {
+            if self.answers(before).is_empty() {
+                self.event(Event::Tick);
+            }
+        }
+        let answers = self.answers(before);
         assert_eq!(answers.len(), 1, "exactly one answer to {frame:?}");
         answers[0]
+    }
+
+    fn answers(&self, before: usize) -> Vec<Answer> {
+        let answers = self.messages[before..].iter();
+        answers.filter_map(|message| if let Message::Answer(answer) = message { Some(*answer) } else { None }).collect()
     }
 
     /// Sends a request about parameters and returns its answer.
@@ -320,7 +328,7 @@ impl Bench {
     }
 
     pub fn procedure(&self) -> &Procedure {
-        self.device.procedure()
+        self.device.procedure().ball().unwrap()
     }
 
     pub fn state(&self) -> StateName {

@@ -26,6 +26,8 @@ fn three_boards_on_one_bus_find_the_hand() {
         assert_eq!(found.host.difference_mm, 0.0);
         assert_eq!(found.centre_mm, found.centre_after_restart_mm);
     }
+    let elbow = report.elbow.as_ref().unwrap();
+    assert!(elbow.host_agrees && elbow.survives_restart, "{report}");
     assert_eq!(report.hand.len(), 3);
     for hand in &report.hand {
         // The elbow's axis and the mounts leave the hand to a few millimetres.
@@ -58,6 +60,6 @@ fn modules_out_of_order_are_named() {
 #[test]
 fn an_elbow_that_never_bends_is_named() {
     let reason = failure("--arm-fault straight --poses 12");
-    assert!(reason.starts_with("the elbow: too little flexion"), "{reason}");
-    assert!(reason.contains("What to do: Bend further"), "{reason}");
+    assert!(reason.starts_with("the elbow: it never bends: after 1 angles"), "{reason}");
+    assert!(reason.contains("the board says: move further before holding the arm. What to do: "), "{reason}");
 }

@@ -7,7 +7,7 @@ use std::process::ExitCode;
 
 use audit::cycles::profile::{self, Place};
 use audit::cycles::record::Record;
-use audit::cycles::trace::{self, Trace};
+use audit::cycles::trace::{self, PLACEMENTS, Trace};
 use audit::cycles::{agreement, figures, flash, run, table};
 use clap::Parser;
 use host_tests::command_line;
@@ -36,6 +36,9 @@ struct Arguments {
     /// With --profile: of its dearest count alone, such as the longest slice or tick
     #[arg(long, requires = "profile")]
     worst: bool,
+    /// With --profile: of all its counts with more estimated cycles than this
+    #[arg(long, requires = "profile", conflicts_with = "worst", value_name = "CYCLES")]
+    above: Option<u64>,
     /// Install what is missing without asking
     #[arg(long)]
     yes: bool,
@@ -62,7 +65,7 @@ fn measure(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     emulator::ensure_installed(consent)?;
     let toolchain = firmware::choose_toolchain(consent)?;
     if let Some(name) = &arguments.profile {
-        profile_path(toolchain, name, arguments.worst)?;
+        profile_path(toolchain, name, arguments)?;
         return Ok(true);
     }
     // Each image takes the place of the one before.
@@ -119,7 +122,7 @@ fn single_precision_paths(image: &Path) -> Result<Vec<figures::Path>, Box<dyn Er
 }
 
 /// Where the instructions of one path in single precision go, or of its dearest count. Builds that image alone.
-fn profile_path(toolchain: Toolchain, name: &str, worst: bool) -> Result<(), Box<dyn Error>> {
+fn profile_path(toolchain: Toolchain, name: &str, arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     let is_event = name.starts_with(flash::DEVICE);
     let image = flash::build(toolchain, if is_event { flash::DEVICE } else { flash::SINGLE })?;
     let mut paths = single_precision_paths(&image)?;
@@ -132,19 +135,32 @@ fn profile_path(toolchain: Toolchain, name: &str, worst: bool) -> Result<(), Box
     })?;
     let trace = if is_event { trace::everything(&image)? } else { trace::single_precision(&image)? };
     let Some(traced) = agreement::assign(&paths, &trace)?.swap_remove(at) else { return Ok(()) };
-    println!("{name}: at most {} instructions, {} est. cycles\n", traced.worst.instructions, traced.worst.cycles);
-    let dearest = [traced.worst_at];
-    print_profile(&image, &trace, if worst { &dearest } else { &traced.counts })
+    let worst = &traced.worst;
+    println!("{name}: at most {} instructions, {} est. cycles", worst.instructions, worst.cycles());
+    println!("{:>12}  memory that never waits", worst.core_cycles);
+    for ((way, ..), cycles) in PLACEMENTS.iter().zip(worst.fetched) {
+        println!("{cycles:>12}  {way}");
+    }
+    println!();
+    let cycles_of = |count: &usize| trace.counts[*count].cycles();
+    let chosen: Vec<usize> = match arguments.above {
+        Some(limit) => traced.counts.iter().copied().filter(|count| cycles_of(count) > limit).collect(),
+        None if arguments.worst => vec![traced.worst_at],
+        None => traced.counts.clone(),
+    };
+    println!("{} of its {} counts:", chosen.len(), traced.counts.len());
+    print_profile(&image, &trace, &chosen)
 }
 
 fn print_profile(image: &Path, trace: &Trace, counts: &[usize]) -> Result<(), Box<dyn Error>> {
     let instructions = trace.instructions(counts);
-    let all: u64 = instructions.iter().map(|(_, times)| times).sum();
+    let all: u64 = instructions.iter().map(|(_, times, _)| times).sum();
     for (title, place) in [("symbol", Place::Symbol), ("function", Place::Function), ("line", Place::Line)] {
-        println!("{:>12} {:>7} {:>12}  {title}", "instructions", "share", "est. cycles");
+        println!("{:>12} {:>7} {:>12} {:>12}  {title}", "instructions", "share", "est. cycles", "waits");
         for share in profile::by_place(image, &instructions, place)?.iter().take(PROFILE_LINES) {
             let percent = share.instructions as f64 / all.max(1) as f64 * 100.0;
-            println!("{:>12} {percent:>5.1} % {:>12}  {}", share.instructions, share.cycles, share.place);
+            let profile::Share { place, instructions, cycles, waits } = share;
+            println!("{instructions:>12} {percent:>5.1} % {cycles:>12} {waits:>12}  {place}");
         }
         println!();
     }

@@ -64,12 +64,10 @@ pub fn assign(paths: &[Path], trace: &Trace) -> Result<Vec<Option<Traced>>, RunE
 fn summed(counts: Vec<usize>, trace: &Trace, empty: Count) -> Traced {
     let (mut sum, mut worst, mut worst_at) = (Count::default(), Count::default(), 0);
     for at in &counts {
-        let count = trace.counts[*at];
-        let instructions = count.instructions.saturating_sub(empty.instructions);
-        let cycles = count.cycles.saturating_sub(empty.cycles);
-        sum = Count { instructions: sum.instructions + instructions, cycles: sum.cycles + cycles };
-        if cycles > worst.cycles {
-            (worst, worst_at) = (Count { instructions, cycles }, *at);
+        let count = trace.counts[*at].without(&empty);
+        sum = sum.with(&count);
+        if count.cycles() > worst.cycles() {
+            (worst, worst_at) = (count, *at);
         }
     }
     Traced { counts, sum, worst, worst_at }

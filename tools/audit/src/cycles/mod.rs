@@ -14,6 +14,7 @@
 
 pub mod agreement;
 pub mod emulation;
+pub mod fetch;
 pub mod figures;
 pub mod flash;
 pub mod pipeline;

@@ -99,6 +99,7 @@ mod tests {
     fn cycles(block: &[(&str, &str)]) -> u64 {
         let read = |(mnemonic, operands): &(&str, &str)| Instruction {
             address: 0,
+            bytes: 4,
             mnemonic: (*mnemonic).to_owned(),
             operands: (*operands).to_owned(),
             cycles: timing::cycles(mnemonic, operands),

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use addr2line::Loader;
 
-use super::timing::Instruction;
+use super::trace::Executed;
 
 /// Instructions and estimated cycles spent in one place.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -14,8 +14,10 @@ pub struct Share {
     pub place: String,
     /// Instructions.
     pub instructions: u64,
-    /// Estimated cycles.
+    /// Estimated cycles, waits for the flash included.
     pub cycles: u64,
+    /// The waits alone.
+    pub waits: u64,
 }
 
 /// What a place is.
@@ -33,11 +35,11 @@ pub enum Place {
 ///
 /// # Errors
 /// What is wrong with the image's debug information.
-pub fn by_place(image: &Path, instructions: &[(&Instruction, u64)], place: Place) -> Result<Vec<Share>, String> {
+pub fn by_place(image: &Path, instructions: &[Executed<'_>], place: Place) -> Result<Vec<Share>, String> {
     let loader = Loader::new(image).map_err(|error| error.to_string())?;
     let mut names: HashMap<u64, String> = HashMap::new();
-    let mut shares: HashMap<String, (u64, u64)> = HashMap::new();
-    for (one, times) in instructions {
+    let mut shares: HashMap<String, (u64, u64, u64)> = HashMap::new();
+    for (one, times, waits) in instructions {
         let name = match names.get(&one.address) {
             Some(name) => name.clone(),
             None => {
@@ -47,10 +49,13 @@ pub fn by_place(image: &Path, instructions: &[(&Instruction, u64)], place: Place
         };
         let share = shares.entry(name).or_default();
         share.0 += times;
-        share.1 += times * one.cycles;
+        share.1 += times * one.cycles + waits;
+        share.2 += waits;
     }
-    let mut shares: Vec<Share> =
-        shares.into_iter().map(|(place, (instructions, cycles))| Share { place, instructions, cycles }).collect();
+    let mut shares: Vec<Share> = shares
+        .into_iter()
+        .map(|(place, (instructions, cycles, waits))| Share { place, instructions, cycles, waits })
+        .collect();
     shares.sort_by(|a, b| (b.instructions, &a.place).cmp(&(a.instructions, &b.place)));
     Ok(shares)
 }

@@ -113,9 +113,9 @@ impl Record {
                 push("worst-instructions", path.worst);
             }
             if let Some(traced) = traced {
-                push("cycles", traced.sum.cycles);
+                push("cycles", traced.sum.cycles());
                 if !path.is_whole() {
-                    push("worst-cycles", traced.worst.cycles);
+                    push("worst-cycles", traced.worst.cycles());
                 }
             }
             push("state-bytes", path.state_bytes);

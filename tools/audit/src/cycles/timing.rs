@@ -1,7 +1,7 @@
 //! What an instruction costs on a Cortex-M4F: ARM DDI 0439, "Cortex-M4 Technical Reference Manual", tables 3-1 and 7-1.
 //!
-//! An estimate: no wait states of the memory, a branch as if always taken. What an instruction owes to the one before it
-//! comes on top ([`pipeline`](super::pipeline)).
+//! An estimate: a branch as if always taken. What an instruction owes to the one before it ([`pipeline`](super::pipeline)) and
+//! to the memory that it comes from ([`fetch`](super::fetch)) comes on top.
 //! Never checked on silicon; expect it to be right within 20 %.
 
 /// An instruction as the emulator disassembles it.
@@ -9,6 +9,8 @@
 pub struct Instruction {
     /// Where it stands.
     pub address: u64,
+    /// Its length: 2 or 4.
+    pub bytes: u64,
     /// Its mnemonic with the type behind a point.
     pub mnemonic: String,
     /// Its operands.
@@ -23,6 +25,13 @@ const REFILL: u64 = 2;
 /// Condition codes as the disassembler writes them behind a mnemonic.
 const CONDITIONS: [&str; 15] =
     ["eq", "ne", "hs", "lo", "cs", "cc", "mi", "pl", "vs", "vc", "hi", "ls", "ge", "lt", "gt"];
+
+impl Instruction {
+    /// It calls a function.
+    pub fn is_call(&self) -> bool {
+        self.mnemonic.starts_with("bl") && (is_branch(&self.mnemonic, "bl") || is_branch(&self.mnemonic, "blx"))
+    }
+}
 
 /// Cycles of one instruction, by its mnemonic and operands as the emulator's disassembler writes them.
 pub fn cycles(mnemonic: &str, operands: &str) -> u64 {

@@ -4,10 +4,13 @@
 //! time that it is executed. The image's two marks divide the executions into counts; the sum over the instructions of
 //! a count must agree with the ticks of [`run`](super::run), which is measured in another way.
 
+use std::array;
 use std::collections::HashMap;
+use std::ops::Range;
 use std::path::Path as FilePath;
 
 use super::emulation::{self, RunError};
+use super::fetch::{Fetch, Placement};
 use super::pipeline;
 use super::timing::{self, Instruction};
 use firmware_image::elf::Elf;
@@ -32,8 +35,60 @@ struct Block {
 pub struct Count {
     /// Instructions.
     pub instructions: u64,
-    /// Estimated cycles.
-    pub cycles: u64,
+    /// Estimated cycles where memory does not wait.
+    pub core_cycles: u64,
+    /// Estimated cycles with the flash as each of [`PLACEMENTS`] uses it.
+    pub fetched: [u64; PLACEMENTS.len()],
+}
+
+impl Count {
+    /// Estimated cycles on the drive board as it is built.
+    pub fn cycles(&self) -> u64 {
+        self.fetched[AS_BUILT]
+    }
+
+    /// Both together.
+    #[must_use]
+    pub fn with(&self, other: &Self) -> Self {
+        Self {
+            instructions: self.instructions + other.instructions,
+            core_cycles: self.core_cycles + other.core_cycles,
+            fetched: array::from_fn(|at| self.fetched[at] + other.fetched[at]),
+        }
+    }
+
+    /// This one without what the other counts too.
+    #[must_use]
+    pub fn without(&self, other: &Self) -> Self {
+        Self {
+            instructions: self.instructions.saturating_sub(other.instructions),
+            core_cycles: self.core_cycles.saturating_sub(other.core_cycles),
+            fetched: array::from_fn(|at| self.fetched[at].saturating_sub(other.fetched[at])),
+        }
+    }
+}
+
+/// Ways to use the memories that are estimated side by side: code in the CCM or all in the flash, each without and with
+/// prefetch.
+pub const PLACEMENTS: [(&str, bool, bool); 4] = [
+    ("as built: marked code in the CCM, no prefetch", true, false),
+    ("marked code in the CCM, prefetch", true, true),
+    ("all in the flash, no prefetch", false, false),
+    ("all in the flash, prefetch", false, true),
+];
+/// Which of them the drive board's image is.
+const AS_BUILT: usize = 0;
+/// The section of the code for the CCM.
+const CCM_SECTION: &str = ".ccm_code";
+
+/// A place's share of a run: an instruction, how often it was executed, and the cycles that its fetch waited in all.
+pub type Executed<'a> = (&'a Instruction, u64, u64);
+
+/// What was executed of a block.
+#[derive(Debug, Clone, Copy, Default)]
+struct Executions {
+    times: u64,
+    waits: u64,
 }
 
 /// The counts of a traced run, and how often each instruction was executed in the counts of each path.
@@ -44,7 +99,7 @@ pub struct Trace {
     /// Of each count, which kind of event it is of: a tick, a sample or a frame.
     pub kinds: Vec<Option<usize>>,
     /// For each count, the blocks that were executed and how often.
-    executions: Vec<HashMap<usize, u64>>,
+    executions: Vec<HashMap<usize, Executions>>,
     blocks: Vec<Block>,
 }
 
@@ -71,16 +126,19 @@ fn run(image: &FilePath, argument: &str) -> Result<Trace, RunError> {
 }
 
 impl Trace {
-    /// How often each instruction was executed in the given counts.
-    pub fn instructions(&self, counts: &[usize]) -> Vec<(&Instruction, u64)> {
-        let mut times: HashMap<usize, u64> = HashMap::new();
+    /// How often each instruction was executed in the given counts. A block's waits stand at its first instruction.
+    pub fn instructions(&self, counts: &[usize]) -> Vec<Executed<'_>> {
+        let mut all: HashMap<usize, Executions> = HashMap::new();
         for (block, executed) in counts.iter().filter_map(|count| self.executions.get(*count)).flatten() {
-            *times.entry(*block).or_default() += executed;
+            let sum = all.entry(*block).or_default();
+            sum.times += executed.times;
+            sum.waits += executed.waits;
         }
-        times
-            .into_iter()
-            .flat_map(|(block, times)| self.blocks[block].instructions.iter().map(move |one| (one, times)))
-            .collect()
+        let of_block = |(block, Executions { times, waits }): (usize, Executions)| {
+            let waits = std::iter::once(waits).chain(std::iter::repeat(0));
+            self.blocks[block].instructions.iter().zip(waits).map(move |(one, waits)| (one, times, waits))
+        };
+        all.into_iter().flat_map(of_block).collect()
     }
 }
 
@@ -95,8 +153,13 @@ struct Reader {
     translated: Vec<Instruction>,
     /// Blocks by the address of their translation.
     known: HashMap<u64, usize>,
+    /// The block of the line before: the next line may say that it was not executed.
     last: Option<usize>,
     open: bool,
+    /// Where code lies that does not wait.
+    ccm: Range<u64>,
+    /// One for each of [`PLACEMENTS`], of the count that is open.
+    fetches: Vec<Fetch>,
     trace: Trace,
     problem: Option<String>,
 }
@@ -105,7 +168,11 @@ impl Reader {
     fn new(image: &Elf) -> Result<Self, RunError> {
         let find = |name: &str| image.function(name).map_err(|error| RunError::Trace(error.to_string()));
         let [begin, end] = [find(MARKS[0])?, find(MARKS[1])?];
+        let sections = image.sections().map_err(|error| RunError::Trace(error.to_string()))?;
+        let ccm = sections.iter().find(|section| section.name == CCM_SECTION);
         Ok(Self {
+            ccm: ccm.map_or(0..0, |section| section.address..section.address + section.size_bytes),
+            fetches: Vec::new(),
             marks: [begin.address, end.address],
             mark_sizes: [begin.size_bytes, end.size_bytes],
             kinds: KINDS.map(|name| image.function(name).ok().map(|function| function.address)),
@@ -132,7 +199,7 @@ impl Reader {
             }
         } else if line.starts_with(b"Stopped execution") {
             // The block of the line before was not executed after all; it comes again.
-            self.take_back();
+            self.last = None;
         } else if line.starts_with(b"OBJD") {
             self.problem.get_or_insert_with(|| "the emulator was built without a disassembler".to_owned());
         }
@@ -143,6 +210,7 @@ impl Reader {
     }
 
     fn execute(&mut self, translation: u64, address: u64) {
+        self.count_last();
         if !self.translated.is_empty() {
             let mut instructions = std::mem::take(&mut self.translated);
             pipeline::adjust(&mut instructions);
@@ -153,43 +221,52 @@ impl Reader {
         if let Some(mark) =
             (0..2).find(|&mark| (self.marks[mark]..self.marks[mark] + self.mark_sizes[mark]).contains(&address))
         {
-            self.last = None;
             let opens = mark == 0;
             if opens && !self.open {
                 self.trace.counts.push(Count::default());
                 self.trace.kinds.push(self.kind.take());
                 self.trace.executions.push(HashMap::new());
+                let placement = |&(_, uses_ccm, prefetch): &(&str, bool, bool)| Placement {
+                    ccm: if uses_ccm { self.ccm.clone() } else { 0..0 },
+                    prefetch,
+                };
+                self.fetches = PLACEMENTS.iter().map(placement).map(Fetch::new).collect();
             }
             self.open = opens;
-            return;
-        }
-        self.last = None;
-        if !self.open {
+        } else if !self.open {
             self.kind = self.kinds.iter().position(|kind| *kind == Some(address)).or(self.kind);
-            return;
+        } else {
+            self.last = self.known.get(&translation).copied();
+            if self.last.is_none() {
+                self.problem.get_or_insert_with(|| format!("a block at {address:#x} was never translated"));
+            }
         }
-        let Some(&block) = self.known.get(&translation) else {
-            self.problem.get_or_insert_with(|| format!("a block at {address:#x} was never translated"));
+    }
+
+    /// Counts the block of the line before: nothing has taken it back.
+    fn count_last(&mut self) {
+        let (Some(at), Some(count), Some(executions)) =
+            (self.last.take(), self.trace.counts.last_mut(), self.trace.executions.last_mut())
+        else {
             return;
         };
-        if let (Some(count), Some(executions)) = (self.trace.counts.last_mut(), self.trace.executions.last_mut()) {
-            count.instructions += self.trace.blocks[block].instructions.len() as u64;
-            count.cycles += self.trace.blocks[block].cycles;
-            *executions.entry(block).or_default() += 1;
-            self.last = Some(block);
+        let block = &self.trace.blocks[at];
+        let before = count.cycles();
+        count.instructions += block.instructions.len() as u64;
+        count.core_cycles += block.cycles;
+        for (fetch, fetched) in self.fetches.iter_mut().zip(&mut count.fetched) {
+            for one in &block.instructions {
+                fetch.execute(one.address, one.bytes, one.cycles, one.is_call());
+            }
+            *fetched = fetch.cycles();
         }
+        let executed = executions.entry(at).or_default();
+        executed.times += 1;
+        executed.waits += count.cycles() - before - block.cycles;
     }
 
-    fn take_back(&mut self) {
-        let Some(block) = self.last.take() else { return };
-        if let (Some(count), Some(executions)) = (self.trace.counts.last_mut(), self.trace.executions.last_mut()) {
-            count.instructions -= self.trace.blocks[block].instructions.len() as u64;
-            count.cycles -= self.trace.blocks[block].cycles;
-            executions.entry(block).and_modify(|times| *times -= 1);
-        }
-    }
-
-    fn finish(self) -> Result<Trace, RunError> {
+    fn finish(mut self) -> Result<Trace, RunError> {
+        self.count_last();
         match self.problem {
             Some(problem) => Err(RunError::Trace(problem)),
             None => Ok(self.trace),
@@ -219,7 +296,7 @@ fn instruction(line: &str) -> Option<Instruction> {
     let mnemonic = words.next().filter(|_| halves > 0)?.to_owned();
     let operands = words.collect::<Vec<_>>().join(" ");
     let cycles = timing::cycles(&mnemonic, &operands);
-    Some(Instruction { address: u64::from_str_radix(address, 16).ok()?, mnemonic, operands, cycles })
+    Some(Instruction { address: u64::from_str_radix(address, 16).ok()?, bytes: 2 * halves, mnemonic, operands, cycles })
 }
 
 #[cfg(test)]
@@ -236,6 +313,8 @@ mod tests {
             known: HashMap::new(),
             last: None,
             open: false,
+            ccm: 0..0,
+            fetches: Vec::new(),
             trace: Trace::default(),
             problem: None,
         }
@@ -253,13 +332,15 @@ mod tests {
         let mut reader = reader();
         log.lines().for_each(|line| reader.line(line.as_bytes()));
         let trace = reader.finish().unwrap();
-        assert_eq!(trace.counts, [Count { instructions: 4, cycles: 6 }]);
+        assert_eq!((trace.counts.len(), trace.counts[0].instructions, trace.counts[0].core_cycles), (1, 4, 6));
+        // The first read waits; the second time everything is there.
+        assert_eq!(trace.counts[0].cycles(), 6 + 4);
         assert_eq!(trace.kinds, [Some(1)]);
         let mut instructions = trace.instructions(&[0]);
-        instructions.sort_by_key(|(one, _)| one.address);
+        instructions.sort_by_key(|(one, ..)| one.address);
         assert_eq!(
-            instructions.iter().map(|(one, times)| (one.address, *times)).collect::<Vec<_>>(),
-            [(0x100, 2), (0x104, 2)]
+            instructions.iter().map(|(one, times, waits)| (one.address, *times, *waits)).collect::<Vec<_>>(),
+            [(0x100, 2, 4), (0x104, 2, 0)]
         );
     }
 
