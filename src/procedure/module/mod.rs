@@ -41,16 +41,6 @@ macro_rules! of_either {
 }
 
 impl ModuleProcedure {
-    /// A procedure in the idle state, without a joint.
-    // Inlined so that it is built where it stays.
-    #[inline(always)]
-    pub fn new(rig: &ModuleRig, limits: Limits) -> Self {
-        match rig {
-            ModuleRig::Ball(rig) => Self::Ball(Procedure::new(*rig, limits)),
-            ModuleRig::Hinge(rig) => Self::Hinge(ElbowProcedure::with_limits(rig, limits)),
-        }
-    }
-
     /// The procedure, if the joint is a ball.
     pub const fn ball(&self) -> Option<&Procedure> {
         match self {
@@ -126,6 +116,14 @@ impl ModuleProcedure {
     /// Obeys a command, or says why not.
     pub fn command(&mut self, now_ms: u32, command: Command) -> Reply {
         of_either!(self, procedure => procedure.command(now_ms, command))
+    }
+
+    /// The answer to a command that was to come later, once; an elbow answers every command at once.
+    pub fn take_answer(&mut self) -> Option<(Reason, u16)> {
+        match self {
+            Self::Ball(procedure) => procedure.take_answer(),
+            Self::Hinge(_) => None,
+        }
     }
 
     /// Time passes. Returns the pose that was captured or refused, if any.
