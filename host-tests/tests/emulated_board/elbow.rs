@@ -56,7 +56,7 @@ impl Scene {
         Ok(scene)
     }
 
-    /// Tells the board of all parameters that differ from the defaults, and waits until it has started anew.
+    /// Tells the board of all parameters that differ from the defaults, and starts it anew.
     fn tell(&mut self, set: &ParameterSet) -> Result<(), Failed> {
         let defaults = ParameterSet::new();
         let changed = TABLE.iter().filter(|entry| set.bits(entry.index) != defaults.bits(entry.index));
@@ -73,7 +73,15 @@ impl Scene {
                 return Err(format!("{answer:?}").into());
             }
         }
+        self.restart()
+    }
+
+    /// Takes the board's supply away and gives it back.
+    fn restart(&mut self) -> Result<(), Failed> {
+        self.board.power_cycle()?;
+        self.lines = BoardLines::connect(&self.board)?;
         self.heard.clear();
+        self.command(Opcode::Query, 0)?;
         self.wait_for_module()
     }
 
@@ -224,10 +232,7 @@ pub fn an_elbow_is_calibrated_and_kept(image: &Path) -> Result<(), Failed> {
     let before = scene.live()?;
     assert_eq!(before.len(), 13);
 
-    scene.board.power_cycle()?;
-    scene.lines = BoardLines::connect(&scene.board)?;
-    scene.heard.clear();
-    scene.wait_for_module()?;
+    scene.restart()?;
     assert_eq!(scene.live()?, before);
     Ok(())
 }
