@@ -53,10 +53,11 @@ use crate::can::watch::WatchReport;
 use crate::can::{BaseId, Frame, ParameterAnswer, ParameterRequest};
 use crate::kinematics::PlatformSolver;
 use crate::parameters::ParameterSet;
-use crate::procedure::{ModuleProcedure, PoseNotice, Reason, StateName};
+use crate::procedure::elbow::{ElbowProcedure, ElbowRig};
+use crate::procedure::{ModuleProcedure, ModuleRig, PoseNotice, Procedure, Reason, StateName};
 use crate::record::{JointRecord, JournalEntry, Loaded, StoreError, Stored};
 use crate::restart::{CrashRecord, ResetCause};
-use crate::rig::CABLES;
+use crate::rig::{CABLES, Rig};
 use answered::Answered;
 use button::Button;
 use button_commands::ConfirmingPresses;
@@ -67,7 +68,7 @@ use numbering::Numbering;
 use parameters::Saving;
 use persistence::Persistence;
 use report::Reporter;
-use seal::seal_of;
+use seal::seal_of_rig;
 use sets::{OutgoingLive, OutgoingTelemetry, TelemetryInWork};
 use slip_monitor::SlipMonitor;
 use status::Pace;
@@ -276,18 +277,42 @@ pub struct Device {
 
 impl Device {
     /// A device at power-up.
-    // Inlined so that it is built where it stays: 13 KB of temporary copies on the stack otherwise.
-    #[inline(always)]
     pub fn new(config: &Config) -> Self {
+        match &config.rig {
+            ModuleRig::Ball(rig) => Self::of_ball(config, rig),
+            ModuleRig::Hinge(rig) => Self::of_hinge(config, rig),
+        }
+    }
+
+    /// A device at power-up whose joint is a ball. `rig`: that of the configuration.
+    // Inlined, as the next two, so that it is built where it stays: 13 KB of temporary copies on the stack otherwise.
+    #[inline(always)]
+    pub fn of_ball(config: &Config, rig: &Rig<f32>) -> Self {
+        let procedure = || ModuleProcedure::Ball(Procedure::new(*rig, config.limits));
+        Self::with(config, procedure, Some(PlatformSolver::new(rig)))
+    }
+
+    /// A device at power-up whose joint is a hinge. `rig`: that of the configuration.
+    #[inline(always)]
+    pub fn of_hinge(config: &Config, rig: &ElbowRig) -> Self {
+        Self::with(config, || ModuleProcedure::Hinge(ElbowProcedure::with_limits(rig, config.limits)), None)
+    }
+
+    #[inline(always)]
+    fn with(
+        config: &Config,
+        procedure: impl FnOnce() -> ModuleProcedure,
+        forward_kinematics: Option<PlatformSolver<f32>>,
+    ) -> Self {
         let fingerprint = module_fingerprint(&config.rig);
-        let mut device = Self {
+        Self {
             base: config.base,
             fingerprint,
             versions: status::versions(config.restart.cause, fingerprint, &config.rig),
             crash_record: config.restart.crash_record,
             bus: BusHealth::default(),
             counters: Counters::default(),
-            procedure: ModuleProcedure::new(&config.rig, config.limits),
+            procedure: procedure(),
             button: Button::new(),
             reporter: Reporter::at_power_up(),
             pace: Pace::at_power_up(),
@@ -313,13 +338,13 @@ impl Device {
             journal_failed: false,
             journal_fault: FaultReporter::new(),
             counts: None,
-            forward_kinematics: config.rig.ball().map(PlatformSolver::new),
+            forward_kinematics,
             live_out: OutgoingLive::every(u32::from(config.live_period_ms)),
             telemetry_out: OutgoingTelemetry::every(sets::period_ms(config.telemetry_hz)),
             telemetry_in_work: None,
             press_began: None,
             confirming: ConfirmingPresses::default(),
-            constants: 0,
+            constants: seal_of_rig(&config.rig, &config.limits),
             lock: Lock::new(config.lock_key),
             numbering: Numbering::new(config.numbering_check, config.rig.cables()),
             in_use: config.parameters,
@@ -328,9 +353,7 @@ impl Device {
             parameters_answered: Answered::new(),
             parameters_wrong: false,
             parameters_fault: FaultReporter::new(),
-        };
-        device.constants = seal_of(&device.procedure);
-        device
+        }
     }
 
     /// Handles one event at the time `now_ms` (a clock in milliseconds that may wrap) and hands out what is to be

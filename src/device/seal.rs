@@ -4,7 +4,7 @@
 use super::fingerprint::{for_each_number, for_each_number_of_elbow};
 use crate::procedure::elbow::{ElbowCandidate, ElbowRig, FoundHinge};
 use crate::procedure::module::FoundJoint;
-use crate::procedure::{Candidate, Limits, ModuleProcedure, Verification};
+use crate::procedure::{Candidate, Limits, ModuleProcedure, ModuleRig, Verification};
 use crate::rig::Rig;
 
 /// FNV-1a (32 bits) over whole words. Each step is a bijection of the sum, so a change of any one word changes it for certain.
@@ -19,7 +19,16 @@ pub(super) fn seal_of(procedure: &ModuleProcedure) -> u32 {
     }
 }
 
+/// The same of what a procedure is made of.
+pub(super) fn seal_of_rig(rig: &ModuleRig, limits: &Limits) -> u32 {
+    match rig {
+        ModuleRig::Ball(rig) => seal_of_constants(rig, limits),
+        ModuleRig::Hinge(rig) => seal_of_elbow(rig, limits),
+    }
+}
+
 /// The checksum of an elbow's rig and its limits.
+#[inline(never)]
 fn seal_of_elbow(rig: &ElbowRig, limits: &Limits) -> u32 {
     let mut sum = Sum(0x811C_9DC5);
     for_each_number_of_elbow(rig, &mut |numbers| sum.add_numbers(numbers));
@@ -29,6 +38,7 @@ fn seal_of_elbow(rig: &ElbowRig, limits: &Limits) -> u32 {
 }
 
 /// The checksum of a rig and its limits.
+#[inline(never)]
 fn seal_of_constants(rig: &Rig<f32>, limits: &Limits) -> u32 {
     let mut sum = Sum(0x811C_9DC5);
     for_each_number(rig, &mut |numbers| sum.add_numbers(numbers));

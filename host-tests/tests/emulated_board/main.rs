@@ -6,6 +6,7 @@
 mod arm;
 mod calibration;
 mod can_line;
+mod elbow;
 mod faults;
 mod load;
 mod placement;
@@ -31,7 +32,7 @@ const REQUIRED_VARIABLE: &str = "GLENOID_REQUIRE_EMULATOR";
 
 type Test = fn(&Path) -> Result<(), Failed>;
 
-const TESTS: [(&str, Test); 28] = [
+const TESTS: [(&str, Test); 29] = [
     ("python_can_opens_the_channel", can_line::python_can_opens_the_channel),
     ("a_closed_channel_is_silent", can_line::a_closed_channel_is_silent),
     ("frames_go_both_ways", can_line::frames_go_both_ways),
@@ -48,6 +49,7 @@ const TESTS: [(&str, Test); 28] = [
     ("a_machine_that_is_not_as_drawn_is_calibrated", calibration::a_machine_that_is_not_as_drawn_is_calibrated),
     ("an_arm_is_calibrated_on_three_boards", arm::an_arm_is_calibrated_on_three_boards),
     ("two_boards_at_one_place_are_named_on_the_bus", arm::two_boards_at_one_place_are_named_on_the_bus),
+    ("an_elbow_is_calibrated_and_kept", elbow::an_elbow_is_calibrated_and_kept),
     ("calibrations_in_a_row", runs::calibrations_in_a_row),
     ("a_client_that_returns_is_told", runs::a_client_that_returns_is_told),
     ("a_crowded_bus_changes_nothing_but_a_counter", runs::a_crowded_bus_changes_nothing_but_a_counter),

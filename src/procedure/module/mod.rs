@@ -41,16 +41,6 @@ macro_rules! of_either {
 }
 
 impl ModuleProcedure {
-    /// A procedure in the idle state, without a joint.
-    // Inlined so that it is built where it stays.
-    #[inline(always)]
-    pub fn new(rig: &ModuleRig, limits: Limits) -> Self {
-        match rig {
-            ModuleRig::Ball(rig) => Self::Ball(Procedure::new(*rig, limits)),
-            ModuleRig::Hinge(rig) => Self::Hinge(ElbowProcedure::with_limits(rig, limits)),
-        }
-    }
-
     /// The procedure, if the joint is a ball.
     pub const fn ball(&self) -> Option<&Procedure> {
         match self {
