@@ -1,5 +1,7 @@
 //! The number type of the numerical modules: `f32` on the target, `f64` on the host for reference.
 
+mod sine;
+
 use nalgebra::RealField;
 
 /// A real number with the few operations that the numerical modules need beyond nalgebra's.
@@ -32,6 +34,9 @@ pub trait Real: RealField + Copy {
     /// instructions) that a generic square root links.
     fn root(self) -> Self;
 
+    /// Sine and cosine of an angle, rad.
+    fn sine_and_cosine(self) -> (Self, Self);
+
     /// Not NaN and not infinite.
     fn is_a_number(self) -> bool;
 }
@@ -62,6 +67,9 @@ impl Real for f32 {
     fn root(self) -> Self {
         sqrt_f32(self)
     }
+    fn sine_and_cosine(self) -> (Self, Self) {
+        sine::sin_cos(self)
+    }
     fn is_a_number(self) -> bool {
         self.is_finite()
     }
@@ -89,6 +97,9 @@ impl Real for f64 {
     }
     fn root(self) -> Self {
         libm::sqrt(self)
+    }
+    fn sine_and_cosine(self) -> (Self, Self) {
+        libm::sincos(self)
     }
     fn is_a_number(self) -> bool {
         self.is_finite()

@@ -16,7 +16,7 @@ use crate::emulator::{Emulator, EmulatorError};
 use crate::slcan_client::{ClientError, SlcanClient};
 
 /// Shortest time between the taking of one sample and the sending of the next.
-const APART: Duration = Duration::from_millis(5);
+pub(crate) const APART: Duration = Duration::from_millis(5);
 
 /// Longest wait for frames before it is looked again whether the sample was taken.
 const LOOK: Duration = Duration::from_millis(1);
@@ -63,8 +63,7 @@ impl From<ClientError> for LinesError {
 pub struct BoardLines {
     rig: TcpStream,
     can: SlcanClient,
-    /// When the time that was asked for so far is over.
-    due: Instant,
+    pace: Pace,
 }
 
 impl BoardLines {
@@ -79,7 +78,7 @@ impl BoardLines {
 
     /// The lines of whatever board these lead to.
     pub fn over(rig: TcpStream, can: SlcanClient) -> Self {
-        Self { rig, can, due: Instant::now() }
+        Self { rig, can, pace: Pace::new() }
     }
 
     /// The client on the bus vanishes, and another one takes its place. The line has one end: the old client must have
@@ -88,9 +87,9 @@ impl BoardLines {
     /// # Errors
     /// [`LinesError`].
     pub fn with_a_new_client(self, board: &Emulator) -> Result<Self, LinesError> {
-        let Self { rig, can, due } = self;
+        let Self { rig, can, pace } = self;
         drop(can);
-        Ok(Self { rig, can: SlcanClient::open(board.can_address())?, due })
+        Ok(Self { rig, can: SlcanClient::open(board.can_address())?, pace })
     }
 
     /// Sends a sample of the six encoder counters.
@@ -124,26 +123,82 @@ impl BoardLines {
     /// # Errors
     /// [`LinesError`].
     pub fn pass(&mut self, time: Duration, granted: u64) -> Result<Vec<Frame>, LinesError> {
-        // The pace is kept against a clock that runs on, so that the work between two calls does not add up.
-        let began = Instant::now();
-        self.due = (self.due + time).max(began);
-        let mut answered = None;
+        let apart = if granted > 0 { Duration::ZERO } else { APART };
+        let mut turn = self.pace.turn(time, apart);
         let mut frames = Vec::new();
-        loop {
-            let now = Instant::now();
-            if self.can.under_way() <= granted {
-                let since = *answered.get_or_insert(now);
-                if now >= self.due && (granted > 0 || now >= since + APART) {
-                    // a host that fell behind does not catch up
-                    if now >= self.due + APART {
-                        self.due = now;
-                    }
-                    return Ok(frames);
-                }
-            } else if now - began >= LIMIT {
+        while !turn.is_over(self.can.under_way() <= granted, &mut self.pace) {
+            if turn.takes_too_long() {
                 return Err(LinesError::Unanswered(self.can.under_way()));
             }
             frames.extend(self.can.receive(LOOK)?);
         }
+        Ok(frames)
+    }
+
+    /// The next frame from the board, waiting for it as long as [`LOOK`].
+    pub(crate) fn receive(&mut self) -> Result<Option<Frame>, LinesError> {
+        Ok(self.can.receive(LOOK)?)
+    }
+
+    /// Lines that were sent to the board so far, as a place that [`has_answered`](Self::has_answered) can be asked about.
+    pub(crate) fn sent(&self) -> u64 {
+        self.can.sent()
+    }
+
+    /// Has the board answered everything up to that place?
+    pub(crate) fn has_answered(&self, sent: u64) -> bool {
+        self.can.sent() - self.can.under_way() >= sent
+    }
+}
+
+/// The pace of the samples, kept against a clock that runs on, so that the work between two of them does not add up.
+#[derive(Debug)]
+pub(crate) struct Pace {
+    /// When the time that was asked for so far is over.
+    due: Instant,
+}
+
+/// From one sample to the next.
+#[derive(Debug)]
+pub(crate) struct Turn {
+    began: Instant,
+    answered: Option<Instant>,
+    apart: Duration,
+}
+
+impl Pace {
+    pub(crate) fn new() -> Self {
+        Self { due: Instant::now() }
+    }
+
+    /// A turn of so much time at least, which goes on for so much longer after the answer.
+    pub(crate) fn turn(&mut self, time: Duration, apart: Duration) -> Turn {
+        let began = Instant::now();
+        self.due = (self.due + time).max(began);
+        Turn { began, answered: None, apart }
+    }
+}
+
+impl Turn {
+    /// Is it over, now that everything `is_answered`?
+    pub(crate) fn is_over(&mut self, is_answered: bool, pace: &mut Pace) -> bool {
+        if !is_answered {
+            return false;
+        }
+        let now = Instant::now();
+        let since = *self.answered.get_or_insert(now);
+        if now < pace.due || now < since + self.apart {
+            return false;
+        }
+        // a host that fell behind does not catch up
+        if now >= pace.due + APART {
+            pace.due = now;
+        }
+        true
+    }
+
+    /// Whoever has not answered by now is gone.
+    pub(crate) fn takes_too_long(&self) -> bool {
+        self.began.elapsed() >= LIMIT
     }
 }

@@ -44,6 +44,8 @@ pub struct Options {
     pub rig_port: Option<u16>,
     /// File that stands for the flash that the record lies in; one of this board's own, gone with it, if None.
     pub record: Option<PathBuf>,
+    /// Serial number of the board; 0: it has none.
+    pub serial: u32,
     /// Serve a debugger, which may change registers (see [`crate::debugger`]).
     pub debugger: bool,
     /// Serve a monitor, which may reset the board (see [`Emulator::reset`]).
@@ -111,7 +113,7 @@ impl Emulator {
         let rig = local_address(options.rig_port).map_err(EmulatorError::Start)?;
         let mut command = command();
         let record = RecordFile::at(options.record.as_deref())?;
-        command.arg("-semihosting-config").arg(record.semihosting());
+        command.arg("-semihosting-config").arg(record.semihosting(options.serial));
         for line in [can, rig] {
             // the UART sends single bytes; without "nodelay" each answer would wait 40 ms for the client's acknowledgement
             command.arg("-serial").arg(format!("tcp:{line},server=on,wait=off,nodelay=on"));

@@ -3,6 +3,7 @@
 //! The same script ([`Session`]) plays against the emulated board over its two serial lines ([`EmulatedBoard`]) and
 //! against the device within this process ([`InProcess`]), which tests use: anything that is a [`Bench`].
 
+pub mod arm;
 mod bench;
 mod board;
 mod charts;
@@ -33,7 +34,7 @@ pub use display::{Display, Stage};
 pub use expected::{Expected, length_sigma_mm};
 pub use inbox::Inbox;
 pub use machine::KnownMachine;
-pub use options::Options;
+pub use options::{ArmFault, Options};
 pub use report::{Found, Report, Settings, Status};
 pub use session::Session;
 pub use shoulder_report::ShoulderReport;
@@ -42,12 +43,13 @@ pub use transcript::{Captured, SessionError, Transcript};
 pub use verdict::{NAMES, Verdict};
 pub use zeros::Zeros;
 
+use self::arm::{ArmReport, EmulatedBus, rehearse_arm};
 use crate::anatomy::Shoulder;
 use crate::emulator::{self, Emulator};
 use crate::firmware::{self, Image};
 use crate::packages::Consent;
 use crate::wearer::Wearer;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Builds and boots the board, rehearses a calibration on it and reports. Gives up as soon as `stop` is set.
@@ -71,7 +73,23 @@ pub fn run(options: &Options, display: &Display, plots: &Path, stop: &'static At
     }
 }
 
-fn boot(options: &Options, display: &Display, stop: &'static AtomicBool) -> Result<EmulatedBoard, String> {
+/// Builds the firmware and rehearses an arm on three boards of it. Gives up as soon as `stop` is set.
+pub fn run_arm(options: &Options, display: &Display, stop: &'static AtomicBool) -> ArmReport {
+    match build(options, display) {
+        Err(reason) => ArmReport::empty(options.seed, options.poses, options.noise).failed(reason),
+        Ok(image) => {
+            let mut bus = EmulatedBus::new(image).until(stop);
+            let mut report = rehearse_arm(&mut bus, options, display);
+            if report.status == Status::Failed && options.arm_fault.is_none() && !stop.load(Ordering::Relaxed) {
+                report.reasons.extend(bus.logs());
+            }
+            report
+        }
+    }
+}
+
+/// Builds the firmware, and makes sure that the emulator is there.
+fn build(options: &Options, display: &Display) -> Result<PathBuf, String> {
     let consent = if options.yes { Consent::Given } else { Consent::Ask };
     // Questions and the words of apt-get, rustup and cargo go to stderr themselves; a moving bar would mangle them.
     emulator::ensure_installed(consent).map_err(|error| error.to_string())?;
@@ -80,6 +98,11 @@ fn boot(options: &Options, display: &Display, stop: &'static AtomicBool) -> Resu
     let image = firmware::build_with(toolchain, Image::EMULATED).map_err(|error| error.to_string())?;
     let shown = image.strip_prefix(firmware::workspace()).unwrap_or(&image);
     stage.done(&format!("{} by {toolchain:?}'s toolchain", shown.display()));
+    Ok(image)
+}
+
+fn boot(options: &Options, display: &Display, stop: &'static AtomicBool) -> Result<EmulatedBoard, String> {
+    let image = build(options, display)?;
     let stage = display.stage("booting the board");
     let emulator = Emulator::start(&image, &emulator::Options::default()).map_err(|error| error.to_string())?;
     let board = EmulatedBoard::connect(emulator).map_err(|error| error.to_string())?;

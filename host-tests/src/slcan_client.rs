@@ -172,6 +172,11 @@ impl SlcanClient {
         self.written.saturating_sub(self.acknowledged + self.refused)
     }
 
+    /// Lines written so far that the adapter answers.
+    pub fn sent(&self) -> u64 {
+        self.written
+    }
+
     /// Reads what is there, waiting at most `limit` for the first byte.
     fn hear(&mut self, limit: Duration) -> Result<(), ClientError> {
         self.stream.set_read_timeout(Some(limit.max(SHORTEST_WAIT)))?;

@@ -4,7 +4,7 @@
 //! and prints nothing; [`output`] does. Every trial draws from a random stream of its own, and results are summed in
 //! the order of the trials, so that the bytes are the same on one core and on many.
 
-mod arm;
+pub(crate) mod arm;
 mod bound;
 pub(crate) mod built;
 mod commissioning;

@@ -20,7 +20,7 @@ mod arm;
 mod cables;
 mod encoder;
 mod joint;
-mod motion;
+pub(crate) mod motion;
 mod roaming;
 
 use glenoid::rig::{CABLES, Parameters, Rig};

@@ -4,11 +4,14 @@
 //! | piece | bytes 1 to 7 |
 //! |---|---|
 //! | 0, 1 | header of the protection ([`e2e`]); then in piece 1 standing and reason, a byte each |
-//! | 2 | serial number of the board (4), wearer (2), joint (1): 0 ball, 1 moving centre |
+//! | 2 | serial number of the board (4), wearer (2), joint (1): 0 ball, 1 moving centre, 2 hinge |
 //! | 3 | boot (2), run (2), fingerprint of the rig (2), 0 |
 //! | 4 to 6 | x, y, z of the centre in {B}: value (4, single), σ (3) |
 //! | 7 to 9 | p1, p2, p3: value (4), σ (3) |
 //! | 10 to 15 | encoder offsets L1 to L6: value (4), σ (3) |
+//!
+//! Of a hinge pieces 4 to 6 hold its axis in {B}, a unit vector, 7 to 9 a point of it in {B}, 10 to 12 the axis in {P} and 13 to
+//! 15 the same point in {P}.
 //!
 //! Little-endian but for the header; a σ is an unsigned integer of 24 bits in steps of 2^-17 mm.
 
@@ -28,6 +31,10 @@ pub const LIVE_SET_LEN: usize = LIVE_SET_FRAMES * PIECE_LEN;
 
 /// A σ: up to 128 mm in steps of 2^-17 mm.
 const SIGMA: Scale = Scale::unsigned(24, -17);
+
+/// The joint: 0 for a ball.
+const MOVING: u8 = 1;
+const HINGE: u8 = 2;
 
 /// May the centre in use be used? The numbers go over CAN and are never renumbered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -83,6 +90,8 @@ pub struct LiveSet {
     /// The centre moves with the arm: `parameters` hold it at the arm's mean direction, the motion is in `LiveMotion`,
     /// and where it is now in the telemetry.
     pub moves: bool,
+    /// The joint is a hinge: `parameters` hold its axis and a point of it in {B}, `offsets` the same in {P}.
+    pub hinge: bool,
     /// Wearer that the run was made for; 0 = not said.
     pub wearer: u16,
     /// Boot in which the centre was found.
@@ -109,7 +118,7 @@ impl LiveSet {
         second[HEADER_LEN - PIECE_LEN] = self.standing.code();
         second[HEADER_LEN - PIECE_LEN + 1] = self.reason;
         let ([s0, s1, s2, s3], [w0, w1]) = (self.serial.to_le_bytes(), self.wearer.to_le_bytes());
-        *serial = [s0, s1, s2, s3, w0, w1, u8::from(self.moves)];
+        *serial = [s0, s1, s2, s3, w0, w1, self.joint()];
         let ([b0, b1], [r0, r1]) = (self.boot.to_le_bytes(), self.run_id.to_le_bytes());
         let [f0, f1] = self.rig.to_le_bytes();
         *identity = [b0, b1, r0, r1, f0, f1, 0];
@@ -131,7 +140,7 @@ impl LiveSet {
         let (pieces, _) = data.as_chunks::<PIECE_LEN>();
         let [_, second, serial, identity, estimates @ ..] = pieces else { return None };
         let [_, _, _, _, _, standing, reason] = *second;
-        let [s0, s1, s2, s3, w0, w1, moves] = *serial;
+        let [s0, s1, s2, s3, w0, w1, joint] = *serial;
         let [b0, b1, r0, r1, f0, f1, _] = *identity;
         let estimate = |[v0, v1, v2, v3, s0, s1, s2]: [u8; PIECE_LEN]| Estimate {
             value_mm: f32::from_le_bytes([v0, v1, v2, v3]),
@@ -142,7 +151,8 @@ impl LiveSet {
             standing: Standing::from_code(standing)?,
             reason,
             serial: u32::from_le_bytes([s0, s1, s2, s3]),
-            moves: moves != 0,
+            moves: joint == MOVING,
+            hinge: joint == HINGE,
             wearer: u16::from_le_bytes([w0, w1]),
             boot: u16::from_le_bytes([b0, b1]),
             run_id: u16::from_le_bytes([r0, r1]),
@@ -150,6 +160,15 @@ impl LiveSet {
             parameters: core::array::from_fn(|_| all.next().unwrap_or_default()),
             offsets: core::array::from_fn(|_| all.next().unwrap_or_default()),
         })
+    }
+
+    /// The joint's number on the wire.
+    const fn joint(&self) -> u8 {
+        match (self.hinge, self.moves) {
+            (true, _) => HINGE,
+            (false, true) => MOVING,
+            (false, false) => 0,
+        }
     }
 
     /// The reason, if this version knows it.
@@ -170,6 +189,7 @@ mod tests {
             reason: 130,
             serial: 0x0102_0304,
             moves: true,
+            hinge: false,
             wearer: 0x0506,
             boot: 0x0708,
             run_id: 0x090A,
@@ -180,6 +200,8 @@ mod tests {
         let data = live.pack(0x1234).unwrap();
         assert_eq!(e2e::check(&data, LIVE_SET_ID), Ok(0x1234));
         assert_eq!(LiveSet::unpack(&data), Some(live));
+        let hinge = LiveSet { moves: false, hinge: true, ..live };
+        assert_eq!(LiveSet::unpack(&hinge.pack(0).unwrap()), Some(hinge));
     }
 
     #[test]

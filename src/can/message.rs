@@ -2,6 +2,7 @@
 
 use super::frame::Frame;
 use super::health::{BusHealth, LastStop, StopText};
+use super::hinge::{HingeAngle, HingeAxis, HingePlace, Module};
 use super::identity::{Identity, Naming};
 use super::parameter::ParameterAnswer;
 use super::payload::{PackError, Payload};
@@ -125,6 +126,12 @@ pub enum Message {
     CandidateMotion(MotionPart),
     LiveMotion(MotionPart),
     PoseSamples(PoseSamples),
+    Module(Module),
+    CandidateHingeAxis(HingeAxis),
+    CandidateHingePlace(HingePlace),
+    LiveHingeAxis(HingeAxis),
+    LiveHingePlace(HingePlace),
+    HingeAngle(HingeAngle),
 }
 
 impl Message {
@@ -163,6 +170,12 @@ impl Message {
             Self::CandidateMotion(_) => 31,
             Self::LiveMotion(_) => 32,
             Self::PoseSamples(_) => 33,
+            Self::Module(_) => 34,
+            Self::CandidateHingeAxis(_) => 35,
+            Self::CandidateHingePlace(_) => 36,
+            Self::LiveHingeAxis(_) => 37,
+            Self::LiveHingePlace(_) => 38,
+            Self::HingeAngle(_) => 39,
         }
     }
 
@@ -200,6 +213,10 @@ impl Message {
             Self::CandidateNaming(m) | Self::LiveNaming(m) => m.pack(),
             Self::CandidateMotion(m) | Self::LiveMotion(m) => m.pack(),
             Self::PoseSamples(m) => m.pack(),
+            Self::Module(m) => m.pack(),
+            Self::CandidateHingeAxis(m) | Self::LiveHingeAxis(m) => m.pack()?,
+            Self::CandidateHingePlace(m) | Self::LiveHingePlace(m) => m.pack()?,
+            Self::HingeAngle(m) => m.pack()?,
         };
         Ok(Frame::of_eight(base.at(self.offset()), payload.to_bytes()))
     }
@@ -247,6 +264,12 @@ impl Message {
             31 => Some(Self::CandidateMotion(MotionPart::unpack(payload))),
             32 => Some(Self::LiveMotion(MotionPart::unpack(payload))),
             33 => Some(Self::PoseSamples(PoseSamples::unpack(payload))),
+            34 => Module::unpack(payload).map(Self::Module),
+            35 => Some(Self::CandidateHingeAxis(HingeAxis::unpack(payload))),
+            36 => Some(Self::CandidateHingePlace(HingePlace::unpack(payload))),
+            37 => Some(Self::LiveHingeAxis(HingeAxis::unpack(payload))),
+            38 => Some(Self::LiveHingePlace(HingePlace::unpack(payload))),
+            39 => Some(Self::HingeAngle(HingeAngle::unpack(payload))),
             _ => return Err(UnpackError::Foreign),
         };
         message.ok_or(UnpackError::UnknownCode)

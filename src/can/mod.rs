@@ -7,6 +7,7 @@ pub mod command;
 pub mod e2e;
 pub mod frame;
 pub mod health;
+pub mod hinge;
 pub mod identity;
 pub mod live_set;
 pub mod message;

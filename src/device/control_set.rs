@@ -3,6 +3,7 @@
 use super::Device;
 use super::snapshot::Snapshot;
 use crate::can::Standing;
+use crate::procedure::Procedure;
 use crate::rig::{CABLES, Parameters};
 
 /// Words of a set.
@@ -48,10 +49,11 @@ impl ControlSet {
 }
 
 impl Device {
-    /// What a control loop takes. Without a centre all numbers are 0.
+    /// What a control loop takes. Without a centre, and where the joint is a hinge, all numbers are 0.
     pub fn control_set(&self) -> ControlSet {
-        let standing = self.standing().0;
-        let live = self.procedure.live();
+        let live = self.procedure.ball().and_then(Procedure::live);
+        // A hinge has no centre to go by.
+        let standing = if self.procedure.hinge().is_some() { Standing::NoCentre } else { self.standing().0 };
         ControlSet {
             standing,
             run_id: live.map_or(0, |live| live.run_id),

@@ -4,6 +4,8 @@ use super::slip_monitor::SlipMonitor;
 use super::{Action, Device, shown};
 use crate::can::identity::Naming;
 use crate::can::live_set::{Estimate, LiveSet, Standing};
+use crate::procedure::elbow::ElbowCandidate;
+use crate::procedure::module::FoundJoint;
 use crate::procedure::{Candidate, Reason};
 use crate::record::JournalEntry;
 
@@ -46,14 +48,14 @@ impl Device {
     /// What names the new centre that waits for a decision; None before it was shown.
     pub(super) fn shown_candidate(&self) -> Option<Naming> {
         let candidate = self.procedure.candidate()?;
-        self.reporter.naming_of_candidate(candidate)
+        self.reporter.naming_of_candidate(&candidate)
     }
 
     /// What names the centre in use.
     pub(super) fn shown_live(&self) -> Option<Naming> {
         let live = self.procedure.live()?;
         // Formed at once only where it was never shown since power-up.
-        self.reporter.naming_of_live(live).or_else(|| shown::naming(live))
+        self.reporter.naming_of_live(&live).or_else(|| shown::naming(&live))
     }
 
     /// Everything that a controller acts on.
@@ -66,8 +68,10 @@ impl Device {
             rig: self.versions.rig,
             ..LiveSet::default()
         };
-        let Some(Candidate { run_id, boot, wearer, identified, motion, .. }) = self.procedure.live() else {
-            return identity;
+        let Some(live) = self.procedure.live() else { return identity };
+        let Candidate { identified, motion, .. } = match live {
+            FoundJoint::Ball(live) => live,
+            FoundJoint::Hinge(live) => return self.live_hinge(identity, live),
         };
         let (values, sigmas) = (identified.parameters.to_array(), identified.sigma_mm());
         let estimates = values.iter().zip(sigmas);
@@ -82,11 +86,28 @@ impl Device {
         }
         LiveSet {
             moves: motion.is_some(),
+            wearer: live.wearer(),
+            boot: live.boot(),
+            run_id: live.run_id(),
+            parameters,
+            offsets,
+            ..identity
+        }
+    }
+
+    /// The same of a hinge.
+    fn live_hinge(&self, identity: LiveSet, live: &ElbowCandidate) -> LiveSet {
+        let estimate = |[value_mm, sigma_mm]: [f32; 2]| Estimate { value_mm, sigma_mm };
+        let ElbowCandidate { run_id, boot, wearer, found, .. } = live;
+        LiveSet {
+            hinge: true,
             wearer: *wearer,
             boot: *boot,
             run_id: *run_id,
-            parameters,
-            offsets,
+            parameters: core::array::from_fn(|k| {
+                estimate(if k < 3 { found.number(k) } else { found.common_point(k - 3) })
+            }),
+            offsets: core::array::from_fn(|k| estimate(found.number(k + 6))),
             ..identity
         }
     }

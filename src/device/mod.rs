@@ -21,6 +21,7 @@ mod commands;
 mod control_set;
 mod faults;
 mod fingerprint;
+mod kept;
 mod live;
 mod live_joint;
 mod lock;
@@ -42,7 +43,7 @@ mod turns;
 pub use crate::parameters::Config;
 pub use button::{Held, Press};
 pub use control_set::{CONTROL_WORDS, ControlSet, PublishedControlSet};
-pub use fingerprint::fingerprint;
+pub use fingerprint::{fingerprint, module_fingerprint};
 pub use status_led::BlinkPattern;
 
 use crate::can::command::Request;
@@ -52,10 +53,11 @@ use crate::can::watch::WatchReport;
 use crate::can::{BaseId, Frame, ParameterAnswer, ParameterRequest};
 use crate::kinematics::PlatformSolver;
 use crate::parameters::ParameterSet;
-use crate::procedure::{PoseNotice, Procedure, Reason, StateName};
-use crate::record::{JournalEntry, Loaded, Record, StoreError, Stored};
+use crate::procedure::elbow::{ElbowProcedure, ElbowRig};
+use crate::procedure::{ModuleProcedure, ModuleRig, PoseNotice, Procedure, Reason, StateName};
+use crate::record::{JointRecord, JournalEntry, Loaded, StoreError, Stored};
 use crate::restart::{CrashRecord, ResetCause};
-use crate::rig::CABLES;
+use crate::rig::{CABLES, Rig};
 use answered::Answered;
 use button::Button;
 use button_commands::ConfirmingPresses;
@@ -66,7 +68,7 @@ use numbering::Numbering;
 use parameters::Saving;
 use persistence::Persistence;
 use report::Reporter;
-use seal::seal_of_constants;
+use seal::seal_of_rig;
 use sets::{OutgoingLive, OutgoingTelemetry, TelemetryInWork};
 use slip_monitor::SlipMonitor;
 use status::Pace;
@@ -129,7 +131,7 @@ pub enum Action {
     /// Show a pattern on the status LED from now on.
     StatusLed(BlinkPattern),
     /// Replace the record by this one, then say how that went. It is of the rig that the device was made for.
-    Store(Record),
+    Store(JointRecord),
     /// Append this to the journal; say so only if that fails.
     Journal(JournalEntry),
     /// Replace the stored parameters by these, then say how that went.
@@ -173,6 +175,15 @@ pub enum LogEntry {
         /// What was answered.
         reason: Reason,
     },
+    /// A hinge was identified: half of its numbers.
+    HingeIdentified {
+        /// The run.
+        run_id: u16,
+        /// 0: axis and foot point in the base; 1: the same in the platform.
+        body: u8,
+        /// x, y, z of either, as the bits of single-precision numbers.
+        bits: [u32; 6],
+    },
     /// A centre was identified.
     Identified {
         /// The run.
@@ -208,7 +219,7 @@ pub struct Device {
     crash_record: Option<CrashRecord>,
     bus: BusHealth,
     counters: Counters,
-    procedure: Procedure,
+    procedure: ModuleProcedure,
     button: Button,
     reporter: Reporter,
     pace: Pace,
@@ -243,7 +254,8 @@ pub struct Device {
     journal_fault: FaultReporter,
     /// The last sample of the encoders.
     counts: Option<[i32; CABLES]>,
-    forward_kinematics: PlatformSolver<f32>,
+    /// Of six cables.
+    forward_kinematics: Option<PlatformSolver<f32>>,
     live_out: OutgoingLive,
     telemetry_out: OutgoingTelemetry,
     telemetry_in_work: Option<TelemetryInWork>,
@@ -265,18 +277,42 @@ pub struct Device {
 
 impl Device {
     /// A device at power-up.
-    // Inlined so that it is built where it stays: 13 KB of temporary copies on the stack otherwise.
-    #[inline(always)]
     pub fn new(config: &Config) -> Self {
-        let fingerprint = fingerprint(&config.rig);
+        match &config.rig {
+            ModuleRig::Ball(rig) => Self::of_ball(config, rig),
+            ModuleRig::Hinge(rig) => Self::of_hinge(config, rig),
+        }
+    }
+
+    /// A device at power-up whose joint is a ball. `rig`: that of the configuration.
+    // Inlined, as the next two, so that it is built where it stays: 13 KB of temporary copies on the stack otherwise.
+    #[inline(always)]
+    pub fn of_ball(config: &Config, rig: &Rig<f32>) -> Self {
+        let procedure = || ModuleProcedure::Ball(Procedure::new(*rig, config.limits));
+        Self::with(config, procedure, Some(PlatformSolver::new(rig)))
+    }
+
+    /// A device at power-up whose joint is a hinge. `rig`: that of the configuration.
+    #[inline(always)]
+    pub fn of_hinge(config: &Config, rig: &ElbowRig) -> Self {
+        Self::with(config, || ModuleProcedure::Hinge(ElbowProcedure::with_limits(rig, config.limits)), None)
+    }
+
+    #[inline(always)]
+    fn with(
+        config: &Config,
+        procedure: impl FnOnce() -> ModuleProcedure,
+        forward_kinematics: Option<PlatformSolver<f32>>,
+    ) -> Self {
+        let fingerprint = module_fingerprint(&config.rig);
         Self {
             base: config.base,
             fingerprint,
-            versions: status::versions(config.restart.cause, fingerprint),
+            versions: status::versions(config.restart.cause, fingerprint, &config.rig),
             crash_record: config.restart.crash_record,
             bus: BusHealth::default(),
             counters: Counters::default(),
-            procedure: Procedure::new(config.rig, config.limits),
+            procedure: procedure(),
             button: Button::new(),
             reporter: Reporter::at_power_up(),
             pace: Pace::at_power_up(),
@@ -302,15 +338,15 @@ impl Device {
             journal_failed: false,
             journal_fault: FaultReporter::new(),
             counts: None,
-            forward_kinematics: PlatformSolver::new(&config.rig),
+            forward_kinematics,
             live_out: OutgoingLive::every(u32::from(config.live_period_ms)),
             telemetry_out: OutgoingTelemetry::every(sets::period_ms(config.telemetry_hz)),
             telemetry_in_work: None,
             press_began: None,
             confirming: ConfirmingPresses::default(),
-            constants: seal_of_constants(&config.rig, &config.limits),
+            constants: seal_of_rig(&config.rig, &config.limits),
             lock: Lock::new(config.lock_key),
-            numbering: Numbering::new(config.numbering_check),
+            numbering: Numbering::new(config.numbering_check, config.rig.cables()),
             in_use: config.parameters,
             prepared: config.parameters,
             saving: Saving::Nothing,
@@ -328,8 +364,9 @@ impl Device {
             Event::PowerUp(loaded) => self.power_up(loaded, out),
             Event::Tick => self.tick(now_ms, out),
             Event::Counts(counts) => {
+                let counts = self.counts_in_use(counts);
                 self.counts = Some(counts);
-                self.numbering.sample(&counts, self.procedure.rig().drum().mm_per_count());
+                self.numbering.sample(&counts, self.procedure.drum().mm_per_count());
                 self.procedure.sample(now_ms, &counts);
                 self.monitor_sample(now_ms, &counts, out);
             }
@@ -356,13 +393,20 @@ impl Device {
         }
     }
 
+    /// Encoders beyond the cables of the rig are not in use, whatever they read.
+    fn counts_in_use(&self, mut counts: [i32; CABLES]) -> [i32; CABLES] {
+        let unused = counts.iter_mut().skip(self.procedure.cables().into());
+        unused.for_each(|count| *count = 0);
+        counts
+    }
+
     /// There is computing to do: tick again as soon as there is time.
     pub fn is_busy(&self) -> bool {
         self.procedure.is_busy() || self.slip_monitor.is_busy() || self.keep_is_due
     }
 
     /// The calibration procedure, to look at.
-    pub fn procedure(&self) -> &Procedure {
+    pub fn procedure(&self) -> &ModuleProcedure {
         &self.procedure
     }
 }

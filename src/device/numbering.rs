@@ -11,13 +11,16 @@ const PULLED_MM: f32 = 5.0;
 /// Every other cable may move by this share of it meanwhile: the arm gives way a little.
 const SHARE_OF_OTHERS: f32 = 0.5;
 /// A bit for every cable.
-const ALL: u8 = 0x3F;
+const fn all(cables: u8) -> u8 {
+    (1 << (cables & 7)) - 1
+}
 
 /// What has been seen of the cables' numbering since power-up.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Numbering {
     /// The first centre on this machine is accepted only after the check.
     required: bool,
+    cables: u8,
     asked: Option<Asked>,
     /// A bit for every cable that moved its own encoder, cable 1 the lowest.
     found: u8,
@@ -53,8 +56,8 @@ impl Asked {
 }
 
 impl Numbering {
-    pub const fn new(required: bool) -> Self {
-        Self { required, asked: None, found: 0 }
+    pub const fn new(required: bool, cables: u8) -> Self {
+        Self { required, cables, asked: None, found: 0 }
     }
 
     /// Takes in a sample of the encoders.
@@ -101,7 +104,10 @@ impl Device {
         if matches!(self.procedure.state(), StateName::Collecting | StateName::Identifying | StateName::Verifying) {
             return (Reason::WrongState, 0);
         }
-        let mm_per_count = self.procedure.rig().drum().mm_per_count();
+        if cable > self.procedure.cables() {
+            return (Reason::BadArgument, 0);
+        }
+        let mm_per_count = self.procedure.drum().mm_per_count();
         match (self.procedure.fault(now_ms), self.counts) {
             (Some(fault), _) => (fault.reason, fault.cable.into()),
             (None, None) => (Reason::EncoderSilent, 0),
@@ -112,8 +118,11 @@ impl Device {
     /// Why the new centre may not be accepted yet: nobody has seen that the cables are numbered as the rig says. A centre
     /// in use was accepted on this very machine, hence after the check.
     pub(super) fn numbering_unchecked(&self) -> bool {
-        let Numbering { required, found, .. } = self.numbering;
-        required && found != ALL && self.procedure.live().is_none() && self.procedure.state() == StateName::Review
+        let Numbering { required, found, cables, .. } = self.numbering;
+        required
+            && found != all(cables)
+            && self.procedure.live().is_none()
+            && self.procedure.state() == StateName::Review
     }
 }
 
@@ -166,7 +175,7 @@ mod tests {
 
     #[test]
     fn the_counts_before_are_those_of_the_first_question() {
-        let mut numbering = Numbering::new(true);
+        let mut numbering = Numbering::new(true, 6);
         assert_eq!(numbering.ask(2, REST, MM_PER_COUNT), (Reason::CableNotPulled, 0));
         numbering.sample(&with(2, 300), MM_PER_COUNT);
         assert_eq!(numbering.ask(2, [0; CABLES], MM_PER_COUNT), (Reason::Fine, 0b10));
@@ -183,7 +192,7 @@ mod tests {
 
     /// Asked for cable 1, somebody pulls cable 5, reads that, and begins again before it is let go.
     fn held_while_asked_again() -> Numbering {
-        let mut numbering = Numbering::new(true);
+        let mut numbering = Numbering::new(true, 6);
         numbering.ask(1, REST, MM_PER_COUNT);
         numbering.sample(&with(5, 300), MM_PER_COUNT);
         assert_eq!(numbering.ask(1, with(5, 400), MM_PER_COUNT), (Reason::WrongCable, 5));
@@ -217,7 +226,7 @@ mod tests {
 
     #[test]
     fn an_arm_that_moved_meanwhile_holds_no_cable() {
-        let mut numbering = Numbering::new(true);
+        let mut numbering = Numbering::new(true, 6);
         numbering.ask(1, REST, MM_PER_COUNT);
         numbering.sample(&with(5, 300), MM_PER_COUNT);
         numbering.ask(1, REST, MM_PER_COUNT);

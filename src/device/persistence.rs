@@ -1,15 +1,13 @@
 //! The centre in use across power-down: from the record at power-up, to the record when a new one is accepted; and a
 //! seal on it in between, since a centre that changes in memory is a wrong one.
 
-use super::seal::{seal, seal_of_constants};
+use super::kept;
+use super::seal::{seal, seal_of};
 use super::slip_monitor::SlipMonitor;
-use super::{Action, Device, LogEntry, status};
-use crate::identification::outcome::MAX_REJECTED;
-use crate::identification::{Identified, Rejected, Termination};
-use crate::procedure::{Candidate, Reason, Verification};
-use crate::record::{LoadError, Loaded, Record, StoreError};
+use super::{Action, Device, LogEntry};
+use crate::procedure::Reason;
+use crate::record::{JointRecord, LoadError, Loaded, StoreError};
 use crate::restart::ResetCause;
-use heapless::Vec;
 
 /// What is wrong with the record, None when all is well.
 ///
@@ -28,7 +26,7 @@ impl Device {
         self.parameters_wrong = loaded.parameters.is_some();
         let journal = loaded.journal.unwrap_or_default();
         let last_run_id = match (loaded.journal, &loaded.record) {
-            (None, Ok(record)) => record.run_id,
+            (None, Ok(record)) => record.run_id(),
             _ => journal.run_id,
         };
         self.boot = journal.boot.wrapping_add(1);
@@ -37,8 +35,14 @@ impl Device {
         self.distrust = Reason::from_code(journal.distrust).filter(|reason| *reason != Reason::Fine);
         self.journal(out);
         let reason = match loaded.record {
-            Ok(record) if record.rig != self.fingerprint => Reason::RecordOfOtherRig,
-            Ok(record) => self.procedure.resume(candidate(&record)).err().unwrap_or(Reason::Fine),
+            Ok(record) if record.rig() != self.fingerprint => Reason::RecordOfOtherRig,
+            Ok(record) => {
+                let resumed = match &record {
+                    JointRecord::Ball(record) => self.procedure.resume_ball(kept::candidate(record)),
+                    JointRecord::Hinge(record) => self.procedure.resume_hinge(kept::hinge_candidate(record)),
+                };
+                resumed.err().unwrap_or(Reason::Fine)
+            }
             Err(error) => reason_of_load(error),
         };
         self.seal_live();
@@ -55,21 +59,20 @@ impl Device {
     /// Hands the new centre in use to the board, to be stored.
     pub(super) fn keep(&self, out: &mut impl FnMut(Action)) {
         if let Some(live) = self.procedure.live() {
-            out(Action::Store(record(live, self.serial, self.fingerprint)));
+            out(Action::Store(kept::record(&live, self.serial, self.fingerprint)));
         }
     }
 
     /// Looks whether the centre in use, and what it is judged by, is still what was taken into use. If not, memory cannot be
     /// trusted: the board starts anew, from the record.
     pub(super) fn check_live(&self, out: &mut impl FnMut(Action)) {
-        let constants = seal_of_constants(self.procedure.rig(), self.procedure.limits());
-        if self.persistence.seal != self.live_checksum() || self.constants != constants {
+        if self.persistence.seal != self.live_checksum() || self.constants != seal_of(&self.procedure) {
             out(Action::Stop(ResetCause::MemoryError));
         }
     }
 
     fn live_checksum(&self) -> Option<u32> {
-        self.procedure.live().map(|live| seal(live, self.serial, self.fingerprint))
+        self.procedure.live().map(|live| seal(&live, self.serial, self.fingerprint))
     }
 
     /// The board has tried to store.
@@ -103,83 +106,16 @@ pub(super) fn reason_of_store(error: StoreError) -> Reason {
     }
 }
 
-/// What is kept of a centre.
-fn record(live: &Candidate, serial: u32, rig: u32) -> Record {
-    let Candidate { run_id, boot, wearer, identified, motion, verification } = live;
-    let mut rejected = [Rejected { pose: 0, cables: 0 }; MAX_REJECTED];
-    for (place, entry) in rejected.iter_mut().zip(&identified.rejected) {
-        *place = *entry;
-    }
-    Record {
-        run_id: *run_id,
-        boot: *boot,
-        wearer: *wearer,
-        serial,
-        rig,
-        firmware: status::FIRMWARE,
-        parameters: identified.parameters,
-        covariance_mm2: identified.covariance_mm2,
-        zeros_mm: identified.offsets_mm,
-        zero_sigmas_mm: identified.offset_sigmas_mm,
-        noise_mm: identified.noise_mm,
-        deviation_mm: identified.rms_residual_mm,
-        excitation_rad: identified.excitation_rad,
-        poses: u16::try_from(identified.poses).unwrap_or(u16::MAX),
-        // never more than MAX_REJECTED
-        left_out: identified.rejected.len() as u8,
-        rejected,
-        iterations: identified.iterations,
-        termination: identified.termination as u8,
-        verification_poses: verification.poses,
-        verification_deviation_mm: verification.deviation_mm,
-        verification_limit_mm: verification.limit_mm,
-        motion: *motion,
-        machine: identified.machine,
-    }
-}
-
-/// The centre that a record holds. Of its history, the deviation before each step is not kept.
-fn candidate(record: &Record) -> Candidate {
-    let left_out = record.rejected.get(..usize::from(record.left_out)).unwrap_or_default();
-    Candidate {
-        run_id: record.run_id,
-        boot: record.boot,
-        wearer: record.wearer,
-        identified: Identified {
-            parameters: record.parameters,
-            covariance_mm2: record.covariance_mm2,
-            noise_mm: record.noise_mm,
-            rms_residual_mm: record.deviation_mm,
-            rms_residuals_mm: Vec::new(),
-            iterations: record.iterations,
-            termination: if record.termination == Termination::DeviationBelowTolerance as u8 {
-                Termination::DeviationBelowTolerance
-            } else {
-                Termination::Settled
-            },
-            poses: record.poses.into(),
-            rejected: Vec::from_slice(left_out).unwrap_or_default(),
-            excitation_rad: record.excitation_rad,
-            offsets_mm: record.zeros_mm,
-            offset_sigmas_mm: record.zero_sigmas_mm,
-            machine: record.machine,
-        },
-        motion: record.motion,
-        verification: Verification {
-            deviation_mm: record.verification_deviation_mm,
-            limit_mm: record.verification_limit_mm,
-            poses: record.verification_poses,
-        },
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use super::kept::{candidate, record_of_ball as record};
     use super::*;
     use crate::identification::joint::ShownMotion;
     use crate::identification::machine::MachineDeviation;
-    use crate::procedure::{Limits, Settings};
+    use crate::identification::{Identified, Rejected, Termination};
+    use crate::procedure::{Candidate, Limits, Settings, Verification};
     use crate::rig::{Parameters, Rig};
+    use heapless::Vec;
 
     /// Every field has a value of its own, so that none can be taken for another.
     fn live() -> Candidate {
@@ -252,10 +188,10 @@ mod tests {
         ];
         for spoil in spoilt {
             let mut spoilt = device.clone();
-            spoil(spoilt.procedure.live_mut().as_mut().unwrap());
+            spoil(spoilt.procedure.ball_mut().unwrap().live_mut().as_mut().unwrap());
             assert!(stops(&mut spoilt) > 0);
         }
-        *device.procedure.live_mut() = None;
+        *device.procedure.ball_mut().unwrap().live_mut() = None;
         assert!(stops(&mut device) > 0, "a centre that vanishes");
     }
 
@@ -278,7 +214,7 @@ mod tests {
         ];
         for (case, (rig, limits, is_noticed)) in spoilt.into_iter().enumerate() {
             let mut device = device.clone();
-            device.procedure.spoil_constants(rig, limits);
+            device.procedure.ball_mut().unwrap().spoil_constants(rig, limits);
             let mut is_stopped = false;
             for now_ms in 0..200 {
                 device.handle(now_ms, crate::device::Event::Tick, &mut |action| {

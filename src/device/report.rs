@@ -1,19 +1,19 @@
 //! Sends what there is to say about the run, a frame or two a tick, so that no queue has to be long.
 
 use super::seal::seal;
-use super::shown::{self, Kind, NamingInWork, Value};
+use super::shown::{self, Kind, NamingInWork};
 use crate::can::Message;
 use crate::can::health::{BusHealth, LastStop, StopText};
+use crate::can::hinge::Module;
 use crate::can::identity::Naming;
 use crate::can::report::{LeftOut, OutcomeReport, PoseSamples, RawLength};
 use crate::can::result::{Axis, Quality, VerificationReport, WeakDirection};
 use crate::can::status::{Counters, Versions};
-use crate::identification::Identified;
 use crate::identification::uncertainty::{RESULT_UNKNOWNS, unpacked};
 use crate::linear_algebra::EigenSearch;
-use crate::procedure::{Candidate, PoseSet, Procedure, Reason, StateName};
+use crate::procedure::module::{FoundJoint, JointValue};
+use crate::procedure::{ModuleProcedure, PoseSet, Reason, StateName};
 use crate::restart::CrashRecord;
-use crate::rig::CABLES;
 
 /// An unacknowledged report is sent again after this time, ms.
 const REPEAT_MS: u32 = 1_000;
@@ -32,6 +32,7 @@ pub(super) struct Parts {
 /// What does not belong to the run but is reported.
 pub(super) struct About<'a> {
     pub versions: &'a Versions,
+    pub module: Module,
     pub counters: &'a Counters,
     pub bus: &'a BusHealth,
     pub crash_record: Option<&'a CrashRecord>,
@@ -39,10 +40,11 @@ pub(super) struct About<'a> {
 
 /// Positions of the parts in a report.
 const VERSIONS: u8 = 0;
-const COUNTERS: u8 = 1;
-const BUS: u8 = 2;
-const LAST_STOP: u8 = 3;
-const STOP_TEXT: u8 = 4;
+const MODULE: u8 = 1;
+const COUNTERS: u8 = 2;
+const BUS: u8 = 3;
+const LAST_STOP: u8 = 4;
+const STOP_TEXT: u8 = 5;
 const LIVE: u8 = STOP_TEXT + StopText::MAX_PARTS;
 const LIVE_NAMING: u8 = LIVE + shown::FRAMES;
 const CANDIDATE: u8 = LIVE_NAMING + 1;
@@ -136,12 +138,12 @@ impl Reporter {
     }
 
     /// What names the new centre, as it was shown last; None before.
-    pub fn naming_of_candidate(&self, candidate: &Candidate) -> Option<Naming> {
+    pub fn naming_of_candidate(&self, candidate: &FoundJoint<'_>) -> Option<Naming> {
         naming_of(&self.named_candidate, candidate)
     }
 
     /// What names the centre in use, as it was shown last; None before.
-    pub fn naming_of_live(&self, live: &Candidate) -> Option<Naming> {
+    pub fn naming_of_live(&self, live: &FoundJoint<'_>) -> Option<Naming> {
         naming_of(&self.named_live, live)
     }
 
@@ -191,7 +193,7 @@ impl Reporter {
     }
 
     /// The next message to send, if there is one at the next few positions that is worked out.
-    pub fn next(&mut self, now_ms: u32, procedure: &Procedure, about: &About) -> Option<Message> {
+    pub fn next(&mut self, now_ms: u32, procedure: &ModuleProcedure, about: &About) -> Option<Message> {
         if self.report.is_none() && self.is_overdue(now_ms) {
             self.begin_repeated(now_ms);
         }
@@ -216,7 +218,7 @@ impl Reporter {
     }
 
     /// Works out what the message at a position needs, a slice a call; true when it is there.
-    fn prepare(&mut self, position: u8, parts: Parts, procedure: &Procedure) -> bool {
+    fn prepare(&mut self, position: u8, parts: Parts, procedure: &ModuleProcedure) -> bool {
         let is_live = position == LIVE_NAMING && parts.live;
         if is_live || position == CANDIDATE_NAMING && parts.run {
             let shown = if is_live { procedure.live() } else { procedure.candidate() };
@@ -225,16 +227,16 @@ impl Reporter {
                 Preparing::Naming(in_work) => in_work,
                 _ => NamingInWork::new(),
             };
-            let Some(naming) = in_work.advance(shown) else {
+            let Some(naming) = in_work.advance(&shown) else {
                 self.preparing = Preparing::Naming(in_work);
                 return false;
             };
-            let named = Some(Named { seal: seal(shown, 0, 0), naming });
+            let named = Some(Named { seal: seal(&shown, 0, 0), naming });
             *(if is_live { &mut self.named_live } else { &mut self.named_candidate }) = named;
         }
         if position == WEAK_DIRECTION
             && parts.run
-            && let Some(identified) = shown_result(procedure)
+            && let Some(JointValue::Ball(identified, _)) = shown_result(procedure)
         {
             let Preparing::WeakDirection(search) = &mut self.preparing else {
                 self.preparing = Preparing::WeakDirection(EigenSearch::new(&unpacked(&identified.covariance_mm2)));
@@ -246,7 +248,7 @@ impl Reporter {
     }
 
     /// The message at a position of the report; None when there is nothing to say there.
-    fn part(&self, position: u8, parts: Parts, procedure: &Procedure, about: &About) -> Option<Message> {
+    fn part(&self, position: u8, parts: Parts, procedure: &ModuleProcedure, about: &About) -> Option<Message> {
         match position {
             LIVE_NAMING if parts.live => procedure.live().and(self.named_live?.naming).map(Message::LiveNaming),
             CANDIDATE_NAMING if parts.run => {
@@ -263,47 +265,52 @@ impl Reporter {
 }
 
 /// The naming, if it was formed of this very centre.
-fn naming_of(named: &Option<Named>, centre: &Candidate) -> Option<Naming> {
+fn naming_of(named: &Option<Named>, centre: &FoundJoint<'_>) -> Option<Naming> {
     let named = named.filter(|named| named.seal == seal(centre, 0, 0))?;
     named.naming
 }
 
 /// The result that the run's report is about.
-fn shown_result(procedure: &Procedure) -> Option<&Identified<f32>> {
-    procedure.identified().or(accepted(procedure).map(|live| &live.identified))
+fn shown_result(procedure: &ModuleProcedure) -> Option<JointValue<'_>> {
+    procedure.identified().or(accepted(procedure).map(|live| live.value()))
 }
 
-/// The next message of a pose that is being sent: its six lengths, and behind them how many samples they are the mean of,
+/// The next message of a pose that is being sent: its lengths, and behind them how many samples they are the mean of,
 /// where the rig makes a difference of that.
-fn next_of_pose(sending: &mut Option<(PoseSet, u8, u8)>, procedure: &Procedure) -> Option<Message> {
+fn next_of_pose(sending: &mut Option<(PoseSet, u8, u8)>, procedure: &ModuleProcedure) -> Option<Message> {
     let (set, index, part) = sending.take()?;
-    let pose = procedure.poses(set).get(usize::from(index))?;
-    let parts = CABLES + usize::from(procedure.rig().sample_noise_mm() > 0.0);
+    let lengths_mm = procedure.lengths_mm(set, index)?;
+    let samples = procedure.samples(set, index);
+    let parts = lengths_mm.len() + usize::from(samples.is_some());
     *sending = (usize::from(part) + 1 < parts).then_some((set, index, part + 1));
     let run_id = procedure.run_id();
-    Some(match pose.lengths().as_mm().get(usize::from(part)) {
+    Some(match lengths_mm.get(usize::from(part)) {
         Some(length_mm) => Message::RawLength(RawLength { run_id, index, cable: part + 1, set, length_mm: *length_mm }),
-        None => Message::PoseSamples(PoseSamples { run_id, index, set, samples: pose.samples }),
+        None => Message::PoseSamples(PoseSamples { run_id, index, set, samples: samples? }),
     })
 }
 
 /// The message at any other position of the report.
-fn part(position: u8, parts: Parts, procedure: &Procedure, about: &About) -> Option<Message> {
+fn part(position: u8, parts: Parts, procedure: &ModuleProcedure, about: &About) -> Option<Message> {
     match position {
         VERSIONS if parts.device => Some(Message::Versions(*about.versions)),
+        MODULE if parts.device => Some(Message::Module(about.module)),
         COUNTERS if parts.device => Some(Message::Counters(*about.counters)),
         BUS if parts.device => Some(Message::BusHealth(*about.bus)),
         LAST_STOP if parts.device => Some(Message::LastStop(LastStop::of(about.crash_record?))),
         STOP_TEXT..LIVE if parts.device => {
             StopText::of(about.crash_record?, position - STOP_TEXT).map(Message::StopText)
         }
-        LIVE..CANDIDATE if parts.live => shown::message(Kind::Live, &Value::of(procedure.live()?), position - LIVE),
+        LIVE..CANDIDATE if parts.live => {
+            let live = procedure.live()?;
+            shown::message(Kind::Live, live.run_id(), &live.value(), position - LIVE)
+        }
         CANDIDATE..=OUTCOME if parts.run => part_of_run(position, procedure),
         _ => None,
     }
 }
 
-fn part_of_run(position: u8, procedure: &Procedure) -> Option<Message> {
+fn part_of_run(position: u8, procedure: &ModuleProcedure) -> Option<Message> {
     let run_id = procedure.run_id();
     match position {
         AXIS => {
@@ -311,7 +318,7 @@ fn part_of_run(position: u8, procedure: &Procedure) -> Option<Message> {
             return Some(Message::Axis(Axis { run_id, axis: detail.axis? }));
         }
         VERIFICATION => {
-            let verification = procedure.candidate().or(accepted(procedure))?.verification;
+            let verification = *procedure.candidate().or(accepted(procedure))?.verification();
             return Some(Message::Verification(VerificationReport {
                 run_id,
                 deviation_mm: verification.deviation_mm,
@@ -323,36 +330,59 @@ fn part_of_run(position: u8, procedure: &Procedure) -> Option<Message> {
         _ => {}
     }
     if (CANDIDATE..CANDIDATE_NAMING).contains(&position) {
-        let value = Value { run_id, identified: procedure.identified()?, motion: procedure.motion() };
-        return shown::message(Kind::Candidate, &value, position - CANDIDATE);
+        return shown::message(Kind::Candidate, run_id, &procedure.identified()?, position - CANDIDATE);
     }
-    let identified = shown_result(procedure)?;
-    match position {
-        QUALITY => Some(Message::Quality(Quality {
+    let value = shown_result(procedure)?;
+    if position == QUALITY {
+        return Some(Message::Quality(quality(run_id, &value)));
+    }
+    let index = position.checked_sub(LEFT_OUT)?;
+    let (pose, cables, of) = left_out(procedure, &value, index)?;
+    Some(Message::LeftOut(LeftOut { run_id, index, of, pose, cables }))
+}
+
+fn quality(run_id: u16, value: &JointValue<'_>) -> Quality {
+    match value {
+        JointValue::Ball(identified, _) => Quality {
             run_id,
             deviation_mm: identified.rms_residual_mm,
             noise_mm: identified.noise_mm,
             iterations: identified.iterations,
             left_out: identified.rejected.len() as u8,
-        })),
-        _ => {
-            let index = position.checked_sub(LEFT_OUT)?;
+        },
+        JointValue::Hinge(found) => Quality {
+            run_id,
+            deviation_mm: found.rms_residual_mm,
+            noise_mm: found.noise_mm,
+            iterations: 0,
+            left_out: found.rejected,
+        },
+    }
+}
+
+/// A pose that was left out, with its faulty cables, and how many there are.
+fn left_out(procedure: &ModuleProcedure, value: &JointValue<'_>, index: u8) -> Option<(u8, u8, u8)> {
+    match value {
+        JointValue::Ball(identified, _) => {
             let rejected = identified.rejected.get(usize::from(index))?;
-            let of = identified.rejected.len() as u8;
-            let pose = u8::try_from(rejected.pose).ok()?;
-            Some(Message::LeftOut(LeftOut { run_id, index, of, pose, cables: rejected.cables }))
+            Some((u8::try_from(rejected.pose).ok()?, rejected.cables, identified.rejected.len() as u8))
+        }
+        JointValue::Hinge(found) => {
+            let poses = procedure.hinge()?.poses(PoseSet::Identification).iter().enumerate();
+            let (pose, of) = poses.filter(|(_, pose)| !pose.is_used()).nth(index.into())?;
+            Some((u8::try_from(pose).ok()?, of.suspect_cables, found.rejected))
         }
     }
 }
 
 /// The centre in use, if it is the one of the last run.
-fn accepted(procedure: &Procedure) -> Option<&Candidate> {
-    procedure.live().filter(|live| live.run_id == procedure.run_id())
+fn accepted(procedure: &ModuleProcedure) -> Option<FoundJoint<'_>> {
+    procedure.live().filter(|live| live.run_id() == procedure.run_id())
 }
 
 /// How the run ended. In the review its reason is [`Reason::Fine`]: nothing is decided yet.
-fn outcome(procedure: &Procedure) -> Option<Message> {
-    let poses = procedure.poses(PoseSet::Identification).len() as u8;
+fn outcome(procedure: &ModuleProcedure) -> Option<Message> {
+    let poses = procedure.poses_of(PoseSet::Identification) as u8;
     let run_id = procedure.run_id();
     let live = accepted(procedure).is_some();
     let report = match (procedure.ending(), procedure.state()) {

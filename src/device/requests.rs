@@ -95,7 +95,7 @@ impl Device {
     fn accept_named(&mut self, now_ms: u32, value: NamedValue, out: &mut impl FnMut(Action)) -> Option<(Reason, u16)> {
         // in another state the procedure says why not
         if let Some(candidate) = self.procedure.candidate() {
-            let is_shown = self.reporter.has_shown(candidate.run_id);
+            let is_shown = self.reporter.has_shown(candidate.run_id());
             match self.shown_candidate() {
                 Some(shown) if !shown.is_named_by(&value) => return Some((Reason::WrongValue, 0)),
                 Some(_) if is_shown => {}
@@ -127,7 +127,7 @@ impl Device {
     }
 
     fn read_out(&mut self, set: PoseSet, index: u8) -> Reason {
-        if usize::from(index) >= self.procedure.poses(set).len() {
+        if usize::from(index) >= self.procedure.poses_of(set) {
             Reason::NoSuchPose
         } else if self.reporter.read_out(set, index) {
             Reason::Fine

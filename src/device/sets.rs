@@ -7,7 +7,8 @@ use crate::can::set::piece;
 use crate::can::telemetry::{TELEMETRY_FRAMES, TELEMETRY_LEN, Telemetry};
 use crate::kinematics::rotation::rotation_vector_of;
 use crate::kinematics::{CableLengths, PlatformPose};
-use crate::procedure::Reason;
+use crate::procedure::{ModuleProcedure, Reason};
+use crate::rig::CABLES;
 
 /// A set that was packed and goes out a frame a tick.
 #[derive(Debug, Clone)]
@@ -152,11 +153,13 @@ impl Device {
     /// What the cables show now; None before the first sample, and while a length cannot be one.
     fn telemetry(&self, now_ms: u32) -> Option<TelemetryInWork> {
         let counts = self.counts?;
-        let lengths = CableLengths::from_counts(self.procedure.rig(), &counts).ok()?;
-        let live = self.procedure.live();
+        let ModuleProcedure::Ball(procedure) = &self.procedure else { return self.telemetry_of_hinge(now_ms, &counts) };
+        let lengths = CableLengths::from_counts(procedure.rig(), &counts).ok()?;
+        let live = procedure.live();
         let corrected = live.map_or(Ok(lengths), |live| lengths.less(&live.identified.offsets_mm)).ok();
         let arm = self.procedure.arm(now_ms);
-        let pose = corrected.and_then(|lengths| Some((self.forward_kinematics.solve(&lengths).ok()?, lengths)));
+        let pose =
+            corrected.and_then(|lengths| Some((self.forward_kinematics.as_ref()?.solve(&lengths).ok()?, lengths)));
         let slack = arm.err().filter(|not_ready| not_ready.reason == Reason::CableLoose);
         let telemetry = Telemetry {
             // modulo 2^16
@@ -177,6 +180,27 @@ impl Device {
             },
         };
         Some(TelemetryInWork { telemetry, pose: pose.filter(|_| self.slip_monitor.live_joint().is_some()) })
+    }
+
+    /// The same of an elbow: its lengths, and 0 for cables that it has not.
+    fn telemetry_of_hinge(&self, now_ms: u32, counts: &[i32; CABLES]) -> Option<TelemetryInWork> {
+        let lengths = self.procedure.hinge()?.rig().lengths_mm(counts, &[0.0; CABLES]).ok()?;
+        let mut lengths_mm = [0.0; CABLES];
+        lengths_mm.iter_mut().zip(lengths).for_each(|(place, length)| *place = length);
+        let arm = self.procedure.arm(now_ms);
+        let slack = arm.err().filter(|not_ready| not_ready.reason == Reason::CableLoose);
+        let telemetry = Telemetry {
+            // modulo 2^16
+            time_ms: now_ms as u16,
+            still: arm.is_ok(),
+            encoders: self.procedure.fault(now_ms).is_none(),
+            slack: slack.map_or(0, |not_ready| not_ready.cable),
+            standing: self.standing().0,
+            lengths_mm,
+            rotation_rad: None,
+            centre: None,
+        };
+        Some(TelemetryInWork { telemetry, pose: None })
     }
 
     /// Where a centre that moves is in this pose, and its σ, mm.

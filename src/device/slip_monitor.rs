@@ -14,7 +14,7 @@ use crate::identification::joint::Joint;
 use crate::identification::{Identified, Machine};
 use crate::kinematics::CableLengths;
 use crate::monitor::{DetectorState, SlipDetector};
-use crate::procedure::{Candidate, Reason, StateName};
+use crate::procedure::{Candidate, ModuleProcedure, Procedure, Reason, StateName};
 use crate::rig::CABLES;
 use nalgebra::UnitQuaternion;
 
@@ -91,8 +91,9 @@ impl SlipMonitor {
     }
 
     /// Builds the next part of the watch over a centre, on the machine as it was found with the centre.
-    pub fn build(&mut self, machine: &Machine<f32>, live: Option<&Candidate>) {
-        let Some(live) = live else {
+    pub fn build(&mut self, procedure: &ModuleProcedure) {
+        let ball = procedure.ball().and_then(|procedure| Some((procedure.machine(), procedure.live()?)));
+        let Some((machine, live)) = ball else {
             self.due = Due::Nothing;
             return;
         };
@@ -170,7 +171,8 @@ impl Device {
             return;
         }
         self.slip_monitor.looked_at_ms = Some(now_ms);
-        let Ok(lengths) = CableLengths::from_counts(self.procedure.rig(), counts) else { return };
+        let Some(rig) = self.procedure.ball().map(Procedure::rig) else { return };
+        let Ok(lengths) = CableLengths::from_counts(rig, counts) else { return };
         detector.begin(&lengths);
         self.slip_monitor.is_looking = true;
     }
@@ -189,7 +191,7 @@ impl Device {
         };
         self.slip_monitor.is_looking = false;
         let Some(live) = self.procedure.live() else { return };
-        let report = WatchReport::of(live.run_id, &warning.cause);
+        let report = WatchReport::of(live.run_id(), &warning.cause);
         self.slip_monitor.warning = Some(report);
         self.trust(Some(report.cause), out);
         out(Action::Log(LogEntry::Slipped(report)));

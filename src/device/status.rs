@@ -3,11 +3,13 @@
 use super::report::About;
 use super::status_led::BlinkPattern;
 use super::{Action, Device, Held, LogEntry};
+use crate::can::hinge::{JointKind, Module};
 use crate::can::message::PROTOCOL;
 use crate::can::report::PoseReport;
 use crate::can::status::{Flags, Heartbeat, Versions};
 use crate::can::{Message, Standing};
-use crate::procedure::{CAPACITY, PoseNotice, Reason, StateName};
+use crate::procedure::module::JointValue;
+use crate::procedure::{self, ModuleRig, PoseNotice, Reason, StateName, elbow};
 use crate::restart::ResetCause;
 
 /// Time between two heartbeats, ms.
@@ -66,17 +68,34 @@ const fn number(digits: &str) -> u8 {
 }
 
 /// What the device is.
-pub(super) fn versions(reset_cause: ResetCause, fingerprint: u32) -> Versions {
+pub(super) fn versions(reset_cause: ResetCause, fingerprint: u32, rig: &ModuleRig) -> Versions {
     Versions {
         protocol: PROTOCOL,
         firmware: FIRMWARE,
         reset_cause,
-        capacity: CAPACITY as u8,
+        capacity: capacities(rig.hinge().is_some()).0,
         rig: (fingerprint >> 16) as u16 ^ fingerprint as u16,
     }
 }
 
+/// Poses that the first and the second set have room for.
+const fn capacities(is_hinge: bool) -> (u8, u8) {
+    if is_hinge {
+        (elbow::CAPACITY as u8, elbow::HELD_OUT_CAPACITY as u8)
+    } else {
+        (procedure::CAPACITY as u8, procedure::HELD_OUT_CAPACITY as u8)
+    }
+}
+
 impl Device {
+    /// Which module this is.
+    fn module(&self) -> Module {
+        let is_hinge = self.procedure.hinge().is_some();
+        let (capacity, held_out_capacity) = capacities(is_hinge);
+        let joint = if is_hinge { JointKind::Hinge } else { JointKind::Ball };
+        Module { joint, cables: self.procedure.cables(), capacity, held_out_capacity, rig: self.fingerprint }
+    }
+
     pub(super) fn send_heartbeat(&mut self, now_ms: u32, out: &mut impl FnMut(Action)) {
         let arm = self.procedure.arm(now_ms);
         let refused_press = self
@@ -158,6 +177,7 @@ impl Device {
         for _ in 0..FRAMES_A_TICK {
             let about = About {
                 versions: &self.versions,
+                module: self.module(),
                 counters: &self.counters,
                 bus: &self.bus,
                 crash_record: self.crash_record.as_ref(),
@@ -209,14 +229,30 @@ impl Device {
             (_, StateName::Identifying) => {}
             (_, StateName::Verifying) => {
                 self.reporter.begin(now_ms, super::report::Parts { device: false, live: false, run: true });
-                if let Some(identified) = self.procedure.identified() {
-                    let bits = identified.parameters.to_array().map(f32::to_bits);
-                    out(Action::Log(LogEntry::Identified { run_id, bits }));
-                }
+                self.log_identified(run_id, out);
             }
             // Acknowledged: there is nothing left to repeat.
             (StateName::Failed, StateName::Idle) if !self.reporter.is_unacknowledged() => {}
             (_, StateName::Idle | StateName::Review | StateName::Failed) => self.reporter.begin_repeated(now_ms),
+        }
+    }
+
+    fn log_identified(&self, run_id: u16, out: &mut impl FnMut(Action)) {
+        match self.procedure.identified() {
+            Some(JointValue::Ball(identified, _)) => {
+                let bits = identified.parameters.to_array().map(f32::to_bits);
+                out(Action::Log(LogEntry::Identified { run_id, bits }));
+            }
+            Some(JointValue::Hinge(found)) => {
+                for body in 0..2 {
+                    let bits = core::array::from_fn(|k| {
+                        let [value, _] = found.number(usize::from(body) * 6 + k);
+                        value.to_bits()
+                    });
+                    out(Action::Log(LogEntry::HingeIdentified { run_id, body, bits }));
+                }
+            }
+            None => {}
         }
     }
 

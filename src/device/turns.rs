@@ -66,7 +66,7 @@ impl Device {
         if core::mem::take(&mut self.keep_is_due) {
             self.keep(out);
         } else if self.slip_monitor.is_to_be_built() {
-            self.slip_monitor.build(self.procedure.machine(), self.procedure.live());
+            self.slip_monitor.build(&self.procedure);
         } else {
             self.monitor_tick(out);
             if let Some(notice) = self.procedure.tick(now_ms) {

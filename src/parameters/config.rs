@@ -2,9 +2,8 @@
 
 use super::set::ParameterSet;
 use crate::can::BaseId;
-use crate::procedure::Limits;
+use crate::procedure::{Limits, ModuleRig};
 use crate::restart::Restart;
-use crate::rig::Rig;
 
 /// Sets of telemetry a second: what a picture of the arm needs to look smooth.
 pub const DEFAULT_TELEMETRY_HZ: u16 = 50;
@@ -12,10 +11,10 @@ pub const DEFAULT_TELEMETRY_HZ: u16 = 50;
 pub const DEFAULT_LIVE_PERIOD_MS: u16 = 100;
 
 /// What a device is made for.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Config {
-    /// The machine.
-    pub rig: Rig<f32>,
+    /// The machine, which says which joint it is about.
+    pub rig: ModuleRig,
     /// The limits of a run.
     pub limits: Limits,
     /// The device's block of CAN identifiers.
@@ -38,9 +37,12 @@ pub struct Config {
 
 impl Config {
     /// Default limits and identifiers for a rig.
-    pub fn for_rig(rig: Rig<f32>) -> Self {
+    pub fn for_rig(rig: impl Into<ModuleRig>) -> Self {
+        let rig = rig.into();
+        let limits = Limits::of(&rig);
+        let parameters = ParameterSet::of_module(&rig, &limits);
         Self {
-            limits: Limits::for_rig(&rig),
+            limits,
             rig,
             base: BaseId::DEFAULT,
             restart: Restart::default(),
@@ -49,7 +51,7 @@ impl Config {
             live_period_ms: DEFAULT_LIVE_PERIOD_MS,
             lock_key: [0; 4],
             numbering_check: false,
-            parameters: ParameterSet::of(&rig, &Limits::for_rig(&rig)),
+            parameters,
         }
     }
 }

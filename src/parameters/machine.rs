@@ -1,10 +1,11 @@
 //! From a set of values to a machine, and back.
 
 use super::config::Config;
+use super::hinge::ELBOW;
 use super::set::ParameterSet;
 use super::table::Key;
 use crate::can::BaseId;
-use crate::procedure::{Limits, LimitsError, Plausibility, Settings};
+use crate::procedure::{Limits, LimitsError, ModuleRig, Plausibility, Settings};
 use crate::restart::Restart;
 use crate::rig::{CableEnds, Correction, Drum, Parameters, Pulley, Rig, RigError, Tolerance};
 use nalgebra::Vector3;
@@ -13,10 +14,10 @@ use Key::*;
 
 const BASE: [[Key; 3]; 3] = [[Base1X, Base1Y, Base1Z], [Base2X, Base2Y, Base2Z], [Base3X, Base3Y, Base3Z]];
 const EDGES: [Key; 3] = [Edge12, Edge23, Edge31];
-const HOMES: [Key; 6] = [Home1, Home2, Home3, Home4, Home5, Home6];
+pub(super) const HOMES: [Key; 6] = [Home1, Home2, Home3, Home4, Home5, Home6];
 const NOMINAL: [Key; 6] = [NominalX, NominalY, NominalZ, NominalRadius1, NominalRadius2, NominalRadius3];
-const OFFSETS: [Key; 6] = [Offset1, Offset2, Offset3, Offset4, Offset5, Offset6];
-const SCALES: [Key; 6] = [Scale1, Scale2, Scale3, Scale4, Scale5, Scale6];
+pub(super) const OFFSETS: [Key; 6] = [Offset1, Offset2, Offset3, Offset4, Offset5, Offset6];
+pub(super) const SCALES: [Key; 6] = [Scale1, Scale2, Scale3, Scale4, Scale5, Scale6];
 /// Of each cable: base, end, radius and axis of the pulley.
 const CABLES: [[Key; 10]; 6] = [
     [
@@ -103,15 +104,15 @@ pub struct Contradiction {
 }
 
 impl Contradiction {
-    fn about(key: Key) -> Self {
+    pub(super) fn about(key: Key) -> Self {
         Self { index: super::TABLE.get(key as usize).map_or(0, |entry| entry.index) }
     }
 
-    fn of_rig(error: RigError) -> Self {
+    pub(super) fn of_rig(error: RigError) -> Self {
         Self::about(match error {
             RigError::BaseCollapsed | RigError::BaseOnEdge | RigError::NotFinite => Base1X,
-            // The last is about an elbow, which is not made from parameters.
-            RigError::EndsCoincide | RigError::DrawingMissing => Cable1EndX,
+            RigError::EndsCoincide => Cable1EndX,
+            RigError::DrawingMissing => HingeDrawing,
             RigError::PulleyImpossible => Cable1PulleyRadius,
             RigError::ToleranceImpossible => ToleranceBase,
             RigError::CorrectionImpossible => Offset1,
@@ -140,8 +141,13 @@ impl ParameterSet {
     /// # Errors
     /// [`Contradiction`] when they do not fit each other.
     pub fn config(&self, restart: Restart, serial: u32) -> Result<Config, Contradiction> {
-        let rig = self.rig().map_err(Contradiction::of_rig)?;
-        let limits = Limits::new(&rig, self.settings()).map_err(Contradiction::of_limits)?;
+        let rig = if self.integer(Geometry) == ELBOW {
+            self.require_nothing_of_a_ball()?;
+            ModuleRig::Hinge(self.elbow().map_err(Contradiction::of_elbow)?)
+        } else {
+            ModuleRig::Ball(self.rig().map_err(Contradiction::of_rig)?)
+        };
+        let limits = Limits::for_module(&rig, self.settings()).map_err(Contradiction::of_limits)?;
         // within 16 bits by its range
         let base = BaseId::new(self.integer(Key::BaseId) as u16).ok_or(Contradiction::about(Key::BaseId))?;
         Ok(Config {
@@ -158,7 +164,15 @@ impl ParameterSet {
         })
     }
 
-    /// The values of a machine that was made by other means.
+    /// The values of a module that was made by other means.
+    pub fn of_module(rig: &ModuleRig, limits: &Limits) -> Self {
+        match rig {
+            ModuleRig::Ball(rig) => Self::of(rig, limits),
+            ModuleRig::Hinge(rig) => Self::of_elbow(rig, limits),
+        }
+    }
+
+    /// The values of a machine about a ball that was made by other means.
     pub fn of(rig: &Rig<f32>, limits: &Limits) -> Self {
         let mut set = Self::new();
         set.put_rig(rig);
@@ -168,29 +182,44 @@ impl ParameterSet {
 
     fn rig(&self) -> Result<Rig<f32>, RigError> {
         let base_mm = BASE.map(|point| Vector3::from(point.map(|key| self.single(key))));
-        let drum = Drum {
-            radius_mm: self.single(DrumRadius),
-            counts_per_turn: self.single(CountsPerTurn),
-            home_length_mm: HOMES.map(|key| self.single(key)),
-            fastest_mm_per_s: self.single(MaxSpeed),
-        };
+        let drum = self.drum();
         let nominal = Parameters::from_array(NOMINAL.map(|key| self.single(key)));
         let noise_mm = self.single(LengthNoise);
         let rig = if self.integer(Geometry) == 0 {
             Rig::new(base_mm, EDGES.map(|key| self.single(key)), drum, noise_mm, nominal)
         } else {
-            Rig::with_cables(CABLES.map(|cable| self.cable(cable)), drum, noise_mm, nominal)
+            Rig::with_cables(self.cables(), drum, noise_mm, nominal)
         }?;
-        let rig = rig.with_noise(noise_mm, self.single(SampleNoise))?.with_tolerance(Tolerance {
-            base_mm: self.single(ToleranceBase),
-            edges_mm: self.single(ToleranceEdges),
-            offset_mm: self.single(ToleranceOffset),
-            drum: self.single(ToleranceDrum),
-        })?;
+        let rig = rig.with_noise(noise_mm, self.single(SampleNoise))?.with_tolerance(self.tolerance())?;
         let found =
             Correction { offset_mm: OFFSETS.map(|key| self.single(key)), scale: SCALES.map(|key| self.single(key)) };
         let is_none = Correction { offset_mm: [0.0; 6], scale: [1.0; 6] } == found;
         if is_none { Ok(rig) } else { rig.with_correction(found) }
+    }
+
+    #[inline(never)]
+    pub(super) fn drum(&self) -> Drum<f32> {
+        Drum {
+            radius_mm: self.single(DrumRadius),
+            counts_per_turn: self.single(CountsPerTurn),
+            home_length_mm: HOMES.map(|key| self.single(key)),
+            fastest_mm_per_s: self.single(MaxSpeed),
+        }
+    }
+
+    pub(super) fn tolerance(&self) -> Tolerance<f32> {
+        Tolerance {
+            base_mm: self.single(ToleranceBase),
+            edges_mm: self.single(ToleranceEdges),
+            offset_mm: self.single(ToleranceOffset),
+            drum: self.single(ToleranceDrum),
+        }
+    }
+
+    /// The ends of all cables.
+    #[inline(never)]
+    pub(super) fn cables(&self) -> [CableEnds<f32>; 6] {
+        CABLES.map(|cable| self.cable(cable))
     }
 
     fn cable(&self, keys: [Key; 10]) -> CableEnds<f32> {
@@ -204,30 +233,42 @@ impl ParameterSet {
         let base = rig.base_mm().iter().flat_map(|point| point.iter());
         let geometry = BASE.iter().flatten().zip(base).chain(EDGES.iter().zip(rig.edges_mm()));
         let nominal = rig.nominal().to_array();
-        for (key, value) in geometry.chain(HOMES.iter().zip(&drum.home_length_mm)).chain(NOMINAL.iter().zip(&nominal)) {
+        for (key, value) in geometry.chain(NOMINAL.iter().zip(&nominal)) {
             self.put_single(*key, *value);
         }
         self.put_integer(Geometry, rig.cables().is_some().into());
-        for (keys, cable) in CABLES.iter().zip(rig.cables().into_iter().flatten()) {
-            let CableEnds { base_mm, end_mm, pulley } = cable;
-            let values = base_mm.iter().chain(end_mm.iter()).chain([&pulley.radius_mm]).chain(pulley.axis.iter());
-            keys.iter().zip(values).for_each(|(key, value)| self.put_single(*key, *value));
-        }
-        let Tolerance { base_mm, edges_mm, offset_mm, drum: relative } = *rig.tolerance();
-        let tolerances = [ToleranceBase, ToleranceEdges, ToleranceOffset, ToleranceDrum];
-        for (key, value) in tolerances.into_iter().zip([base_mm, edges_mm, offset_mm, relative]) {
-            self.put_single(key, value);
-        }
+        rig.cables().into_iter().for_each(|cables| self.put_cables(cables));
+        self.put_tolerance(rig.tolerance());
         if let Some(Correction { offset_mm, scale }) = rig.correction() {
             for (key, value) in OFFSETS.iter().chain(&SCALES).zip(offset_mm.iter().chain(scale)) {
                 self.put_single(*key, *value);
             }
         }
+        self.put_drum(drum);
+        self.put_single(LengthNoise, rig.length_noise_mm());
+        self.put_single(SampleNoise, rig.sample_noise_mm());
+    }
+
+    pub(super) fn put_cables(&mut self, cables: &[CableEnds<f32>]) {
+        for (keys, CableEnds { base_mm, end_mm, pulley }) in CABLES.iter().zip(cables) {
+            let values = base_mm.iter().chain(end_mm.iter()).chain([&pulley.radius_mm]).chain(pulley.axis.iter());
+            keys.iter().zip(values).for_each(|(key, value)| self.put_single(*key, *value));
+        }
+    }
+
+    pub(super) fn put_tolerance(&mut self, tolerance: &Tolerance<f32>) {
+        let Tolerance { base_mm, edges_mm, offset_mm, drum } = *tolerance;
+        let tolerances = [ToleranceBase, ToleranceEdges, ToleranceOffset, ToleranceDrum];
+        for (key, value) in tolerances.into_iter().zip([base_mm, edges_mm, offset_mm, drum]) {
+            self.put_single(key, value);
+        }
+    }
+
+    pub(super) fn put_drum(&mut self, drum: &Drum<f32>) {
+        HOMES.iter().zip(&drum.home_length_mm).for_each(|(key, value)| self.put_single(*key, *value));
         self.put_single(DrumRadius, drum.radius_mm);
         self.put_single(CountsPerTurn, drum.counts_per_turn);
         self.put_single(MaxSpeed, drum.fastest_mm_per_s);
-        self.put_single(LengthNoise, rig.length_noise_mm());
-        self.put_single(SampleNoise, rig.sample_noise_mm());
     }
 
     /// The settings of a run. Each integer fits its type by its range.
@@ -262,7 +303,7 @@ impl ParameterSet {
         }
     }
 
-    fn put_settings(&mut self, settings: &Settings) {
+    pub(super) fn put_settings(&mut self, settings: &Settings) {
         let Plausibility { centre_mm, min_radius_mm, max_radius_mm, sigma_mm, offset_mm } = settings.plausibility;
         for (key, value) in [
             (StillBand, settings.still_band_mm),

@@ -5,6 +5,7 @@
 //! it: no constant ever changes while something goes by it.
 
 mod config;
+mod hinge;
 mod machine;
 mod set;
 mod table;

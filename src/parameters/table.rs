@@ -110,7 +110,7 @@ macro_rules! parameters {
 const HOME_MM: f32 = 277.83972;
 
 parameters! {
-    Geometry = 1, integer, "", 0, 0, 1, guarded, "0: attachment points and edges make two triangles; 1: every cable has its own ends";
+    Geometry = 1, integer, "", 0, 0, 2, guarded, "0: attachment points and edges make two triangles; 1: every cable has its own ends; 2: an elbow, whose cables have their own ends about a hinge";
 
     Base1X = 10, single, "mm", 150.0, -2000.0, 2000.0, guarded, "x of attachment point B1 in the base frame";
     Base1Y = 11, single, "mm", 0.0, -2000.0, 2000.0, guarded, "y of attachment point B1 in the base frame";
@@ -261,6 +261,28 @@ parameters! {
     LockKey2 = 201, integer, "", 0, 0, u32::MAX, guarded, "word 2 of the key of the lock, which cannot be read; all four zero = no lock";
     LockKey3 = 202, integer, "", 0, 0, u32::MAX, guarded, "word 3 of the key of the lock, which cannot be read; all four zero = no lock";
     LockKey4 = 203, integer, "", 0, 0, u32::MAX, guarded, "word 4 of the key of the lock, which cannot be read; all four zero = no lock";
+
+    HingeCables = 210, integer, "", 4, 2, 4, guarded, "geometry 2: cables about the hinge, from cable 1 on; fewer than four need a drawing with its standard deviations";
+    HingeDrawing = 211, integer, "", 0, 0, 2, guarded, "geometry 2: 0: no drawing; 1: the drawing tells two solutions apart; 2: it is a prior with the standard deviations below";
+    HingeAxisX = 212, single, "", 1.0, -1.0, 1.0, guarded, "geometry 2: x of the direction of the axis as drawn, in the base frame";
+    HingeAxisY = 213, single, "", 0.0, -1.0, 1.0, guarded, "geometry 2: y of the direction of the axis as drawn, in the base frame";
+    HingeAxisZ = 214, single, "", 0.0, -1.0, 1.0, guarded, "geometry 2: z of the direction of the axis as drawn, in the base frame";
+    HingePointX = 215, single, "mm", 0.0, -2000.0, 2000.0, guarded, "geometry 2: x of a point of the axis as drawn, in the base frame";
+    HingePointY = 216, single, "mm", 0.0, -2000.0, 2000.0, guarded, "geometry 2: y of a point of the axis as drawn, in the base frame";
+    HingePointZ = 217, single, "mm", 160.0, -2000.0, 2000.0, guarded, "geometry 2: z of a point of the axis as drawn, in the base frame";
+    HingeEndAxisX = 218, single, "", 1.0, -1.0, 1.0, guarded, "geometry 2: x of the direction of the axis as drawn, in the frame of the cables' ends";
+    HingeEndAxisY = 219, single, "", 0.0, -1.0, 1.0, guarded, "geometry 2: y of the direction of the axis as drawn, in the frame of the cables' ends";
+    HingeEndAxisZ = 220, single, "", 0.0, -1.0, 1.0, guarded, "geometry 2: z of the direction of the axis as drawn, in the frame of the cables' ends";
+    HingeEndPointX = 221, single, "mm", 0.0, -2000.0, 2000.0, guarded, "geometry 2: x of the same point of the axis, in the frame of the cables' ends";
+    HingeEndPointY = 222, single, "mm", 0.0, -2000.0, 2000.0, guarded, "geometry 2: y of the same point of the axis, in the frame of the cables' ends";
+    HingeEndPointZ = 223, single, "mm", -70.0, -2000.0, 2000.0, guarded, "geometry 2: z of the same point of the axis, in the frame of the cables' ends";
+    HingeLowest = 224, single, "rad", -2.45, -6.3, 6.3, guarded, "geometry 2: smallest angle of the joint from where it is drawn";
+    HingeHighest = 225, single, "rad", 0.27, -6.3, 6.3, guarded, "geometry 2: largest angle of the joint from where it is drawn";
+    HingeSigmaAxis = 226, single, "rad", 0.05, 0.0001, 3.2, guarded, "drawing 2: one standard deviation of the direction of the axis in the base frame, across it";
+    HingeSigmaPoint = 227, single, "mm", 3.0, 0.001, 1000.0, guarded, "drawing 2: one standard deviation of the place of the axis in the base frame, across it";
+    HingeSigmaEndAxis = 228, single, "rad", 0.05, 0.0001, 3.2, guarded, "drawing 2: one standard deviation of the direction of the axis in the frame of the ends, across it";
+    HingeSigmaEndPoint = 229, single, "mm", 3.0, 0.001, 1000.0, guarded, "drawing 2: one standard deviation of the place of the axis in the frame of the ends, across it";
+    HingeSigmaAlong = 230, single, "mm", 3.0, 0.001, 1000.0, guarded, "drawing 2: one standard deviation of where the two frames stand along the axis";
 }
 
 /// Number of parameters.

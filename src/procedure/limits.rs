@@ -1,6 +1,7 @@
 //! The limits that a run is held to, with their defaults and where those come from.
 
 use super::encoders::EncoderLimits;
+use super::module::ModuleRig;
 use super::plausible::Plausibility;
 use super::slow_motion::SlowMotionLimits;
 use super::stillness::StillnessLimits;
@@ -149,31 +150,31 @@ impl Limits {
     /// # Errors
     /// [`LimitsError`] names the first kind of setting that cannot be.
     pub fn new(rig: &Rig<f32>, settings: Settings) -> Result<Self, LimitsError> {
-        let s = &settings;
-        let sizes = [s.still_band_mm, s.frozen_mm, s.nearest_pose_rad, s.target_sigma_mm, s.verification_deviation_mm];
-        let times = [s.hold_ms, s.silence_ms, s.collecting_timeout_ms, s.verifying_timeout_ms, s.review_timeout_ms];
-        let prior_fits = s.zero_prior_mm >= 0.0 && s.zero_prior_mm.is_finite();
-        if !(prior_fits && sizes.iter().all(|size| *size > 0.0 && size.is_finite())) {
-            Err(LimitsError::NotPositive)
-        } else if usize::from(s.enough_poses.min(s.enough_poses_with_zeros)) < MIN_POSES {
-            Err(LimitsError::TooFewPoses)
-        } else if s.verification_poses == 0 {
-            Err(LimitsError::NoVerification)
-        } else if s.min_samples == 0 || s.lost_after_samples == 0 || s.max_attempts == 0 {
-            Err(LimitsError::ZeroCount)
-        } else if !times.iter().all(|time| (1..=u32::MAX / 2).contains(time)) || s.sample_jitter_ms > u32::MAX / 2 {
-            Err(LimitsError::BadTime)
-        } else if !s.plausibility.is_sound() {
-            Err(LimitsError::BadPlausibility)
-        } else {
-            Ok(Self::unchecked(rig, settings))
-        }
+        check(&settings)?;
+        Ok(Self::unchecked(rig, settings))
+    }
+
+    /// The same for a module.
+    ///
+    /// # Errors
+    /// As for [`new`](Self::new).
+    pub fn for_module(rig: &ModuleRig, settings: Settings) -> Result<Self, LimitsError> {
+        check(&settings)?;
+        Ok(Self { settings, mm_per_count: rig.drum().mm_per_count(), noise_mm: rig.length_noise_mm() })
     }
 
     /// The default limits for a rig.
     pub fn for_rig(rig: &Rig<f32>) -> Self {
         // The defaults pass the check; a test shows it.
         Self::unchecked(rig, Settings::for_rig(rig))
+    }
+
+    /// The default limits for a module.
+    pub fn of(rig: &ModuleRig) -> Self {
+        match rig {
+            ModuleRig::Ball(rig) => Self::for_rig(rig),
+            ModuleRig::Hinge(rig) => Self::of_module(rig.drum(), rig.hinge().length_noise_mm()),
+        }
     }
 
     fn unchecked(rig: &Rig<f32>, settings: Settings) -> Self {
@@ -276,6 +277,28 @@ impl Limits {
     fn counts(&self, distance_mm: f32) -> u32 {
         // the cast saturates
         libm::ceilf(distance_mm / self.mm_per_count) as u32
+    }
+}
+
+/// Can the settings be?
+fn check(s: &Settings) -> Result<(), LimitsError> {
+    let sizes = [s.still_band_mm, s.frozen_mm, s.nearest_pose_rad, s.target_sigma_mm, s.verification_deviation_mm];
+    let times = [s.hold_ms, s.silence_ms, s.collecting_timeout_ms, s.verifying_timeout_ms, s.review_timeout_ms];
+    let prior_fits = s.zero_prior_mm >= 0.0 && s.zero_prior_mm.is_finite();
+    if !(prior_fits && sizes.iter().all(|size| *size > 0.0 && size.is_finite())) {
+        Err(LimitsError::NotPositive)
+    } else if usize::from(s.enough_poses.min(s.enough_poses_with_zeros)) < MIN_POSES {
+        Err(LimitsError::TooFewPoses)
+    } else if s.verification_poses == 0 {
+        Err(LimitsError::NoVerification)
+    } else if s.min_samples == 0 || s.lost_after_samples == 0 || s.max_attempts == 0 {
+        Err(LimitsError::ZeroCount)
+    } else if !times.iter().all(|time| (1..=u32::MAX / 2).contains(time)) || s.sample_jitter_ms > u32::MAX / 2 {
+        Err(LimitsError::BadTime)
+    } else if !s.plausibility.is_sound() {
+        Err(LimitsError::BadPlausibility)
+    } else {
+        Ok(())
     }
 }
 

@@ -27,7 +27,9 @@ pub enum Band {
     Watch,
     /// 144-159: a parameter.
     Parameter,
-    /// 160-255: not assigned.
+    /// 160-175: what the joint of this board has not.
+    Joint,
+    /// 176-255: not assigned.
     Unassigned,
 }
 
@@ -45,7 +47,8 @@ impl Band {
             112..=127 => Self::Device,
             128..=143 => Self::Watch,
             144..=159 => Self::Parameter,
-            160..=255 => Self::Unassigned,
+            160..=175 => Self::Joint,
+            176..=255 => Self::Unassigned,
         }
     }
 }
@@ -205,6 +208,8 @@ reasons! {
     WrongKey = 148, "the answer to the challenge is wrong", "ask for a challenge, and form the answer with the key";
     WriteOnly = 149, "the parameter cannot be read", "none: only its writer knows it";
     NoRecord = 150, "there is no record to erase", "none";
+
+    NotOfHinge = 160, "the joint of this board is a hinge, which has no such thing", "leave it out: no phase with the shoulder blade held, no capture in motion, no stated offsets";
 }
 
 impl Reason {

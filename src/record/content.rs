@@ -103,11 +103,11 @@ impl Record {
 
 // Not inlined, as the next: nine copies are 2 KB of flash (`cargo footprint --sections`).
 #[inline(never)]
-fn are_finite(numbers: &[f32]) -> bool {
+pub(super) fn are_finite(numbers: &[f32]) -> bool {
     numbers.iter().all(|number| number.is_finite())
 }
 
 #[inline(never)]
-fn are_not_negative(numbers: &[f32]) -> bool {
+pub(super) fn are_not_negative(numbers: &[f32]) -> bool {
     numbers.iter().all(|number| number.is_finite() && *number >= 0.0)
 }

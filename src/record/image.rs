@@ -25,8 +25,10 @@
 //! | 432 | 204 | zero; for later versions |
 //! | 636 | 4 | CRC-32 of a constant and all bytes before |
 //!
-//! What every version and every kind of image has is in `sealed`.
+//! The record of a hinge has the same head, and a version and a table of its own (`hinge_image`). What every version and every
+//! kind of image has is in `sealed`.
 
+use super::bytes::{Reader, Writer};
 use super::content::Record;
 use super::sealed;
 pub use super::sealed::{Broken, Header};
@@ -52,7 +54,7 @@ pub type Image = [u8; IMAGE_LEN];
 
 /// Packs a record.
 pub fn encode(record: &Record, sequence: u32) -> Image {
-    let mut writer = Writer { image: [0; IMAGE_LEN], at: 0 };
+    let mut writer = Writer::new();
     writer.put(MAGIC);
     writer.put(VERSION.to_le_bytes());
     writer.put(record.run_id.to_le_bytes());
@@ -99,7 +101,7 @@ pub fn header(image: &Image) -> Result<Header, Broken> {
 
 /// Unpacks an image of this version. Call [`header`] first: nothing is checked here.
 pub fn decode(image: &Image) -> Record {
-    let mut reader = Reader { rest: image };
+    let mut reader = Reader::new(image);
     reader.take::<6>();
     let run_id = u16::from_le_bytes(reader.take());
     reader.take::<4>();
@@ -159,66 +161,6 @@ pub fn decode(image: &Image) -> Record {
 /// The image's CRC-32.
 pub fn checksum(image: &Image) -> u32 {
     sealed::checksum(image)
-}
-
-struct Writer {
-    image: Image,
-    at: usize,
-}
-
-impl Writer {
-    fn put<const N: usize>(&mut self, bytes: [u8; N]) {
-        self.put_bytes(&bytes);
-    }
-
-    /// Appends bytes. A test counts that they all fit.
-    fn put_bytes(&mut self, bytes: &[u8]) {
-        for (place, byte) in self.image.iter_mut().skip(self.at).zip(bytes) {
-            *place = *byte;
-        }
-        self.at += bytes.len();
-    }
-
-    fn put_numbers(&mut self, numbers: &[f32]) {
-        for number in numbers {
-            self.put(number.to_le_bytes());
-        }
-    }
-}
-
-struct Reader<'a> {
-    rest: &'a [u8],
-}
-
-impl Reader<'_> {
-    fn take<const N: usize>(&mut self) -> [u8; N] {
-        let mut bytes = [0; N];
-        self.take_bytes(&mut bytes);
-        bytes
-    }
-
-    /// Takes the next bytes; zeros past the end, where no field of this version lies.
-    // Not inlined, as `fill`: 4 KB of flash (`cargo footprint --sections`).
-    #[inline(never)]
-    fn take_bytes(&mut self, bytes: &mut [u8]) {
-        for byte in bytes {
-            let Some((first, rest)) = self.rest.split_first() else { return };
-            (*byte, self.rest) = (*first, rest);
-        }
-    }
-
-    fn take_numbers<const N: usize>(&mut self) -> [f32; N] {
-        let mut numbers = [0.0; N];
-        self.fill(&mut numbers);
-        numbers
-    }
-
-    #[inline(never)]
-    fn fill(&mut self, numbers: &mut [f32]) {
-        for number in numbers {
-            *number = f32::from_le_bytes(self.take());
-        }
-    }
 }
 
 #[cfg(test)]

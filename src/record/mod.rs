@@ -29,12 +29,15 @@
 //! Nobody waits for the flash: [`Storage::go_on`] starts an erase or the writing of one word, or looks at a piece of what
 //! was written, and returns. An erase takes 22 ms, in which the board samples, answers and sends its heartbeat.
 //!
-//! [`Record`] is what is kept, [`image`] its bytes, [`RecordStore`] the two pages, [`Storage`] all that a board keeps.
+//! [`Record`] is what is kept of a ball, [`HingeRecord`] of a hinge, [`image`] its bytes, [`RecordStore`] the two pages, [`Storage`] all that a board keeps.
 
+mod bytes;
 mod content;
 mod erasure;
 mod error;
 mod flash;
+mod hinge_content;
+mod hinge_image;
 pub mod image;
 mod journal;
 mod journal_entry;
@@ -52,6 +55,7 @@ mod two_pages;
 pub use content::{Record, Unfit};
 pub use error::{LoadError, StoreError};
 pub use flash::PageFlash;
+pub use hinge_content::{HINGE_PACKED, HingeRecord, JointRecord};
 pub use image::IMAGE_LEN;
 pub use journal::Journal;
 pub use journal_entry::JournalEntry;

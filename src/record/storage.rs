@@ -3,10 +3,10 @@
 //! What is to be stored is given to it and then happens a step at a time with each [`Storage::go_on`], one thing after the
 //! other: first the journal, then the record, then the parameters.
 
-use super::content::Record;
 use super::erasure::Erasure;
 use super::error::{LoadError, StoreError};
 use super::flash::PageFlash;
+use super::hinge_content::JointRecord;
 use super::image::{self, IMAGE_LEN, Image};
 use super::journal_entry::JournalEntry;
 use super::journal_pages::{Appending, JournalPages};
@@ -111,9 +111,10 @@ impl<F: PageFlash> Storage<F> {
     ///
     /// # Errors
     /// [`StoreError::Unfit`]: then nothing is done.
-    pub fn store(&mut self, record: &Record) -> Result<(), StoreError> {
+    pub fn store(&mut self, record: impl Into<JointRecord>) -> Result<(), StoreError> {
+        let record = record.into();
         record.check().map_err(|_| StoreError::Unfit)?;
-        let replacement = self.record_pages.begin(&mut self.flash, |sequence| image::encode(record, sequence));
+        let replacement = self.record_pages.begin(&mut self.flash, |sequence| store::image_of(&record, sequence));
         self.record = Some(RecordWork::Replace(replacement));
         Ok(())
     }

@@ -3,7 +3,9 @@
 use super::content::Record;
 use super::error::{LoadError, StoreError};
 use super::flash::PageFlash;
-use super::image::{self, IMAGE_LEN, VERSION};
+use super::hinge_content::JointRecord;
+use super::hinge_image::{self, HINGE_VERSION};
+use super::image::{self, IMAGE_LEN, Image, VERSION};
 use super::page::PageError;
 use super::two_pages::TwoPages;
 
@@ -22,15 +24,15 @@ impl From<PageError> for StoreError {
 pub(super) type RecordPages = TwoPages<IMAGE_LEN>;
 
 /// The record that counts, if it is of the rig with this fingerprint.
-pub(super) fn load<F: PageFlash>(pages: &mut RecordPages, flash: &mut F, rig: u32) -> Result<Record, LoadError> {
+pub(super) fn load<F: PageFlash>(pages: &mut RecordPages, flash: &mut F, rig: u32) -> Result<JointRecord, LoadError> {
     let (header, image) = pages.load(flash)?;
-    match header.version {
+    let record = match header.version {
         0..VERSION => return Err(LoadError::OlderVersion),
-        VERSION => {}
+        VERSION => JointRecord::Ball(image::decode(&image)),
+        HINGE_VERSION => JointRecord::Hinge(hinge_image::decode(&image)),
         _ => return Err(LoadError::FromTheFuture),
-    }
-    let record = image::decode(&image);
-    if record.rig != rig {
+    };
+    if record.rig() != rig {
         Err(LoadError::OtherRig)
     } else if record.check().is_err() {
         Err(LoadError::Unfit)
@@ -39,7 +41,15 @@ pub(super) fn load<F: PageFlash>(pages: &mut RecordPages, flash: &mut F, rig: u3
     }
 }
 
-/// The record in two pages of a flash whose erased bytes read 0xFF. Everything is done when a call returns; a board, which
+/// The image of a record.
+pub(super) fn image_of(record: &JointRecord, sequence: u32) -> Image {
+    match record {
+        JointRecord::Ball(record) => image::encode(record, sequence),
+        JointRecord::Hinge(record) => hinge_image::encode(record, sequence),
+    }
+}
+
+/// The record of a ball in two pages of a flash whose erased bytes read 0xFF. Everything is done when a call returns; a board, which
 /// must not wait, has a [`Storage`](super::Storage).
 #[derive(Debug)]
 pub struct RecordStore<F> {
@@ -56,13 +66,16 @@ impl<F: PageFlash> RecordStore<F> {
         Self { flash, pages: TwoPages::new::<F>(from, image::MAGIC) }
     }
 
-    /// The record that counts, if it is of the rig with this fingerprint. Finishes what a power cut left unfinished, so
+    /// The record that counts, if it is a ball's of the rig with this fingerprint. Finishes what a power cut left unfinished, so
     /// that afterwards one page holds the record with its commit word, and the other one is erased.
     ///
     /// # Errors
     /// [`LoadError`].
     pub fn load(&mut self, rig: u32) -> Result<Record, LoadError> {
-        load(&mut self.pages, &mut self.flash, rig)
+        match load(&mut self.pages, &mut self.flash, rig)? {
+            JointRecord::Ball(record) => Ok(record),
+            JointRecord::Hinge(_) => Err(LoadError::OtherRig),
+        }
     }
 
     /// Replaces the record. Two page erases and [`IMAGE_LEN`] bytes of writing.

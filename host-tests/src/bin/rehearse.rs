@@ -2,7 +2,9 @@
 
 use host_tests::command_line;
 use host_tests::firmware::workspace;
-use host_tests::rehearse::{Display, Options, Status, run};
+use host_tests::rehearse::{self, Options, Status, run, run_arm};
+use serde::Serialize;
+use std::fmt::Display;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -11,13 +13,22 @@ static STOP: AtomicBool = AtomicBool::new(false);
 
 fn main() -> ExitCode {
     let options = command_line::parse::<Options>();
-    let display = Display::choose(options.json);
+    let display = rehearse::Display::choose(options.json);
     if let Err(error) = ctrlc::set_handler(|| STOP.store(true, Ordering::Relaxed)) {
         eprintln!("cargo rehearse: cannot listen for Ctrl-C: {error}");
     }
+    if options.arm {
+        let report = run_arm(&options, &display, &STOP);
+        return show(&report, report.status, options.json);
+    }
     let report = run(&options, &display, &workspace().join("target/rehearse"), &STOP);
-    if options.json {
-        match serde_json::to_string_pretty(&report) {
+    show(&report, report.status, options.json)
+}
+
+/// Prints a report; success only when it is right.
+fn show(report: &(impl Serialize + Display), status: Status, json: bool) -> ExitCode {
+    if json {
+        match serde_json::to_string_pretty(report) {
             Ok(json) => println!("{json}"),
             Err(error) => {
                 eprintln!("cargo rehearse: the report is no JSON: {error}");
@@ -27,5 +38,5 @@ fn main() -> ExitCode {
     } else {
         print!("{report}");
     }
-    if report.status == Status::Right { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+    if status == Status::Right { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }

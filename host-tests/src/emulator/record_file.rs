@@ -37,10 +37,11 @@ impl RecordFile {
         path
     }
 
-    /// The emulator's option that tells the firmware the path. A comma would end it, so it is doubled.
-    pub fn semihosting(&self) -> OsString {
+    /// The emulator's option that tells the firmware the board's serial number and the path. A comma would end the path, so
+    /// it is doubled.
+    pub fn semihosting(&self, serial: u32) -> OsString {
         let path = self.path().to_string_lossy().replace(',', ",,");
-        format!("enable=on,target=native,arg=firmware,arg=record={path}").into()
+        format!("enable=on,target=native,arg=firmware,arg=serial={serial},arg=record={path}").into()
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::flash::{MockFlash, TornWord};
 use glenoid::can::Frame;
-use glenoid::device::{Action, Config, Device, Event, fingerprint};
+use glenoid::device::{Action, Config, Device, Event, module_fingerprint};
 use glenoid::record::{STORAGE_PAGES, Storage};
 use glenoid::rig::CABLES;
 use std::fmt;
@@ -64,7 +64,7 @@ impl InProcess {
     /// A bench for a device of this kind with an erased flash, at time zero.
     pub fn new(config: Config) -> Self {
         let storage = Storage::new(MockFlash::new(STORAGE_PAGES, TornWord::Zeros, 1), 0);
-        let mut bench = Self { config, device: Device::new(&config), storage, now_ms: 0, heard: Vec::new() };
+        let mut bench = Self { device: Device::new(&config), config, storage, now_ms: 0, heard: Vec::new() };
         bench.start();
         bench
     }
@@ -72,11 +72,11 @@ impl InProcess {
     /// Starts with the stored parameters, or as made when there are none.
     fn start(&mut self) {
         let config = match self.storage.load_parameters() {
-            Ok(set) => set.config(self.config.restart, self.config.serial).unwrap_or(self.config),
-            Err(_) => self.config,
+            Ok(set) => set.config(self.config.restart, self.config.serial).unwrap_or(self.config.clone()),
+            Err(_) => self.config.clone(),
         };
         self.device = Device::new(&config);
-        let loaded = self.storage.load(fingerprint(&config.rig), None);
+        let loaded = self.storage.load(module_fingerprint(&config.rig), None);
         self.handle(Event::PowerUp(loaded));
     }
 
@@ -87,7 +87,7 @@ impl InProcess {
             let mut refused = None;
             device.handle(self.now_ms, event, &mut |action| match action {
                 Action::Send(frame) => heard.push(frame),
-                Action::Store(centre) => refused = storage.store(&centre).err(),
+                Action::Store(centre) => refused = storage.store(centre).err(),
                 Action::Journal(entry) => storage.append(&entry),
                 Action::StoreParameters(set) => storage.store_parameters(&set),
                 Action::EraseRecord => storage.erase_record(),

@@ -22,6 +22,8 @@ const RETRY_MS: u32 = 50;
 pub(super) struct Client<'a> {
     bench: &'a mut dyn Bench,
     counts: [i32; CABLES],
+    /// Where the board is on the bus.
+    pub(super) base: BaseId,
     nonce: u16,
     /// Time that has passed for the wearer, ms.
     pub(super) elapsed_ms: u32,
@@ -29,9 +31,14 @@ pub(super) struct Client<'a> {
 }
 
 impl<'a> Client<'a> {
-    /// A client that begins with these encoder counts.
+    /// A client of the board at the usual identifiers that begins with these encoder counts.
     pub(super) fn new(bench: &'a mut dyn Bench, counts: [i32; CABLES]) -> Self {
-        Self { bench, counts, nonce: 0, elapsed_ms: 0, inbox: Inbox::default() }
+        Self { bench, counts, base: BaseId::DEFAULT, nonce: 0, elapsed_ms: 0, inbox: Inbox::default() }
+    }
+
+    /// What the encoders show from now on.
+    pub(super) fn stand(&mut self, counts: [i32; CABLES]) {
+        self.counts = counts;
     }
 
     /// The next sample of the encoders.
@@ -53,7 +60,7 @@ impl<'a> Client<'a> {
         self.elapsed_ms += PERIOD_MS;
         self.bench.set_counts(&self.counts)?;
         for frame in self.bench.pass(PERIOD_MS)? {
-            self.inbox.take(&frame, BaseId::DEFAULT);
+            self.inbox.take(&frame, self.base);
         }
         Ok(())
     }
@@ -126,7 +133,7 @@ impl<'a> Client<'a> {
     /// # Errors
     /// [`SessionError::ParameterRefused`] when the board does not obey.
     pub(super) fn parameter(&mut self, request: ParameterRequest) -> Result<(), SessionError> {
-        let frame = request.pack(BaseId::DEFAULT.parameters());
+        let frame = request.pack(self.base.parameters());
         for _ in 0..ANSWER_LIMIT_MS / REPEAT_MS {
             self.inbox.parameter = None;
             self.bench.send(&frame)?;
@@ -152,7 +159,7 @@ impl<'a> Client<'a> {
     }
 
     fn send_until_answered(&mut self, opcode: Opcode, request: Request) -> Result<Answer, SessionError> {
-        let (nonce, frame) = (request.nonce, request.pack(BaseId::DEFAULT.command()));
+        let (nonce, frame) = (request.nonce, request.pack(self.base.command()));
         for _ in 0..ANSWER_LIMIT_MS / REPEAT_MS {
             self.bench.send(&frame)?;
             match self.wait_for("answer", REPEAT_MS, |inbox| inbox.answers.get(&nonce).copied()) {

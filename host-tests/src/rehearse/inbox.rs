@@ -8,6 +8,7 @@ use glenoid::can::watch::WatchReport;
 use glenoid::can::{BaseId, Frame, Message, ParameterAnswer, UnpackError};
 use glenoid::identification::joint::{MOTION_PARTS, ShownMotion};
 use glenoid::procedure::PoseSet;
+use glenoid::procedure::elbow::SHOWN_NUMBERS;
 use glenoid::rig::{CABLES, POINTS};
 use std::collections::BTreeMap;
 
@@ -47,6 +48,10 @@ pub struct Inbox {
     pub motion: [Option<MotionPart>; MOTION_PARTS],
     /// How the centre in use moves.
     pub live_motion: [Option<MotionPart>; MOTION_PARTS],
+    /// The numbers of the new hinge, in the order in which they are shown.
+    pub hinge: [Option<HingeNumber>; SHOWN_NUMBERS],
+    /// Those of the hinge in use.
+    pub live_hinge: [Option<HingeNumber>; SHOWN_NUMBERS],
     /// What an accept of the new centre must name.
     pub naming: Option<Naming>,
     /// The latest warning of the watch over the centre in use.
@@ -61,6 +66,46 @@ pub struct Inbox {
     pub faults: Vec<Fault>,
     /// Frames with an identifier of the device that could not be read.
     pub unreadable: u32,
+}
+
+/// A number of a hinge as it came over CAN.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HingeNumber {
+    /// The run that found it.
+    pub run_id: u16,
+    /// A component of a direction, or mm.
+    pub value: f32,
+    /// Its 1σ.
+    pub sigma: f32,
+}
+
+impl HingeNumber {
+    /// The number in a message, and which of the numbers of a hinge it is: the axis and its foot point in the base, the
+    /// same in the platform, the offset along the axis.
+    pub fn of(message: &Message) -> Option<(usize, Self)> {
+        let place = |index: u8, past: usize| match index {
+            6 => SHOWN_NUMBERS - 1,
+            index => usize::from(index) / 3 * 6 + past + usize::from(index) % 3,
+        };
+        match message {
+            Message::CandidateHingeAxis(m) | Message::LiveHingeAxis(m) => {
+                Some((place(m.index, 0), Self { run_id: m.run_id, value: m.value, sigma: m.sigma }))
+            }
+            Message::CandidateHingePlace(m) | Message::LiveHingePlace(m) => {
+                Some((place(m.index, 3), Self { run_id: m.run_id, value: m.value_mm, sigma: m.sigma_mm }))
+            }
+            _ => None,
+        }
+    }
+
+    /// All numbers of a hinge, when they have come.
+    pub fn all(numbers: &[Option<Self>; SHOWN_NUMBERS], run_id: u16) -> Option<[Self; SHOWN_NUMBERS]> {
+        let mut all = [Self { run_id, value: 0.0, sigma: 0.0 }; SHOWN_NUMBERS];
+        for (slot, number) in all.iter_mut().zip(numbers) {
+            *slot = number.filter(|number| number.run_id == run_id)?;
+        }
+        Some(all)
+    }
 }
 
 impl Inbox {
@@ -89,6 +134,13 @@ impl Inbox {
                 *slot = Some(part);
             }
         };
+        let put_number = |place: &mut [Option<HingeNumber>; SHOWN_NUMBERS], message: &Message| {
+            if let Some((position, number)) = HingeNumber::of(message)
+                && let Some(slot) = place.get_mut(position)
+            {
+                *slot = Some(number);
+            }
+        };
         match message {
             Message::Answer(answer) => drop(self.answers.insert(answer.nonce, answer)),
             Message::Heartbeat(heartbeat) => {
@@ -107,6 +159,8 @@ impl Inbox {
             Message::LiveZero(value) => put_zero(&mut self.live_zeros, value),
             Message::CandidateMotion(part) => put_part(&mut self.motion, part),
             Message::LiveMotion(part) => put_part(&mut self.live_motion, part),
+            Message::CandidateHingeAxis(_) | Message::CandidateHingePlace(_) => put_number(&mut self.hinge, &message),
+            Message::LiveHingeAxis(_) | Message::LiveHingePlace(_) => put_number(&mut self.live_hinge, &message),
             Message::CandidateNaming(naming) => self.naming = Some(naming),
             Message::Watch(report) => self.watch = Some(report),
             Message::Quality(quality) => self.quality = Some(quality),
@@ -126,10 +180,10 @@ impl Inbox {
         }
     }
 
-    /// The six lengths of a pose, mm, when all of them were read out.
-    pub fn pose_mm(&self, set: PoseSet, index: u8) -> Option<[f32; CABLES]> {
+    /// The lengths of a pose, mm, when those of all cables were read out; 0 beyond them.
+    pub fn pose_mm(&self, set: PoseSet, index: u8, cables: usize) -> Option<[f32; CABLES]> {
         let mut lengths = [0.0; CABLES];
-        for (cable, length) in lengths.iter_mut().enumerate() {
+        for (cable, length) in lengths.iter_mut().take(cables).enumerate() {
             *length = *self.lengths_mm.get(&(set == PoseSet::HeldOut, index, cable as u8))?;
         }
         Some(lengths)

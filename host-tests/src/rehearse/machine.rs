@@ -30,8 +30,8 @@ impl KnownMachine {
     /// # Errors
     /// Why it is none; a test rules that out.
     pub fn compiled_in() -> Result<Self, String> {
-        let single = ParameterSet::new().config(Restart::default(), 0);
-        let single = single.map_err(|at| format!("the defaults contradict each other at index {}", at.index))?.rig;
+        let single =
+            rig_of(&ParameterSet::new()).map_err(|at| format!("the defaults contradict each other at {at}"))?;
         Ok(Self { double: rig_file::default_rig().map_err(|error| error.to_string())?, single, told: None })
     }
 
@@ -51,9 +51,8 @@ impl KnownMachine {
         let single = rig_file::in_precision::<f32>(&double).map_err(|error| error.text().to_string())?;
         let set = ParameterSet::of(&single, &Limits::for_rig(&single));
         // Ends go through the parameters, which turns them into the platform's frame anew.
-        let config = set.config(Restart::default(), 0);
-        let config = config.map_err(|at| format!("as parameters it contradicts itself at index {}", at.index))?;
-        Ok(Self { double, single: config.rig, told: Some(set) })
+        let single = rig_of(&set).map_err(|at| format!("as parameters it contradicts itself at {at}"))?;
+        Ok(Self { double, single, told: Some(set) })
     }
 
     /// What the options ask for.
@@ -126,6 +125,12 @@ impl KnownMachine {
         };
         built.and_then(|rig| rig.with_correction(truth)).map_err(|error| error.text().to_string())
     }
+}
+
+/// The rig that parameters make, about a ball.
+fn rig_of(set: &ParameterSet) -> Result<Rig<f32>, String> {
+    let config = set.config(Restart::default(), 0).map_err(|at| format!("index {}", at.index))?;
+    config.rig.ball().copied().ok_or("index 1: an elbow".to_string())
 }
 
 /// What a board is told instead of a covariance.

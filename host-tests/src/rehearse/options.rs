@@ -1,7 +1,7 @@
 //! The command line of `cargo rehearse`.
 
 use crate::wearer::WearerSettings;
-use clap::Parser;
+use clap::{Parser, ValueEnum};
 use glenoid::can::command::ZERO_PRIOR_STEP_MM;
 use std::path::PathBuf;
 
@@ -84,9 +84,31 @@ pub struct Options {
     #[arg(long, requires = "free_motion")]
     pub slow_slides: bool,
 
+    /// A whole arm: a shoulder's, an elbow's and a wrist's board on one bus, calibrated from the thorax outwards; then the hand's
+    /// place through all three.
+    #[arg(long, conflicts_with_all = ["zero_error", "rig_error", "pulley", "rig", "slip", "shoulder"])]
+    pub arm: bool,
+
+    /// What is wrong with that arm or its bus.
+    #[arg(long, value_name = "WHAT", requires = "arm", value_enum)]
+    pub arm_fault: Option<ArmFault>,
+
     /// Print one JSON object on stdout and nothing else there.
     #[arg(long)]
     pub json: bool,
+}
+
+/// What can be wrong with an arm or its bus.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ArmFault {
+    /// The wrist's board is not plugged in.
+    Missing,
+    /// A spare board has the wrist's identifiers as well.
+    Twice,
+    /// Elbow and wrist have each other's rig.
+    Swapped,
+    /// The elbow never bends.
+    Straight,
 }
 
 impl Options {

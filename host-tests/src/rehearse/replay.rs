@@ -1,6 +1,6 @@
 //! The board's calculation again on the host, from the very lengths that the board used.
 
-use crate::estimation::estimate_poses;
+use crate::estimation::{Estimation, estimate_poses};
 use glenoid::can::result::Parameter;
 use glenoid::can::{BaseId, Message};
 use glenoid::identification::{EstimatorSettings, Identified, Machine, Pose, Refusal};
@@ -17,11 +17,24 @@ pub type TakenPose = ([f32; CABLES], u16);
 /// # Errors
 /// The library's [`Refusal`].
 pub fn identify<T: Real>(rig: &Rig<T>, taken: &[TakenPose], zero_prior_mm: f64) -> Result<Identified<T>, Refusal> {
+    estimate(rig, taken, zero_prior_mm)?.1.outcome
+}
+
+/// The same with the machine and the estimator at its end.
+///
+/// # Errors
+/// The library's [`Refusal`] of a length.
+pub fn estimate<T: Real>(
+    rig: &Rig<T>,
+    taken: &[TakenPose],
+    zero_prior_mm: f64,
+) -> Result<(Machine<T>, Estimation<T>), Refusal> {
     let machine = Machine::with_offset_prior(rig, rig.offset_prior_mm(T::of(zero_prior_mm)));
     let lengths_mm: Vec<_> = taken.iter().map(|(lengths_mm, _)| *lengths_mm).collect();
     let poses = lengths(&lengths_mm)?.into_iter().zip(taken);
     let poses = poses.map(|(lengths, (_, samples))| Pose::new(lengths).averaged_over(*samples)).collect();
-    estimate_poses(&machine, rig, EstimatorSettings::for_rig(rig), None, poses).outcome
+    let estimation = estimate_poses(&machine, rig, EstimatorSettings::for_rig(rig), None, poses);
+    Ok((machine, estimation))
 }
 
 /// The paper's iteration (Fig. 4), and where it began.

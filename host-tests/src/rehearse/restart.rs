@@ -1,7 +1,7 @@
 //! The supply is taken away after the acceptance and comes back: what does the board still know?
 
 use super::client::ANSWER_LIMIT_MS;
-use super::session::Session;
+use super::session::{Person, Session};
 use super::transcript::{SessionError, Transcript};
 use glenoid::can::Opcode;
 use glenoid::can::result::Parameter;
@@ -15,6 +15,18 @@ impl Session<'_> {
     /// # Errors
     /// [`SessionError::Forgotten`] when the board has none; it then says why, if it knows.
     pub fn restart(&mut self) -> Result<[Parameter; 6], SessionError> {
+        self.restart_board()?;
+        self.client.command(Opcode::Query, 0, 0)?;
+        self.client.wait_for("centre in use", ANSWER_LIMIT_MS, |inbox| inbox.live())
+    }
+}
+
+impl<P: Person> Session<'_, P> {
+    /// Restarts the board, which must come back with what was in use.
+    ///
+    /// # Errors
+    /// As [`restart`](Session::restart).
+    pub(super) fn restart_board(&mut self) -> Result<(), SessionError> {
         let stage = self.display.stage("restarting the board");
         self.client.restart()?;
         let heartbeat = self.client.wait_for("heartbeat", ANSWER_LIMIT_MS, |inbox| inbox.heartbeat)?;
@@ -22,10 +34,8 @@ impl Session<'_> {
             let told = self.client.wait_for("fault", FAULT_LIMIT_MS, |inbox| inbox.faults.first().copied());
             return Err(SessionError::Forgotten(told.ok().map(|fault| fault.code)));
         }
-        self.client.command(Opcode::Query, 0, 0)?;
-        let live = self.client.wait_for("centre in use", ANSWER_LIMIT_MS, |inbox| inbox.live())?;
-        stage.done("a centre is in use, from the record");
-        Ok(live)
+        stage.done("what was accepted is in use, from the record");
+        Ok(())
     }
 }
 

@@ -5,12 +5,12 @@ use super::client::{ANSWER_LIMIT_MS, Client, PERIOD_MS};
 use super::display::Display;
 use super::transcript::{Captured, SessionError, Transcript};
 use crate::wearer::{Pose, Wearer};
-use glenoid::can::Opcode;
 use glenoid::can::command::BY_COMMAND_ONLY;
 use glenoid::can::message::PROTOCOL;
 use glenoid::can::report::{OutcomeReport, PoseReport};
 use glenoid::can::result::ZeroError;
 use glenoid::can::status::Versions;
+use glenoid::can::{BaseId, Opcode};
 use glenoid::procedure::{PoseSet, Reason, StateName};
 use glenoid::rig::CABLES;
 
@@ -25,36 +25,71 @@ pub(super) const SOLVER_LIMIT_MS: u32 = 60_000;
 /// Poses that the board may refuse in a row as too near to others before the session gives up.
 const REFUSALS_LIMIT: u32 = 20;
 
-/// A wearer in a machine, a client on the bus.
-pub struct Session<'a> {
+/// Whoever is in the machine: what a session must know to move the joint from pose to pose.
+pub trait Person {
+    /// The pose in which it begins.
+    fn home(&self) -> Pose;
+
+    /// The next random pose.
+    fn next_pose(&mut self) -> Pose;
+
+    /// Encoder counts on the way from one pose to another, one sample every `period_ms`, the last one in the new pose.
+    fn motion(&self, from: &Pose, to: &Pose, duration_ms: u32, period_ms: u32) -> Vec<[i32; CABLES]>;
+
+    /// Length of cable that one count stands for, mm.
+    fn mm_per_count(&self) -> f64;
+
+    /// How many of the six encoders have a cable.
+    fn cables(&self) -> usize {
+        CABLES
+    }
+}
+
+impl Person for Wearer {
+    fn home(&self) -> Pose {
+        Self::home(self)
+    }
+
+    fn next_pose(&mut self) -> Pose {
+        Self::next_pose(self)
+    }
+
+    fn motion(&self, from: &Pose, to: &Pose, duration_ms: u32, period_ms: u32) -> Vec<[i32; CABLES]> {
+        Self::motion(self, from, to, duration_ms, period_ms)
+    }
+
+    fn mm_per_count(&self) -> f64 {
+        self.encoder().mm_per_count()
+    }
+}
+
+/// Somebody in a machine, a client on the bus.
+pub struct Session<'a, P = Wearer> {
     pub(super) client: Client<'a>,
-    pub(super) wearer: &'a mut Wearer,
+    pub(super) wearer: &'a mut P,
     pub(super) display: &'a Display,
     at: Pose,
     fastest_counts_per_ms: f64,
 }
 
-impl<'a> Session<'a> {
-    /// A session that begins with the arm at home. `fastest_mm_per_s` is what the drive can follow.
-    pub fn new(bench: &'a mut dyn Bench, wearer: &'a mut Wearer, fastest_mm_per_s: f64, display: &'a Display) -> Self {
-        let at = wearer.home();
-        let fastest_counts_per_ms = SPEED_SHARE * fastest_mm_per_s / 1000.0 / wearer.encoder().mm_per_count();
-        Self { client: Client::new(bench, at.counts), wearer, display, at, fastest_counts_per_ms }
-    }
+/// Both sets of a run that waits for its decision.
+pub(super) struct Reviewed {
+    pub(super) versions: Versions,
+    pub(super) run_id: u16,
+    pub(super) identification: Vec<Captured>,
+    pub(super) verification: Vec<Captured>,
+    pub(super) refused_poses: u32,
+}
 
+impl Session<'_> {
     /// Runs a whole calibration: `poses` to identify, `second` to verify, encoder zeros known to so many steps of
     /// [`ZERO_PRIOR_STEP_MM`](glenoid::can::command::ZERO_PRIOR_STEP_MM), 1σ.
     ///
     /// # Errors
     /// [`SessionError`]; the run is then left as the board ended it.
     pub fn calibrate(&mut self, poses: u8, second: u8, zero_prior_steps: u16) -> Result<Transcript, SessionError> {
-        let (versions, run_id) = self.begin(zero_prior_steps, BY_COMMAND_ONLY)?;
-        let (mut identification, refused_first) = self.collect(PoseSet::Identification, poses)?;
-        self.identify()?;
-        let (mut verification, refused_second) = self.collect(PoseSet::HeldOut, second)?;
-        self.client.command(Opcode::Verify, 0, 0)?;
-        self.client.wait_for_state(StateName::Verifying, StateName::Review, SOLVER_LIMIT_MS)?;
-        self.read_out(run_id, &mut identification, &mut verification)?;
+        let reviewed = self.go_to_review(poses, second, zero_prior_steps)?;
+        let Reviewed { versions, run_id, identification, verification, refused_poses } = reviewed;
         let inbox = self.client.wait_for("report", ANSWER_LIMIT_MS, |inbox| {
             let (quality, verified) = (inbox.quality?, inbox.verification?);
             Some((inbox.parameters(run_id)?, quality, verified))
@@ -63,7 +98,6 @@ impl<'a> Session<'a> {
         // They come before the quality in a report.
         let zeros = all_zeros(&self.client.inbox.zeros);
         let live_centre_mm = self.accept(run_id)?;
-        let refused_poses = refused_first + refused_second;
         Ok(Transcript {
             versions,
             run_id,
@@ -76,6 +110,62 @@ impl<'a> Session<'a> {
             verified,
             live_centre_mm,
         })
+    }
+
+    pub(super) fn accept(&mut self, run_id: u16) -> Result<[f32; 3], SessionError> {
+        self.client.inbox.live_centre = [None; 3];
+        self.accept_run(run_id)?;
+        self.client.command(Opcode::Query, 0, 0)?;
+        self.client.wait_for("live centre", ANSWER_LIMIT_MS, |inbox| match inbox.live_centre {
+            [Some(x), Some(y), Some(z)] => Some([x, y, z].map(|parameter| parameter.value_mm)),
+            _ => None,
+        })
+    }
+}
+
+impl<'a, P: Person> Session<'a, P> {
+    /// A session that begins with the arm at home. `fastest_mm_per_s` is what the drive can follow.
+    pub fn new(bench: &'a mut dyn Bench, wearer: &'a mut P, fastest_mm_per_s: f64, display: &'a Display) -> Self {
+        let at = wearer.home();
+        let fastest_counts_per_ms = SPEED_SHARE * fastest_mm_per_s / 1000.0 / wearer.mm_per_count();
+        Self { client: Client::new(bench, at.counts), wearer, display, at, fastest_counts_per_ms }
+    }
+
+    /// The same with the board at these identifiers.
+    #[must_use]
+    pub fn at(mut self, base: BaseId) -> Self {
+        self.client.base = base;
+        self
+    }
+
+    /// The same with the arm in this pose already.
+    #[must_use]
+    pub fn standing_in(mut self, pose: Pose) -> Self {
+        self.client.stand(pose.counts);
+        self.at = pose;
+        self
+    }
+
+    /// The pose in which the arm stands.
+    pub fn pose(&self) -> &Pose {
+        &self.at
+    }
+
+    /// Takes both sets and leads the run to the review: `poses` to identify, `second` to verify.
+    pub(super) fn go_to_review(
+        &mut self,
+        poses: u8,
+        second: u8,
+        zero_prior_steps: u16,
+    ) -> Result<Reviewed, SessionError> {
+        let (versions, run_id) = self.begin(zero_prior_steps, BY_COMMAND_ONLY)?;
+        let (mut identification, refused_first) = self.collect(PoseSet::Identification, poses)?;
+        self.identify()?;
+        let (mut verification, refused_second) = self.collect(PoseSet::HeldOut, second)?;
+        self.client.command(Opcode::Verify, 0, 0)?;
+        self.client.wait_for_state(StateName::Verifying, StateName::Review, SOLVER_LIMIT_MS)?;
+        self.read_out(run_id, &mut identification, &mut verification)?;
+        Ok(Reviewed { versions, run_id, identification, verification, refused_poses: refused_first + refused_second })
     }
 
     /// Meets the board and starts a run. `start`: the argument of the command.
@@ -135,7 +225,7 @@ impl<'a> Session<'a> {
         let stage = self.display.stage("identifying");
         self.client.command(Opcode::Identify, 0, 0)?;
         self.client.wait_for_state(StateName::Identifying, StateName::Verifying, SOLVER_LIMIT_MS)?;
-        stage.done("centre found");
+        stage.done("found");
         Ok(())
     }
 
@@ -146,6 +236,7 @@ impl<'a> Session<'a> {
         first: &mut [Captured],
         second: &mut [Captured],
     ) -> Result<(), SessionError> {
+        let cables = self.wearer.cables();
         let stage = self.display.counted("reading out", (first.len() + second.len()) as u64);
         let numbered = |set, captured| (0u8..).zip(captured).map(move |(index, captured)| (set, index, captured));
         let first = numbered(PoseSet::Identification, first);
@@ -153,7 +244,7 @@ impl<'a> Session<'a> {
             let held_out = if set == PoseSet::HeldOut { 0x100 } else { 0 };
             self.client.command_when_sent(Opcode::ReadPose, run_id, held_out | u16::from(index))?;
             captured.lengths_mm =
-                self.client.wait_for("raw pose", ANSWER_LIMIT_MS, |inbox| inbox.pose_mm(set, index))?;
+                self.client.wait_for("raw pose", ANSWER_LIMIT_MS, |inbox| inbox.pose_mm(set, index, cables))?;
             captured.samples = self.client.inbox.samples(set, index);
             stage.reached(done, "");
         }
@@ -161,9 +252,9 @@ impl<'a> Session<'a> {
         Ok(())
     }
 
-    pub(super) fn accept(&mut self, run_id: u16) -> Result<[f32; 3], SessionError> {
+    /// Accepts what a run has found.
+    pub(super) fn accept_run(&mut self, run_id: u16) -> Result<(), SessionError> {
         let stage = self.display.stage("accepting");
-        self.client.inbox.live_centre = [None; 3];
         self.client.accept(run_id)?;
         // In the review the outcome says that nothing is decided yet; it may still be under way.
         let decided = |outcome: &OutcomeReport| outcome.run_id == run_id && outcome.reason != Reason::Fine;
@@ -172,13 +263,8 @@ impl<'a> Session<'a> {
             return Err(SessionError::Failed(outcome));
         }
         self.client.command(Opcode::Acknowledge, run_id, 0)?;
-        self.client.command(Opcode::Query, 0, 0)?;
-        let live = self.client.wait_for("live centre", ANSWER_LIMIT_MS, |inbox| match inbox.live_centre {
-            [Some(x), Some(y), Some(z)] => Some([x, y, z].map(|parameter| parameter.value_mm)),
-            _ => None,
-        })?;
-        stage.done("the new centre is in use");
-        Ok(live)
+        stage.done("what was found is in use");
+        Ok(())
     }
 
     /// The arm is there at the next sample.

@@ -30,8 +30,12 @@ pub const STUDY: Study = Study {
 const POSES: usize = 30;
 /// How far the arm and the hand move, beside the elbow's 0 to 120 degrees.
 const WRIST: Reach = Reach { tilt_deg: 30.0, torsion_deg: 20.0 };
+/// The elbow's base in the shoulder's platform, and the wrist's in the elbow's, mm.
+pub(crate) const UPPER_ARM_MM: Vector3<f64> = Vector3::new(77.0, 45.0, 60.0);
+/// The latter.
+pub(crate) const FOREARM_MM: Vector3<f64> = Vector3::new(0.0, 0.0, 110.0);
 /// The hand in the wrist's platform, mm.
-const HAND_MM: Vector3<f64> = Vector3::new(35.0, 20.0, 60.0);
+pub(crate) const HAND_MM: Vector3<f64> = Vector3::new(35.0, 20.0, 60.0);
 
 /// What is known of the machines and of how they stand on the limbs.
 struct Case {
@@ -163,10 +167,14 @@ impl Joint {
     }
 }
 
-/// A mount as it is stated, and as it is.
-fn mount(random: &mut ChaCha8Rng, case: &Case, origin_mm: Vector3<f64>) -> (Mount<f64>, Mount<f64>) {
+/// A mount as it is stated, known to `sigma_mm` and `sigma_rad`, and as it is.
+pub(crate) fn mount(
+    random: &mut ChaCha8Rng,
+    sigma_mm: f64,
+    sigma_rad: f64,
+    origin_mm: Vector3<f64>,
+) -> (Mount<f64>, Mount<f64>) {
     let rotation = UnitQuaternion::from_scaled_axis(symmetric_vector(random, 0.3)).to_rotation_matrix().into_inner();
-    let (sigma_mm, sigma_rad) = (case.mount_mm, case.mount_rad);
     let stated = Mount { rotation, origin_mm, sigma_mm, sigma_rad };
     let vector = |random: &mut ChaCha8Rng, size: f64| Vector3::from_fn(|_, _| normal(random) * size);
     let turn: Matrix3<f64> =
@@ -175,7 +183,8 @@ fn mount(random: &mut ChaCha8Rng, case: &Case, origin_mm: Vector3<f64>) -> (Moun
     (stated, Mount { rotation: turn * rotation, origin_mm, ..stated })
 }
 
-fn through(mount: &Mount<f64>, point: &Vector3<f64>) -> Vector3<f64> {
+/// A point of the next module's base in the platform that it stands on.
+pub(crate) fn through(mount: &Mount<f64>, point: &Vector3<f64>) -> Vector3<f64> {
     mount.rotation * point + mount.origin_mm
 }
 
@@ -183,8 +192,8 @@ fn trial(case: &Case, mut random: ChaCha8Rng) -> Option<Outcome> {
     let random = &mut random;
     let shoulder = Joint::new(random, Rig::shoulder(150.0).ok()?, case, [20.0, 10.0], Reach::USUAL)?;
     let wrist = Joint::new(random, Rig::wrist().ok()?, case, [4.0, 3.0], WRIST)?;
-    let (upper_arm, true_upper_arm) = mount(random, case, Vector3::new(77.0, 45.0, 60.0));
-    let (forearm, true_forearm) = mount(random, case, Vector3::new(0.0, 0.0, 110.0));
+    let (upper_arm, true_upper_arm) = mount(random, case.mount_mm, case.mount_rad, UPPER_ARM_MM);
+    let (forearm, true_forearm) = mount(random, case.mount_mm, case.mount_rad, FOREARM_MM);
 
     let step: [f64; 9] = std::array::from_fn(|k| ANYBODY[k] * normal(random));
     let elbow = Elbow::of_hinge(random, 4, &drawn().moved(&step), &case.tolerance);

@@ -1,12 +1,17 @@
 //! Where the arm really is in the machine.
 
 use glenoid::rig::{CABLES, POINTS, Parameters, Rig};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Rotation3, Vector3};
 
 /// The arm in the machine: its joint centre, and the platform's end-points about it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FittedArm {
     centre_mm: Vector3<f64>,
+    /// From {P} to the axes of {B} at home.
+    turn: Matrix3<f64>,
+    /// Where O is in {P} but for the cuff, and how far that is moved on the arm, axes of {B} at home.
+    drawn_in_platform_mm: Vector3<f64>,
+    cuff_offset_mm: Vector3<f64>,
     end_points_mm: [Vector3<f64>; POINTS],
     ends_mm: [Vector3<f64>; CABLES],
 }
@@ -28,7 +33,24 @@ impl FittedArm {
             Some(cables) => cables.each_ref().map(|cable| at_home(cable.end_mm)),
             None => std::array::from_fn(|cable| end_points_mm[cable / 2]),
         };
-        Self { centre_mm: nominal.centre_mm + centre_offset_mm, end_points_mm, ends_mm }
+        Self {
+            centre_mm: nominal.centre_mm + centre_offset_mm,
+            turn,
+            drawn_in_platform_mm: centre_in_platform,
+            cuff_offset_mm,
+            end_points_mm,
+            ends_mm,
+        }
+    }
+
+    /// Where a point fixed in {P} stands in {B} with the arm at a rotation from home, mm.
+    pub fn carried_mm(&self, rotation: &Rotation3<f64>, point_mm: &Vector3<f64>) -> Vector3<f64> {
+        self.centre_mm + rotation * (self.turn * (point_mm - self.drawn_in_platform_mm) + self.cuff_offset_mm)
+    }
+
+    /// The joint centre in {P}, mm.
+    pub fn centre_in_platform_mm(&self) -> Vector3<f64> {
+        self.drawn_in_platform_mm - self.turn.transpose() * self.cuff_offset_mm
     }
 
     /// Joint centre O in {B}, mm.

@@ -4,7 +4,7 @@ use super::rotation;
 use nalgebra::{Rotation3, Vector3};
 
 /// Shares of the way at each sample, one every `period_ms`, ending with exactly 1 at `duration_ms`.
-pub(super) fn samples(duration_ms: u32, period_ms: u32) -> impl Iterator<Item = f64> {
+pub(crate) fn samples(duration_ms: u32, period_ms: u32) -> impl Iterator<Item = f64> {
     let period_ms = period_ms.max(1);
     let steps = duration_ms.div_ceil(period_ms).max(1);
     (1..=steps).map(move |step| match step == steps {

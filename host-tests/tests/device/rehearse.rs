@@ -12,6 +12,7 @@ use host_tests::rehearse::{
 use host_tests::wearer::{Wearer, WearerSettings};
 use std::path::Path;
 
+mod arm;
 mod other_boards;
 
 fn rig() -> Rig<f64> {

@@ -11,8 +11,8 @@ fn rehearsal(arguments: &[&str], tamper: impl Fn(&mut Samples, [i32; 6]) -> [i32
     let options = Options::try_parse_from([&["rehearse"], arguments].concat()).unwrap();
     let rig = Rig::<f64>::shoulder(150.0).unwrap();
     let config = Config::for_rig(Rig::<f32>::shoulder(150.0).unwrap());
-    let mut bench = Tampering { inner: InProcess::new(config), tamper, samples: Samples::default() };
-    let known = KnownMachine::built_in(rig, config.rig);
+    let mut bench = Tampering { inner: InProcess::new(config.clone()), tamper, samples: Samples::default() };
+    let known = KnownMachine::built_in(rig, *config.rig.ball().unwrap());
     let mut wearer = Wearer::new(rig, options.wearer());
     rehearse(&mut bench, &mut wearer, &known, &options, &Display::Silent, None)
 }

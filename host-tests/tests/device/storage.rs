@@ -29,8 +29,8 @@ fn found(storage: &Storage<MockFlash>) -> (Option<u16>, Option<u16>, Option<u32>
     let parameters = storage.load_parameters().ok().map(|set| set.integer(Key::LockKey1));
     let loaded = storage.load(RIG, None);
     let run_id = loaded.record.ok().map(|found| {
-        assert_eq!(found, record(found.run_id), "a mixture of two records");
-        found.run_id
+        assert_eq!(found, record(found.run_id()).into(), "a mixture of two records");
+        found.run_id()
     });
     (run_id, loaded.journal.map(|entry| entry.run_id), parameters)
 }

@@ -3,8 +3,10 @@
 //! Without the emulator, or without a toolchain for the board, each test is reported as ignored by its name. With
 //! `GLENOID_REQUIRE_EMULATOR=1` that is an error instead.
 
+mod arm;
 mod calibration;
 mod can_line;
+mod elbow;
 mod faults;
 mod load;
 mod placement;
@@ -30,7 +32,7 @@ const REQUIRED_VARIABLE: &str = "GLENOID_REQUIRE_EMULATOR";
 
 type Test = fn(&Path) -> Result<(), Failed>;
 
-const TESTS: [(&str, Test); 26] = [
+const TESTS: [(&str, Test); 29] = [
     ("python_can_opens_the_channel", can_line::python_can_opens_the_channel),
     ("a_closed_channel_is_silent", can_line::a_closed_channel_is_silent),
     ("frames_go_both_ways", can_line::frames_go_both_ways),
@@ -45,6 +47,9 @@ const TESTS: [(&str, Test); 26] = [
     ("a_calibration_finds_the_centre", calibration::a_calibration_finds_the_centre),
     ("zeros_are_found_and_a_slip_is_named", calibration::zeros_are_found_and_a_slip_is_named),
     ("a_machine_that_is_not_as_drawn_is_calibrated", calibration::a_machine_that_is_not_as_drawn_is_calibrated),
+    ("an_arm_is_calibrated_on_three_boards", arm::an_arm_is_calibrated_on_three_boards),
+    ("two_boards_at_one_place_are_named_on_the_bus", arm::two_boards_at_one_place_are_named_on_the_bus),
+    ("an_elbow_is_calibrated_and_kept", elbow::an_elbow_is_calibrated_and_kept),
     ("calibrations_in_a_row", runs::calibrations_in_a_row),
     ("a_client_that_returns_is_told", runs::a_client_that_returns_is_told),
     ("a_crowded_bus_changes_nothing_but_a_counter", runs::a_crowded_bus_changes_nothing_but_a_counter),

@@ -35,6 +35,10 @@ pub fn write(entry: &LogEntry, f: &mut fmt::Formatter<'_>) -> fmt::Result {
             write!(f, "run {run_id} identified")?;
             bits.iter().try_for_each(|bits| write!(f, " {bits:08x}"))
         }
+        LogEntry::HingeIdentified { run_id, body, bits } => {
+            write!(f, "run {run_id} identified a hinge, body {body}:")?;
+            bits.iter().try_for_each(|bits| write!(f, " {bits:08x}"))
+        }
         LogEntry::Loaded { run_id, reason } => write!(f, "record of run {run_id} loaded: {reason:?}"),
         LogEntry::Slipped(report) => {
             write!(f, "centre of run {} slipped: {:?}", report.run_id, report.cause)?;

@@ -9,6 +9,8 @@ use embedded_storage::nor_flash::{
 };
 use glenoid::record::{PageFlash, STORAGE_PAGES};
 
+use super::command_line::CommandLine;
+
 /// Bytes of a page, as on the drive board.
 const PAGE_LEN: usize = 2048;
 /// Bytes of a word, as on the drive board.
@@ -16,8 +18,6 @@ const WORD_LEN: usize = 8;
 /// The pages of the storage.
 const LEN: usize = STORAGE_PAGES * PAGE_LEN;
 
-/// Longest command line of the emulator.
-const COMMAND_LINE_LEN: usize = 1024;
 /// What stands before the path, which goes on to the end of the line.
 const KEY: &[u8] = b"record=";
 
@@ -56,8 +56,8 @@ impl FileFlash {
     /// Opens the file, and makes it, erased, where there is none. Without a file every access fails: such a board cannot
     /// keep anything, and says so.
     pub fn open() -> Self {
-        let mut line = [0; COMMAND_LINE_LEN];
-        let mut flash = Self { file: path(&mut line).and_then(open) };
+        let line = CommandLine::read();
+        let mut flash = Self { file: line.as_ref().ok_or(FileError::NoPath).and_then(path).and_then(open) };
         match flash.len() {
             Some(0) => drop(flash.erase_all()),
             Some(LEN) | None => {}
@@ -92,17 +92,8 @@ impl FileFlash {
 }
 
 /// The path in the emulator's command line, with a zero behind it.
-fn path(line: &mut [u8; COMMAND_LINE_LEN]) -> Result<&[u8], FileError> {
-    // in: address and room, with a place for the zero; out: address and length
-    let mut block = [line.as_mut_ptr().expose_provenance(), COMMAND_LINE_LEN];
-    // SAFETY: the host writes within `line`, and into `block`, which is borrowed mutably.
-    let failed = unsafe { cortex_m_semihosting::syscall1(nr::GET_CMDLINE, (&raw mut block).expose_provenance()) } != 0;
-    if failed {
-        return Err(FileError::NoPath);
-    }
-    let line = line.split_inclusive(|byte| *byte == 0).next().unwrap_or_default();
-    let key = line.windows(KEY.len()).position(|window| window == KEY).ok_or(FileError::NoPath)?;
-    match line.get(key + KEY.len()..) {
+fn path(line: &CommandLine) -> Result<&[u8], FileError> {
+    match line.after(KEY) {
         Some(path @ [_, .., 0]) => Ok(path),
         _ => Err(FileError::NoPath),
     }

@@ -11,6 +11,7 @@ compile_error!("this image is for the Cortex-M4F: use `cargo emulate`, or --targ
 
 mod clock;
 mod cmsdk;
+mod command_line;
 #[path = "../cortex_m/mod.rs"]
 mod cortex;
 mod device_entry;
@@ -25,7 +26,7 @@ mod watchdog;
 
 use cortex_m::interrupt::free;
 use cortex_m::{Peripherals, asm, singleton};
-use glenoid::device::{Action, BlinkPattern, Device, Event, LogEntry, fingerprint};
+use glenoid::device::{Action, BlinkPattern, Device, Event, LogEntry, module_fingerprint};
 use glenoid::identification::{Estimator, PoseBuffer};
 use glenoid::record::{LoadError, Storage, StoreError};
 use glenoid::restart::{CrashRecord, ResetCause, Restart};
@@ -70,13 +71,14 @@ impl Outside {
                 self.led = Some(pattern);
                 self.log.push(now_ms, Entry::StatusLed(pattern));
             }
-            Action::Store(record) => self.refused = self.storage.store(&record).err(),
+            Action::Store(record) => self.refused = self.storage.store(record).err(),
             Action::StoreParameters(set) => self.storage.store_parameters(&set),
             Action::EraseRecord => self.storage.erase_record(),
             Action::Journal(entry) => self.storage.append(&entry),
             Action::Stop(cause) => faults::stop(cause, 0, 0, format_args!("{}", cause.text())),
             Action::Log(entry) => {
-                self.measure_stack |= matches!(entry, LogEntry::Identified { .. });
+                self.measure_stack |=
+                    matches!(entry, LogEntry::Identified { .. } | LogEntry::HingeIdentified { body: 1, .. });
                 self.log.push(now_ms, Entry::Device(entry));
             }
         }
@@ -113,8 +115,8 @@ impl Board {
         let rig_queues = singleton!(: Queues<NOTHING> = Queues::new())?;
         let mut clock = Clock::start(core.SYST);
         let storage = storage()?;
-        let (config, parameters) = storage.config(restart, 0)?;
-        let rig = fingerprint(&config.rig);
+        let (config, parameters) = storage.config(restart, command_line::serial_number())?;
+        let rig = module_fingerprint(&config.rig);
         let device = in_place::device(&config)?;
         // In a place of its own: on the stack it would lie under everything, twice while it is built.
         let board = singleton!(: Board = Board {

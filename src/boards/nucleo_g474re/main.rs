@@ -27,7 +27,7 @@ use embassy_stm32::peripherals::IWDG;
 use embassy_stm32::uid;
 use embassy_stm32::wdg::IndependentWatchdog;
 use glenoid::can::health::BusHealth;
-use glenoid::device::{Action, BlinkPattern, Device, Event, LogEntry, fingerprint};
+use glenoid::device::{Action, BlinkPattern, Device, Event, LogEntry, module_fingerprint};
 use glenoid::drive_board::flash_layout::{EccVerdict, ecc_verdict};
 use glenoid::drive_board::reset;
 use glenoid::parameters::ParameterSet;
@@ -89,7 +89,7 @@ impl Outside {
             });
         };
         match action {
-            Action::Store(record) => return storage.store(&record).err().map(|error| Event::Stored(Err(error))),
+            Action::Store(record) => return storage.store(record).err().map(|error| Event::Stored(Err(error))),
             Action::StoreParameters(set) => storage.store_parameters(&set),
             Action::EraseRecord => storage.erase_record(),
             Action::Journal(entry) => storage.append(&entry),
@@ -160,9 +160,11 @@ impl Board {
         };
         let device = in_place::device(&config)?;
         #[cfg(feature = "control-loop")]
-        control::start(&config.rig);
+        if let Some(rig) = config.rig.ball() {
+            control::start(rig);
+        }
         let bus = Bus::join(chip.FDCAN1, chip.PA11, chip.PA12, config.base)?;
-        let rig = fingerprint(&config.rig);
+        let rig = module_fingerprint(&config.rig);
         // In a place of its own: on the stack it would lie under everything, twice while it is built.
         let board = singleton!(: Board = Board {
             device,

@@ -67,7 +67,7 @@ fn run(rig: Rig<f32>) {
     let mut links = Links { slcan: Adapter::new(), rig: RigLink::new() };
     loop {
         device.handle(black_box(0), event, &mut |action| match black_box(action) {
-            Action::Store(record) => drop(store.store(&record)),
+            Action::Store(record) => drop(store.store(record)),
             Action::StoreParameters(set) => store.store_parameters(&set),
             Action::EraseRecord => store.erase_record(),
             Action::Journal(entry) => store.append(&entry),

@@ -72,6 +72,33 @@ impl<T: Real> Hinge<T> {
         }
     }
 
+    /// All its numbers: axis and foot point in the base, attitude at angle zero (x, y, z, w), foot point in the platform,
+    /// offset along the axis.
+    pub fn to_array(&self) -> [T; 14] {
+        let [[ax, ay, az], [cx, cy, cz]] = [self.axis, self.foot_mm].map(Into::into);
+        let [x, y, z, w]: [T; 4] = self.attitude.coords.into();
+        let [qx, qy, qz] = self.foot_in_platform_mm.into();
+        [ax, ay, az, cx, cy, cz, x, y, z, w, qx, qy, qz, self.along_mm]
+    }
+
+    /// From the numbers of [`to_array`](Self::to_array), to the bit; what they are is not looked at.
+    pub fn from_array([ax, ay, az, cx, cy, cz, x, y, z, w, qx, qy, qz, along_mm]: [T; 14]) -> Self {
+        Self {
+            axis: Vector3::new(ax, ay, az),
+            foot_mm: Vector3::new(cx, cy, cz),
+            attitude: UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z)),
+            foot_in_platform_mm: Vector3::new(qx, qy, qz),
+            along_mm,
+        }
+    }
+
+    /// Are its numbers those of a hinge: finite, directions of length one?
+    pub fn is_sound(&self) -> bool {
+        let is_one = |squares: T| (squares - T::one()).abs() < T::of(1e-3);
+        let are_numbers = self.to_array().iter().all(|number| number.is_a_number());
+        are_numbers && is_one(self.axis.norm_squared()) && is_one(self.attitude.coords.norm_squared())
+    }
+
     /// Direction of the axis in the base, a unit vector.
     pub fn axis(&self) -> &Vector3<T> {
         &self.axis
@@ -235,7 +262,7 @@ impl<T: Real> Hinge<T> {
 
 /// The rotation by an angle (rad) about an axis, a unit vector (Rodrigues).
 pub(super) fn about<T: Real>(axis: &Vector3<T>, angle_rad: T) -> Matrix3<T> {
-    let (sin, cos) = angle_rad.sin_cos();
+    let (sin, cos) = angle_rad.sine_and_cosine();
     Matrix3::identity() * cos + axis.cross_matrix() * sin + axis * axis.transpose() * (T::one() - cos)
 }
 

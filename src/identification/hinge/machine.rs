@@ -53,6 +53,8 @@ pub struct HingeMachine<T: Real> {
 
 impl<T: Real> HingeMachine<T> {
     /// The machine as stated.
+    // Not inlined, as `Fit::new` and `Scratch::new`: what is built once may be called.
+    #[inline(never)]
     pub fn new(rig: &HingeRig<T>) -> Self {
         let (zero, one) = (T::zero(), T::one());
         let cables = rig.cables();

@@ -31,6 +31,7 @@ pub struct IdentifiedHinge<T: Real> {
 
 impl<T: Real> IdentifiedHinge<T> {
     /// Nothing but places to fill: a hinge and a machine.
+    #[inline(never)]
     pub(super) fn at(hinge: &Hinge<T>, machine: &HingeMachine<T>) -> Self {
         Self {
             hinge: *hinge,

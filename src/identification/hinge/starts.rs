@@ -86,6 +86,6 @@ fn plane<T: Real>(points: &[Vector3<T>]) -> (Vector3<T>, Vector3<T>) {
 
 fn in_plane<T: Real>(normal: &Vector3<T>, turn_rad: T) -> Vector3<T> {
     let [first, second] = super::joint::across(normal);
-    let (sin, cos) = turn_rad.sin_cos();
+    let (sin, cos) = turn_rad.sine_and_cosine();
     first * cos + second * sin
 }

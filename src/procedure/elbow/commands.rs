@@ -51,7 +51,7 @@ impl ElbowProcedure {
         match command {
             // Neither is anything that an elbow has.
             Command::Start { held_first: true, .. } | Command::Start { in_motion: true, .. } => {
-                Reply::refused(Reason::BadArgument, 0)
+                Reply::refused(Reason::NotOfHinge, 0)
             }
             Command::Start { by_command_only, .. } => self.start(now_ms, by_command_only),
             Command::Capture => {

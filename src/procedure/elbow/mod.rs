@@ -119,14 +119,21 @@ impl State {
 }
 
 impl ElbowProcedure {
-    /// A procedure in the idle state, without a hinge.
+    /// A procedure in the idle state, without a hinge, with the default limits.
     pub fn new(rig: ElbowRig) -> Self {
         let limits = Limits::of_module(rig.drum(), rig.hinge().length_noise_mm());
+        Self::with_limits(&rig, limits)
+    }
+
+    /// The same with other limits.
+    // Inlined so that it is built where it stays: 13 KB of temporary copies on the stack otherwise.
+    #[inline(always)]
+    pub fn with_limits(rig: &ElbowRig, limits: Limits) -> Self {
         let encoders = EncoderLimits { cables: rig.cables(), ..limits.encoders() };
         Self {
             arm: Arm::over(&limits, encoders),
             estimator: HingeEstimator::new(rig.hinge(), HingeSettings::for_rig(rig.hinge())),
-            rig,
+            rig: rig.clone(),
             limits,
             boot: 0,
             wearer: 0,
@@ -145,6 +152,20 @@ impl ElbowProcedure {
             self.boot = boot;
             self.run.id = last_run_id;
         }
+    }
+
+    /// Takes over the hinge of an earlier run, of before the power was switched off.
+    ///
+    /// # Errors
+    /// [`Reason::RecordUnfit`] when a number of it is none; there is no hinge in use then.
+    pub fn resume(&mut self, live: ElbowCandidate) -> Result<(), Reason> {
+        if !live.found.is_finite() {
+            return Err(Reason::RecordUnfit);
+        }
+        if matches!(self.state, State::Idle) {
+            self.live = Some(live);
+        }
+        Ok(())
     }
 
     /// Sets whose arm the runs to come are made for; 0 = not said. Not while a run is under way.
@@ -170,6 +191,11 @@ impl ElbowProcedure {
     /// The machine.
     pub const fn rig(&self) -> &ElbowRig {
         &self.rig
+    }
+
+    /// The limits of a run.
+    pub const fn limits(&self) -> &Limits {
+        &self.limits
     }
 
     /// The state's name.
@@ -208,6 +234,20 @@ impl ElbowProcedure {
             State::Review(candidate) => Some(candidate),
             _ => None,
         }
+    }
+
+    /// The hinge that the run has identified so far, verified or not.
+    pub const fn found(&self) -> Option<&FoundHinge> {
+        match &self.state {
+            State::Verifying(verifying) => Some(&verifying.found),
+            State::Review(candidate) => Some(&candidate.found),
+            _ => None,
+        }
+    }
+
+    /// Why the solver or the second set refused, last; None when neither did.
+    pub const fn refusal(&self) -> Option<&Detail> {
+        self.run.detail.as_ref()
     }
 
     /// How the last run ended; None while one is under way and before the first.

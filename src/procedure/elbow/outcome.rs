@@ -1,6 +1,6 @@
 //! What an elbow's run hands out: the new hinge.
 
-use crate::identification::hinge::{HINGE_UNKNOWNS, Hinge, IdentifiedHinge};
+use crate::identification::hinge::{HINGE_UNKNOWNS, Hinge, IdentifiedHinge, MAX_CONSTANTS};
 use crate::linear_algebra::non_negative_root;
 use crate::procedure::outcome::Verification;
 use nalgebra::{SMatrix, Vector3};
@@ -12,6 +12,8 @@ pub struct FoundHinge {
     pub hinge: Hinge<f32>,
     /// Covariance of its unknowns in the order of [`HINGE_UNKNOWNS`], rad and mm.
     pub covariance: SMatrix<f32, HINGE_UNKNOWNS, HINGE_UNKNOWNS>,
+    /// By how much each of the machine's constants differs from what is stated.
+    pub constants: [f32; MAX_CONSTANTS],
     /// 1σ of one length that the covariance is computed with, mm.
     pub noise_mm: f32,
     /// What is left of the residuals, root mean square over the redundant lengths, mm.
@@ -34,6 +36,7 @@ impl FoundHinge {
         Self {
             hinge: found.hinge,
             covariance: found.covariance,
+            constants: *found.machine.values(),
             noise_mm: found.noise_mm,
             rms_residual_mm: found.rms_residual_mm,
             flexion_rad: found.flexion_rad,
@@ -50,31 +53,41 @@ impl FoundHinge {
 
     /// The numbers that describe the hinge, each with its 1σ.
     pub fn shown(&self) -> [[f32; 2]; SHOWN_NUMBERS] {
+        core::array::from_fn(|index| self.number(index))
+    }
+
+    /// One of them, from 0; zeros past the last.
+    pub fn number(&self, index: usize) -> [f32; 2] {
         let hinge = &self.hinge;
-        let axis_in_platform = hinge.axis_in_platform();
-        let bodies =
-            [(hinge.axis(), hinge.foot_mm(), 0), (&axis_in_platform, hinge.foot_in_platform_mm(), BODY_UNKNOWNS)];
-        let mut shown = [[0.0; 2]; SHOWN_NUMBERS];
-        let mut places = shown.iter_mut();
-        for (axis, foot, first) in bodies {
-            let across = crate::identification::hinge::across(axis);
-            for (vector, is_place) in [(axis, false), (foot, true)] {
-                for (component, value) in vector.iter().enumerate() {
-                    // How this component follows the body's four unknowns; a foot point stays at a right angle to its axis.
-                    let [e1, e2] = across.map(|e: Vector3<f32>| e.get(component).copied().unwrap_or_default());
-                    let along = axis.get(component).copied().unwrap_or_default();
-                    let [f1, f2] = across.map(|e: Vector3<f32>| -along * e.dot(foot));
-                    let follows = if is_place { [f1, f2, e1, e2] } else { [e1, e2, 0.0, 0.0] };
-                    if let Some(place) = places.next() {
-                        *place = [*value, self.sigma(first, &follows)];
-                    }
-                }
-            }
-        }
-        if let Some(place) = places.next() {
-            *place = [hinge.along_mm(), self.sigma(HINGE_UNKNOWNS - 1, &[1.0])];
-        }
-        shown
+        let (body, component) = (index / 6, index % 3);
+        let (axis, foot) = match body {
+            0 => (*hinge.axis(), hinge.foot_mm()),
+            1 => (hinge.axis_in_platform(), hinge.foot_in_platform_mm()),
+            _ if index < SHOWN_NUMBERS => return [hinge.along_mm(), self.sigma(HINGE_UNKNOWNS - 1, &[1.0])],
+            _ => return [0.0; 2],
+        };
+        let of = |vector: &Vector3<f32>| vector.get(component).copied().unwrap_or_default();
+        let [e1, e2] = crate::identification::hinge::across(&axis);
+        // How this component follows the body's four unknowns; a foot point stays at a right angle to its axis.
+        let (value, follows) = if index % 6 < 3 {
+            (of(&axis), [of(&e1), of(&e2), 0.0, 0.0])
+        } else {
+            let along = -of(&axis);
+            (of(foot), [along * e1.dot(foot), along * e2.dot(foot), of(&e1), of(&e2)])
+        };
+        [value, self.sigma(body * BODY_UNKNOWNS, &follows)]
+    }
+
+    /// A component of the point of the axis in {B} at which the platform's foot point stands, mm, with its 1σ: with the axes and
+    /// the platform's foot point it says all about the hinge.
+    pub fn common_point(&self, component: usize) -> [f32; 2] {
+        let (axis, foot, along) = (self.hinge.axis(), self.hinge.foot_mm(), self.hinge.along_mm());
+        let of = |vector: &Vector3<f32>| vector.get(component).copied().unwrap_or_default();
+        let [e1, e2] = crate::identification::hinge::across(axis);
+        // The point is foot + along · axis, and the foot point stays at a right angle to the axis.
+        let turned = |e: &Vector3<f32>| along * of(e) - of(axis) * e.dot(foot);
+        let follows = [turned(&e1), turned(&e2), of(&e1), of(&e2), 0.0, 0.0, 0.0, 0.0, of(axis)];
+        [of(foot) + along * of(axis), self.sigma(0, &follows)]
     }
 
     /// 1σ of a linear function of the unknowns from `first` on.

@@ -15,7 +15,7 @@ const CCM: Range = Memory::DRIVE_BOARD.ccm;
 const RAM: Range = Range { from: 0x2000_0000, end: 0x2001_8000 };
 
 /// Most flash that the image may take.
-pub const MOST_FLASH_BYTES: u64 = 200 * 1024;
+pub const MOST_FLASH_BYTES: u64 = 252 * 1024;
 /// Most RAM that the static variables may take.
 pub const MOST_STATIC_BYTES: u64 = 40 * 1024;
 

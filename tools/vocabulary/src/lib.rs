@@ -8,6 +8,7 @@ mod random;
 pub use random::{KINDS, random_message};
 
 use glenoid::can::health::{BusHealth, LastStop, StopText};
+use glenoid::can::hinge::{HingeAngle, HingeAxis, HingePlace, Module};
 use glenoid::can::identity::{Identity, Naming};
 use glenoid::can::message::Message;
 use glenoid::can::report::{LeftOut, OutcomeReport, PoseReport, PoseSamples, RawLength};
@@ -52,6 +53,12 @@ pub fn fields(message: &Message) -> (&'static str, Vec<Field>) {
         Message::Identity(m) => ("Identity", identity(m)),
         Message::CandidateNaming(m) => ("CandidateNaming", naming(m)),
         Message::LiveNaming(m) => ("LiveNaming", naming(m)),
+        Message::Module(m) => ("Module", module(m)),
+        Message::CandidateHingeAxis(m) => ("CandidateHingeAxis", hinge_axis(m)),
+        Message::CandidateHingePlace(m) => ("CandidateHingePlace", hinge_place(m)),
+        Message::LiveHingeAxis(m) => ("LiveHingeAxis", hinge_axis(m)),
+        Message::LiveHingePlace(m) => ("LiveHingePlace", hinge_place(m)),
+        Message::HingeAngle(m) => ("HingeAngle", hinge_angle(m)),
         // Multiplexed: what is in them depends on one of their fields, and their own tests look at it.
         Message::Parameter(_) => ("Parameter", Vec::new()),
         Message::LiveSet(_) => ("LiveSet", Vec::new()),
@@ -253,6 +260,43 @@ fn zero(m: &ZeroError) -> Vec<Field> {
 fn motion(m: &MotionPart) -> Vec<Field> {
     let values = ["motion_x", "motion_y", "motion_z"].into_iter().zip(m.values().map(f64::from));
     [run_id(m.run_id), ("part", m.part.into())].into_iter().chain(values).collect()
+}
+
+fn module(m: &Module) -> Vec<Field> {
+    vec![
+        ("joint", m.joint.code().into()),
+        ("cables_in_use", m.cables.into()),
+        ("capacity", m.capacity.into()),
+        ("held_out_capacity", m.held_out_capacity.into()),
+        ("rig_whole", m.rig.into()),
+    ]
+}
+
+fn hinge_axis(m: &HingeAxis) -> Vec<Field> {
+    vec![
+        run_id(m.run_id),
+        ("hinge_index", m.index.into()),
+        ("direction", m.value.into()),
+        ("direction_sigma", m.sigma.into()),
+    ]
+}
+
+fn hinge_place(m: &HingePlace) -> Vec<Field> {
+    vec![
+        run_id(m.run_id),
+        ("hinge_index", m.index.into()),
+        ("place", m.value_mm.into()),
+        ("place_sigma", m.sigma_mm.into()),
+    ]
+}
+
+fn hinge_angle(m: &HingeAngle) -> Vec<Field> {
+    vec![
+        run_id(m.run_id),
+        ("clock", m.time_ms.into()),
+        ("angle", m.angle_rad.into()),
+        ("angle_residual", m.residual_mm.into()),
+    ]
 }
 
 fn identity(m: &Identity) -> Vec<Field> {

@@ -2,6 +2,7 @@
 
 use glenoid::can::Standing;
 use glenoid::can::health::{BusHealth, LastStop, StopText};
+use glenoid::can::hinge::{HingeAngle, HingeAxis, HingePlace, JointKind, Module};
 use glenoid::can::identity::{Identity, Naming};
 use glenoid::can::message::Message;
 use glenoid::can::report::{LeftOut, OutcomeReport, PoseReport, PoseSamples, RawLength};
@@ -13,7 +14,7 @@ use glenoid::restart::ResetCause;
 use rand::Rng;
 
 /// How many kinds of messages the device sends, without the multiplexed ones.
-pub const KINDS: u8 = 29;
+pub const KINDS: u8 = 35;
 
 /// A random message of a kind, 0 to [`KINDS`] - 1 in the order of the identifiers. Values are random within what
 /// their fields can hold, and not rounded to the fields' steps.
@@ -129,6 +130,23 @@ pub fn random_message(kind: u8, random: &mut impl Rng) -> Message {
             set: PoseSet::held_out_if(any.0.random()),
             samples: any.0.random(),
         }),
+        29 => Message::Module(Module {
+            joint: JointKind::ALL[any.0.random_range(0..JointKind::ALL.len())],
+            cables: any.0.random(),
+            capacity: any.0.random(),
+            held_out_capacity: any.0.random(),
+            rig: any.0.random(),
+        }),
+        30 => Message::CandidateHingeAxis(any.hinge_axis()),
+        31 => Message::CandidateHingePlace(any.hinge_place()),
+        32 => Message::LiveHingeAxis(any.hinge_axis()),
+        33 => Message::LiveHingePlace(any.hinge_place()),
+        34 => Message::HingeAngle(HingeAngle {
+            run_id: any.0.random(),
+            time_ms: any.0.random(),
+            angle_rad: any.around_zero(7.9),
+            residual_mm: any.up_to(HingeAngle::MAX_RESIDUAL_MM),
+        }),
         _ => Message::Watch(WatchReport {
             run_id: any.0.random(),
             cause: any.reason(),
@@ -175,6 +193,24 @@ impl<R: Rng> Random<'_, R> {
             index: self.below(3),
             value_mm: self.around_zero(1_023.9),
             sigma_mm: self.up_to(7.9),
+        }
+    }
+
+    fn hinge_axis(&mut self) -> HingeAxis {
+        HingeAxis {
+            run_id: self.0.random(),
+            index: self.below(6),
+            value: self.around_zero(1.0),
+            sigma: self.up_to(0.49),
+        }
+    }
+
+    fn hinge_place(&mut self) -> HingePlace {
+        HingePlace {
+            run_id: self.0.random(),
+            index: self.below(7),
+            value_mm: self.around_zero(1_023.9),
+            sigma_mm: self.up_to(31.9),
         }
     }
 

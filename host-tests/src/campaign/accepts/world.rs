@@ -119,7 +119,7 @@ impl World {
             Action::Store(record) => {
                 let result = self.flash();
                 if result.is_ok() {
-                    self.record = Some(*record);
+                    self.record = record.ball().copied();
                 }
                 return Some(Event::Stored(result));
             }
@@ -191,7 +191,7 @@ impl World {
         self.stopped = false;
         self.device = self.new.clone();
         self.chosen = self.record.map(|record| record.parameters.to_array());
-        let loaded = Loaded { record: self.record.ok_or(LoadError::Nothing), journal: self.journal, parameters: None };
+        let loaded = Loaded { journal: self.journal, ..self.record.ok_or(LoadError::Nothing).into() };
         let actions = self.handle(Event::PowerUp(loaded));
         assert_eq!(live_value(&self.device), self.chosen, "after a restart");
         if let Some(event) = actions.iter().fold(None, |answer, action| self.carry_out(action).or(answer)) {
@@ -201,5 +201,5 @@ impl World {
 }
 
 fn live_value(device: &Device) -> Option<[f32; 6]> {
-    device.procedure().live().map(|live| live.identified.parameters.to_array())
+    device.procedure().ball()?.live().map(|live| live.identified.parameters.to_array())
 }

@@ -12,7 +12,7 @@ use super::report::Precision;
 use super::{MAX_TIMES_EXPECTED_NOISE, Request, rig_file};
 use glenoid::identification::Noise;
 use glenoid::identification::hinge::{
-    Drawing, Hinge, HingeEstimator, HingePose, HingeRig, HingeSettings, IdentifiedHinge, MAX_CABLES,
+    Drawing, Hinge, HingeEstimator, HingePose, HingeRefusal, HingeRig, HingeSettings, IdentifiedHinge, MAX_CABLES,
 };
 use glenoid::rig::{CableEnds, Pulley, RigError, Tolerance};
 use glenoid::scalar::Real;
@@ -37,7 +37,7 @@ pub struct Solved<T: Real> {
     /// The poses.
     pub poses: Vec<HingePose<T>>,
     /// What it has found.
-    pub outcome: Result<IdentifiedHinge<T>, glenoid::identification::hinge::HingeRefusal>,
+    pub outcome: Result<IdentifiedHinge<T>, HingeRefusal>,
 }
 
 /// Reads the files and identifies; `None` where the rig's joint is no hinge.
@@ -85,7 +85,8 @@ fn with_zeros(rig: HingeRig<f64>, zero_prior_mm: Option<f64>) -> Result<HingeRig
     rig.with_tolerance(tolerance, home).map_err(|error| InputError::Request(error.text().to_owned()))
 }
 
-fn in_precision<T: Real>(rig: &HingeRig<f64>) -> Result<HingeRig<T>, RigError> {
+/// The rig in a precision.
+pub(crate) fn in_precision<T: Real>(rig: &HingeRig<f64>) -> Result<HingeRig<T>, RigError> {
     let point = |point: &nalgebra::Vector3<f64>| point.map(T::of);
     let ends = |cable: &CableEnds<f64>| CableEnds {
         base_mm: point(&cable.base_mm),

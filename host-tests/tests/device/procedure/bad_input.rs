@@ -101,7 +101,7 @@ fn a_capture_that_the_end_of_the_run_overtakes_is_answered_and_takes_no_pose() {
     assert!(codes.contains(&(Opcode::Capture as u8, Reason::WrongState)), "{codes:?}");
     assert!(codes.contains(&(Opcode::Abort as u8, Reason::Fine)), "{codes:?}");
     assert_eq!(codes.len(), 2);
-    assert_eq!(bench.state(), StateName::Failed);
+    assert_eq!(bench.state(), StateName::Idle);
     assert!(bench.procedure().poses(PoseSet::Identification).is_empty());
 }
 

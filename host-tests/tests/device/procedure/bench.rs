@@ -72,7 +72,7 @@ impl Bench {
 
     /// A device of another kind, with a wearer in its machine.
     pub fn of(config: Config, wearer: WearerSettings) -> Self {
-        let (rig, wide) = (&config.rig, |mm: &f32| f64::from(*mm));
+        let (rig, wide) = (config.rig.ball().unwrap(), |mm: &f32| f64::from(*mm));
         let drum = Drum {
             radius_mm: rig.drum().radius_mm.into(),
             counts_per_turn: rig.drum().counts_per_turn.into(),
@@ -133,7 +133,7 @@ impl Bench {
             Action::EraseRecord => *erased += 1,
             Action::Journal(entry) => journal.push(entry),
             Action::StatusLed(pattern) => led_patterns.push(pattern),
-            Action::Store(record) => records.push(record),
+            Action::Store(record) => records.push(*record.ball().unwrap()),
             Action::Stop(ResetCause::Requested) => *stopped = Some(ResetCause::Requested),
             Action::Stop(cause) => panic!("the device asks for a restart: {cause:?}"),
             Action::Log(entry) => logs.push(entry),
@@ -328,7 +328,7 @@ impl Bench {
     }
 
     pub fn procedure(&self) -> &Procedure {
-        self.device.procedure()
+        self.device.procedure().ball().unwrap()
     }
 
     pub fn state(&self) -> StateName {

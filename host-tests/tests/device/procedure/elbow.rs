@@ -258,11 +258,11 @@ fn only_the_cables_of_the_rig_count() {
 }
 
 #[test]
-fn what_an_elbow_has_not_is_refused_as_an_argument() {
+fn what_an_elbow_has_not_is_refused_by_name() {
     let mut bench = Bench::new();
     for (held_first, in_motion) in [(true, false), (false, true)] {
         let start = Command::Start { by_command_only: false, held_first, in_motion };
-        assert_eq!(bench.command(start), Reason::BadArgument);
+        assert_eq!(bench.command(start), Reason::NotOfHinge);
     }
     assert_eq!(bench.procedure.state(), StateName::Idle);
     let by_command = Command::Start { by_command_only: true, held_first: false, in_motion: false };

@@ -6,6 +6,7 @@ pub mod bench;
 mod by_button;
 mod calibrations;
 mod elbow;
+mod elbow_board;
 mod guidance;
 mod moving_joint;
 mod numbering;

@@ -26,13 +26,13 @@ fn a_board_that_forgets_its_centre_or_has_another_is_never_right() {
         let mut wearer = Wearer::new(rig, WearerSettings { seed, ..options.wearer() });
         rehearse(bench, &mut wearer, &known(), &options, &Display::Silent, None)
     };
-    let empty = InProcess::new(config);
-    let report = rehearse_with(&mut Exchanged(InProcess::new(config), Some(empty)), 3);
+    let empty = InProcess::new(config.clone());
+    let report = rehearse_with(&mut Exchanged(InProcess::new(config.clone()), Some(empty)), 3);
     assert_eq!(report.reasons, ["after a restart the board has no centre in use"]);
 
-    let mut other = InProcess::new(config);
+    let mut other = InProcess::new(config.clone());
     assert_eq!(rehearse_with(&mut other, 4).status, Status::Right);
-    let report = rehearse_with(&mut Exchanged(InProcess::new(config), Some(other)), 3);
+    let report = rehearse_with(&mut Exchanged(InProcess::new(config.clone()), Some(other)), 3);
     assert_eq!(report.status, Status::Wrong);
     assert_eq!(report.reasons, ["the centre in use after a restart is not the one that was accepted"]);
     assert!(report.to_string().contains("ANOTHER"), "{report}");
@@ -67,7 +67,7 @@ fn counts_that_pause_before_a_command_are_waited_for() {
         }
     }
     let config = Config::for_rig(Rig::<f32>::shoulder(150.0).unwrap());
-    let mut bench = Pausing { inner: InProcess::new(config), heard: Vec::new(), sent: 0 };
+    let mut bench = Pausing { inner: InProcess::new(config.clone()), heard: Vec::new(), sent: 0 };
     let options = options(&["--poses", "12"]);
     let mut wearer = Wearer::new(rig(), options.wearer());
     let report = rehearse(&mut bench, &mut wearer, &known(), &options, &Display::Silent, None);

@@ -151,6 +151,7 @@ fn reasons_are_never_renumbered() {
         (148, "WrongKey"),
         (149, "WriteOnly"),
         (150, "NoRecord"),
+        (160, "NotOfHinge"),
     ];
     let now: Vec<(u8, &str)> = Reason::ALL.iter().map(|reason| (reason.code(), reason.name())).collect();
     assert_eq!(now, released);

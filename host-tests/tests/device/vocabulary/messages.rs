@@ -135,6 +135,11 @@ fn spoil(message: &mut Message, wrong: f32) -> bool {
         Message::CandidateZero(m) => m.value_mm = wrong,
         Message::LiveZero(m) => m.sigma_mm = wrong,
         Message::Watch(m) => m.moved_mm[1] = wrong,
+        Message::CandidateHingeAxis(m) => m.value = wrong,
+        Message::CandidateHingePlace(m) => m.sigma_mm = wrong,
+        Message::LiveHingeAxis(m) => m.sigma = wrong,
+        Message::LiveHingePlace(m) => m.value_mm = wrong,
+        Message::HingeAngle(m) => m.angle_rad = wrong,
         _ => return false,
     }
     true

@@ -1,0 +1,82 @@
+//! The elbow of the virtual person, with the encoders of its module.
+
+use crate::rehearse::session::Person;
+use crate::study::elbow::scene::{Elbow, NOISE_MM};
+use crate::wearer::{Encoder, Pose, motion};
+use glenoid::identification::hinge::MAX_CABLES;
+use glenoid::rig::{CABLES, Drum};
+use nalgebra::Vector3;
+use rand::Rng;
+use rand_chacha::ChaCha8Rng;
+
+/// An elbow bends to one side, up to this angle, degrees; a straight one hardly.
+const MOST_DEG: f64 = 120.0;
+const STRAIGHT_DEG: f64 = 2.0;
+
+/// Somebody's elbow in the module's machine.
+pub struct ElbowWearer {
+    elbow: Elbow,
+    encoder: Encoder,
+    home_mm: [f64; CABLES],
+    most_rad: f64,
+    random: ChaCha8Rng,
+}
+
+impl ElbowWearer {
+    /// An elbow; `is_straight`: one that never bends.
+    pub fn new(elbow: Elbow, drum: &Drum<f64>, is_straight: bool, random: ChaCha8Rng) -> Self {
+        let most: f64 = if is_straight { STRAIGHT_DEG } else { MOST_DEG };
+        let encoder = Encoder::new(drum, [0.0; CABLES]);
+        Self { elbow, encoder, home_mm: drum.home_length_mm, most_rad: most.to_radians(), random }
+    }
+
+    /// The elbow.
+    pub fn elbow(&self) -> &Elbow {
+        &self.elbow
+    }
+
+    /// The angle of a pose, rad.
+    pub fn flexion_rad(&self, pose: &Pose) -> f64 {
+        let turned = pose.rotation * self.elbow.rotation(0.0).inverse();
+        turned.scaled_axis().dot(self.elbow.hinge().axis())
+    }
+
+    /// The pose at an angle. Two of the six encoders have no cable and rest.
+    fn pose(&self, flexion_rad: f64, errors_mm: [f64; CABLES]) -> Pose {
+        let four = self.elbow.reading_mm(flexion_rad, None);
+        let spans_mm = std::array::from_fn(|k| if k < MAX_CABLES { four[k] } else { self.home_mm[k] });
+        let counts = self.encoder.counts(std::array::from_fn(|k| spans_mm[k] + errors_mm[k]));
+        let (rotation, zero) = (self.elbow.rotation(flexion_rad), Vector3::zeros());
+        Pose { rotation, centre_mm: zero, slide_mm: zero, spans_mm, errors_mm, counts }
+    }
+}
+
+impl Person for ElbowWearer {
+    fn home(&self) -> Pose {
+        self.pose(0.0, [0.0; CABLES])
+    }
+
+    fn next_pose(&mut self) -> Pose {
+        let flexion_rad = -self.random.random_range(0.0..=1.0) * self.most_rad;
+        let noise = std::array::from_fn(|_| self.random.random_range(-NOISE_MM..=NOISE_MM));
+        self.pose(flexion_rad, noise)
+    }
+
+    fn motion(&self, from: &Pose, to: &Pose, duration_ms: u32, period_ms: u32) -> Vec<[i32; CABLES]> {
+        let (begin, end) = (self.flexion_rad(from), self.flexion_rad(to));
+        let between = |share: f64| {
+            let errors = std::array::from_fn(|k| from.errors_mm[k] + (to.errors_mm[k] - from.errors_mm[k]) * share);
+            self.pose(begin + (end - begin) * share, errors).counts
+        };
+        let shares = motion::samples(duration_ms, period_ms);
+        shares.map(|share| if share == 1.0 { to.counts } else { between(share) }).collect()
+    }
+
+    fn mm_per_count(&self) -> f64 {
+        self.encoder.mm_per_count()
+    }
+
+    fn cables(&self) -> usize {
+        self.elbow.stated.len()
+    }
+}

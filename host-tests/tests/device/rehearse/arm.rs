@@ -1,0 +1,65 @@
+//! The rehearsal of an arm against three devices on one bus within this process.
+
+use clap::Parser;
+use host_tests::rehearse::arm::{ArmReport, InProcessBus, rehearse_arm};
+use host_tests::rehearse::{Display, Options, Status};
+
+fn rehearsed(arguments: &str) -> ArmReport {
+    let options = Options::try_parse_from(format!("rehearse --arm {arguments}").split_whitespace()).unwrap();
+    rehearse_arm(&mut InProcessBus::default(), &options, &Display::Silent)
+}
+
+/// The one reason why it failed.
+fn failure(arguments: &str) -> String {
+    let report = rehearsed(arguments);
+    assert_eq!(report.status, Status::Failed, "{report}");
+    let [reason] = &report.reasons[..] else { panic!("{report}") };
+    reason.clone()
+}
+
+#[test]
+fn three_boards_on_one_bus_find_the_hand() {
+    let report = rehearsed("--poses 20 --seed 5");
+    assert_eq!(report.status, Status::Right, "{report}");
+    for ball in &report.balls {
+        let found = ball.rehearsal.found.as_ref().unwrap();
+        assert_eq!(found.host.difference_mm, 0.0);
+        assert_eq!(found.centre_mm, found.centre_after_restart_mm);
+    }
+    let elbow = report.elbow.as_ref().unwrap();
+    assert!(elbow.host_agrees && elbow.survives_restart, "{report}");
+    assert_eq!(report.hand.len(), 3);
+    for hand in &report.hand {
+        // The elbow's axis and the mounts leave the hand to a few millimetres.
+        assert!(hand.error_mm < 8.0, "{report}");
+    }
+    let text = report.to_string();
+    assert!(text.contains("agree to the bit") && text.contains("the hand is where the arm says"), "{text}");
+}
+
+#[test]
+fn a_missing_board_is_named() {
+    let reason = failure("--arm-fault missing");
+    assert!(reason.starts_with("no board at 0x740, where the wrist's should be. What to do:"), "{reason}");
+}
+
+#[test]
+fn two_boards_at_one_place_are_named() {
+    let reason = failure("--arm-fault twice");
+    let what = "more than one board at 0x740, where the wrist's should be: serial numbers 103 and 999, with";
+    assert!(reason.starts_with(what), "{reason}");
+    assert!(reason.contains("the shoulder's rig") && reason.contains("the wrist's rig"), "{reason}");
+}
+
+#[test]
+fn modules_out_of_order_are_named() {
+    let reason = failure("--arm-fault swapped");
+    assert!(reason.starts_with("the board at 0x700, where the elbow's should be, has the wrist's rig."), "{reason}");
+}
+
+#[test]
+fn an_elbow_that_never_bends_is_named() {
+    let reason = failure("--arm-fault straight --poses 12");
+    assert!(reason.starts_with("the elbow: it never bends: after 1 angles"), "{reason}");
+    assert!(reason.contains("the board says: move further before holding the arm. What to do: "), "{reason}");
+}
