@@ -135,6 +135,11 @@ impl Device {
         }
     }
 
+    /// A set is under way.
+    pub(super) fn has_pieces(&self) -> bool {
+        self.live_out.next < LIVE_SET_FRAMES || self.telemetry_out.next < TELEMETRY_FRAMES
+    }
+
     /// Sends a frame of each set that is under way.
     pub(super) fn send_pieces(&mut self, out: &mut impl FnMut(Action)) {
         if let Some(bytes) = self.live_out.next_piece(LIVE_SET_FRAMES) {
