@@ -30,7 +30,8 @@ impl KnownMachine {
     /// # Errors
     /// Why it is none; a test rules that out.
     pub fn compiled_in() -> Result<Self, String> {
-        let single = rig_of(&ParameterSet::new()).map_err(|at| format!("the defaults contradict each other at {at}"))?;
+        let single =
+            rig_of(&ParameterSet::new()).map_err(|at| format!("the defaults contradict each other at {at}"))?;
         Ok(Self { double: rig_file::default_rig().map_err(|error| error.to_string())?, single, told: None })
     }
 

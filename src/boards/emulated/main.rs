@@ -76,7 +76,8 @@ impl Outside {
             Action::Journal(entry) => self.storage.append(&entry),
             Action::Stop(cause) => faults::stop(cause, 0, 0, format_args!("{}", cause.text())),
             Action::Log(entry) => {
-                self.measure_stack |= matches!(entry, LogEntry::Identified { .. } | LogEntry::HingeIdentified { body: 1, .. });
+                self.measure_stack |=
+                    matches!(entry, LogEntry::Identified { .. } | LogEntry::HingeIdentified { body: 1, .. });
                 self.log.push(now_ms, Entry::Device(entry));
             }
         }

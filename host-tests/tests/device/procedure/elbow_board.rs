@@ -162,7 +162,8 @@ impl Bench {
     }
 
     fn accept(&mut self) -> Reason {
-        let naming = self.last(|m| if let Message::CandidateNaming(naming) = m { Some(*naming) } else { None }).unwrap();
+        let naming =
+            self.last(|m| if let Message::CandidateNaming(naming) = m { Some(*naming) } else { None }).unwrap();
         self.nonce += 1;
         let reason = self.request(Request::naming(Opcode::Accept, self.nonce, &naming)).0;
         self.hold(50);
@@ -351,11 +352,15 @@ fn a_record_of_another_joint_is_refused_by_name() {
     let ball = power_cut::record(7);
     let loaded = |device: &mut Device, record| {
         let mut reason = None;
-        device.handle(0, Event::PowerUp(Loaded { record: Ok(record), journal: None, parameters: None }), &mut |action| {
-            if let Action::Log(LogEntry::Loaded { reason: said, .. }) = action {
-                reason = Some(said);
-            }
-        });
+        device.handle(
+            0,
+            Event::PowerUp(Loaded { record: Ok(record), journal: None, parameters: None }),
+            &mut |action| {
+                if let Action::Log(LogEntry::Loaded { reason: said, .. }) = action {
+                    reason = Some(said);
+                }
+            },
+        );
         assert!(device.procedure().live().is_none());
         reason.unwrap()
     };
