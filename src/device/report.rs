@@ -57,7 +57,7 @@ const LEFT_OUT: u8 = AXIS + 1;
 const OUTCOME: u8 = LEFT_OUT + crate::identification::outcome::MAX_REJECTED as u8;
 
 /// Positions that are looked at in one call; most have nothing to say.
-const POSITIONS_A_CALL: usize = 16;
+const POSITIONS_A_CALL: usize = 4;
 
 /// What is being worked out for the next message, a slice a tick.
 #[derive(Debug, Clone, Copy)]

@@ -2,7 +2,8 @@
 
 use super::json;
 use glenoid::can::{BaseId, Operation, ParameterRequest};
-use glenoid::parameters::{Kind, ParameterSet, TABLE, find};
+use glenoid::parameters::{Config, Kind, ParameterSet, TABLE, find};
+use glenoid::procedure::ModuleRig;
 use glenoid::restart::Restart;
 use glenoid::rig::Rig;
 use glenoid::slcan;
@@ -51,7 +52,8 @@ pub fn rig_of(bytes: &[u8]) -> Result<Rig<f32>, String> {
         }
     }
     match set.config(Restart::default(), 0) {
-        Ok(config) => Ok(config.rig),
+        Ok(Config { rig: ModuleRig::Ball(rig), .. }) => Ok(rig),
+        Ok(Config { rig: ModuleRig::Hinge(_), .. }) => Err("an elbow".to_owned()),
         Err(contradiction) => Err(find(contradiction.index)
             .map_or_else(|| contradiction.index.to_string(), |(_, entry)| signal_name(entry.description().name))),
     }
