@@ -1,10 +1,10 @@
 //! `cargo rehearse --arm`: a shoulder's, an elbow's and a wrist's board on one bus, and a person with a whole arm.
 //!
 //! The modules are calibrated from the thorax outwards. What a module's cables show depends on its own joint alone, so that any
-//! order gives the same centres; but each module stands on the limb that the one before moves. From the thorax outwards, what
-//! is found is at every moment a chain that begins at the base and has no gap, whose end is known with its σ; and the
-//! centres in use are watched by their boards while the limb beyond is moved and pulled at: a strap that slips meanwhile
-//! is noticed. The other way round every centre found would hang on a limb of which nothing is known.
+//! order gives the same figures; but each module stands on the limb that the one before moves. From the thorax outwards, what
+//! is found is at every moment a chain that begins at the base and has no gap: where its last joint is, and how well that is
+//! known, can be said at once, and a session that is broken off leaves an arm that is known up to there. The other way round
+//! everything found would hang on a limb of which nothing is known until the shoulder is done.
 
 mod ball;
 mod bus;

@@ -175,7 +175,8 @@ impl Scene {
     fn by_the_host(&self) -> [String; 2] {
         let mut lengths = vec![[0.0; MAX_CABLES]; POSES as usize];
         for message in &self.heard {
-            if let Message::RawLength(RawLength { index, cable, set: PoseSet::Identification, length_mm, .. }) = message {
+            if let Message::RawLength(RawLength { index, cable, set: PoseSet::Identification, length_mm, .. }) = message
+            {
                 lengths[usize::from(*index)][usize::from(*cable) - 1] = *length_mm;
             }
         }
@@ -187,10 +188,7 @@ impl Scene {
             let numbers: Vec<f32> = vectors.iter().flat_map(|vector| vector.iter().copied()).collect();
             numbers.iter().map(|x| format!("{:08x}", x.to_bits())).collect::<Vec<_>>().join(" ")
         };
-        [
-            bits([*hinge.axis(), *hinge.foot_mm()]),
-            bits([hinge.axis_in_platform(), *hinge.foot_in_platform_mm()]),
-        ]
+        [bits([*hinge.axis(), *hinge.foot_mm()]), bits([hinge.axis_in_platform(), *hinge.foot_in_platform_mm()])]
     }
 
     /// The hinge in use as the board shows it on query, 13 frames.
@@ -222,8 +220,7 @@ pub fn an_elbow_is_calibrated_and_kept(image: &Path) -> Result<(), Failed> {
     scene.heard.clear();
     assert_eq!(scene.command(Opcode::Verify, 0)?.code, Reason::Fine);
     scene.wait_for_state(StateName::Review)?;
-    let naming =
-        scene.wait("name", |m| if let Message::CandidateNaming(naming) = m { Some(*naming) } else { None })?;
+    let naming = scene.wait("name", |m| if let Message::CandidateNaming(naming) = m { Some(*naming) } else { None })?;
     scene.wait("whole report", |m| matches!(m, Message::Outcome(_)).then_some(()))?;
     scene.nonce += 1;
     let accepted = scene.ask(Request::naming(Opcode::Accept, scene.nonce, &naming))?;
