@@ -3,6 +3,8 @@
 //! Every scale is a power of two. Scaling an `f32` by it is exact, so the only loss is the one rounding that the
 //! frame's resolution asks for, and a client that computes in another precision gets the same integer.
 
+use crate::scalar::rounded;
+
 /// How an integer field of a frame stands for a physical value: `value = raw * 2^exponent`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Scale {
@@ -41,8 +43,9 @@ fn power_of_two(exponent: i8) -> f32 {
 ///
 /// None when the value is NaN or infinite or does not fit: such a value must be reported as a fault and never as a
 /// number.
+#[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
 pub fn to_raw(value: f32, scale: Scale) -> Option<u32> {
-    let steps = libm::roundf(value * power_of_two(scale.exponent.saturating_neg()));
+    let steps = rounded(value * power_of_two(scale.exponent.saturating_neg()));
     // 2^bits or 2^(bits-1) itself is representable, the largest integer below it may not be: compare with `<`.
     let (low, end) = if scale.signed {
         let half = power_of_two(scale.bits as i8 - 1);

@@ -48,6 +48,7 @@ pub use status_led::BlinkPattern;
 
 use crate::can::command::Request;
 use crate::can::health::BusHealth;
+use crate::can::hinge::HingeAngle;
 use crate::can::status::{Answer, Counters, Versions};
 use crate::can::watch::WatchReport;
 use crate::can::{BaseId, Frame, ParameterAnswer, ParameterRequest};
@@ -259,6 +260,8 @@ pub struct Device {
     live_out: OutgoingLive,
     telemetry_out: OutgoingTelemetry,
     telemetry_in_work: Option<TelemetryInWork>,
+    /// Goes out with the next frame of the telemetry.
+    angle_out: Option<HingeAngle>,
     /// The state and run in which the press under way began.
     press_began: Option<(StateName, u16)>,
     confirming: ConfirmingPresses,
@@ -342,6 +345,7 @@ impl Device {
             live_out: OutgoingLive::every(u32::from(config.live_period_ms)),
             telemetry_out: OutgoingTelemetry::every(sets::period_ms(config.telemetry_hz)),
             telemetry_in_work: None,
+            angle_out: None,
             press_began: None,
             confirming: ConfirmingPresses::default(),
             constants: seal_of_rig(&config.rig, &config.limits),

@@ -71,6 +71,7 @@ fn seal_of_hinge(live: &ElbowCandidate, serial: u32, rig: u32) -> u32 {
     sum.0
 }
 
+#[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
 fn seal_of_ball(live: &Candidate, serial: u32, rig: u32) -> u32 {
     let Candidate { run_id, boot, wearer, identified, motion, verification } = live;
     let mut sum = Sum(0x811C_9DC5);

@@ -2,6 +2,7 @@
 
 use super::{Action, Device};
 use crate::can::Message;
+use crate::can::hinge::HingeAngle;
 use crate::can::live_set::{LIVE_SET_FRAMES, LIVE_SET_LEN};
 use crate::can::set::piece;
 use crate::can::telemetry::{TELEMETRY_FRAMES, TELEMETRY_LEN, Telemetry};
@@ -117,6 +118,7 @@ impl Device {
         match self.telemetry_in_work.take() {
             None => {
                 self.telemetry_in_work = self.telemetry(now_ms);
+                self.form_angle(now_ms);
                 if self.telemetry_in_work.is_none() {
                     self.telemetry_out.leave_out(now_ms);
                 }
@@ -135,6 +137,11 @@ impl Device {
         }
     }
 
+    /// A set is under way.
+    pub(super) fn has_pieces(&self) -> bool {
+        self.live_out.next < LIVE_SET_FRAMES || self.telemetry_out.next < TELEMETRY_FRAMES
+    }
+
     /// Sends a frame of each set that is under way.
     pub(super) fn send_pieces(&mut self, out: &mut impl FnMut(Action)) {
         if let Some(bytes) = self.live_out.next_piece(LIVE_SET_FRAMES) {
@@ -142,6 +149,9 @@ impl Device {
         }
         if let Some(bytes) = self.telemetry_out.next_piece(TELEMETRY_FRAMES) {
             self.send(&Message::Telemetry(bytes), out);
+            if let Some(angle) = self.angle_out.take() {
+                self.send(&Message::HingeAngle(angle), out);
+            }
         }
     }
 
@@ -175,6 +185,19 @@ impl Device {
             },
         };
         Some(TelemetryInWork { telemetry, pose: pose.filter(|_| self.slip_monitor.live_joint().is_some()) })
+    }
+
+    /// How far the hinge in use bends now: goes out with the set.
+    fn form_angle(&mut self, now_ms: u32) {
+        let Some(counts) = self.counts.filter(|_| self.procedure.fault(now_ms).is_none()) else { return };
+        let run_id = self.procedure.live().map_or(0, |live| live.run_id());
+        self.angle_out = self.procedure.angle(&counts).map(|followed| HingeAngle {
+            run_id,
+            // modulo 2^16
+            time_ms: now_ms as u16,
+            angle_rad: followed.angle_rad,
+            residual_mm: followed.residual_mm.min(HingeAngle::MAX_RESIDUAL_MM),
+        });
     }
 
     /// The same of an elbow: its lengths, and 0 for cables that it has not.

@@ -23,10 +23,19 @@ impl Device {
         let sending = self.sending_that_is_due(now_ms);
         // An accepted centre is stored before anything else.
         let may_wait = self.is_busy() && !self.keep_is_due && !self.computing_waited;
-        let computing_waits = sending.is_some() && may_wait;
+        let computing_waits = (sending.is_some() || self.has_pieces()) && may_wait;
         self.computing_waited = computing_waits;
         let has_computed = !computing_waits && self.compute(now_ms, out);
-        match sending.filter(|_| !has_computed) {
+        if !has_computed {
+            self.send_what_is_due(sending, now_ms, out);
+        }
+        self.tick_button(now_ms, out);
+        self.report_fault(now_ms, out);
+        self.show(now_ms, out);
+    }
+
+    fn send_what_is_due(&mut self, sending: Option<Sending>, now_ms: u32, out: &mut impl FnMut(Action)) {
+        match sending {
             Some(Sending::Heartbeat) => {
                 self.check_live(out);
                 self.send_heartbeat(now_ms, out);
@@ -36,10 +45,7 @@ impl Device {
             Some(Sending::Report) => self.send_report(now_ms, out),
             None => {}
         }
-        self.tick_button(now_ms, out);
-        self.report_fault(now_ms, out);
         self.send_pieces(out);
-        self.show(now_ms, out);
     }
 
     fn sending_that_is_due(&self, now_ms: u32) -> Option<Sending> {

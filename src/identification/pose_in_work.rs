@@ -17,7 +17,7 @@ use nalgebra::{Matrix3, Vector3};
 /// Columns a call.
 const COLUMNS_A_CALL: usize = 8;
 /// Entries of the normal matrix a call.
-const ENTRIES_A_CALL: usize = 256;
+const ENTRIES_A_CALL: usize = 224;
 
 /// The pose that is being added, with all that its columns need.
 #[derive(Clone, Debug)]
@@ -40,6 +40,8 @@ pub struct PoseInWork<T> {
 /// What is next of a pose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Next {
+    /// What it says: where it is is known.
+    Begin,
     /// More columns.
     Columns,
     /// This row of the normal matrix, all columns being known.
@@ -77,22 +79,46 @@ impl<T: Real> PoseInWork<T> {
 
     /// Begins with a pose, in place of the one before.
     pub fn begin(&mut self, at: &PoseAt<'_, T>, pose: &MarginalInformation<T>, weight: T) {
-        self.rotation = *at.rotation;
-        self.lengths = *at.lengths;
-        self.jacobian = *at.jacobian;
+        self.prepare(at.rotation, at.lengths, *at.jacobian);
+        self.begin_prepared(pose, weight);
+    }
+
+    /// The first half of that: where the pose is.
+    pub fn prepare(&mut self, rotation: &Matrix3<T>, lengths: &CableLengths<T>, jacobian: LengthJacobian<T>) {
+        self.rotation = *rotation;
+        self.lengths = *lengths;
+        self.jacobian = jacobian;
+        self.next = Next::Begin;
+    }
+
+    /// The second: what it says.
+    pub fn begin_prepared(&mut self, pose: &MarginalInformation<T>, weight: T) {
         self.features = None;
         self.projector = pose.projector();
         self.translation = pose.translation;
         self.residuals_mm = pose.residuals_mm;
         self.weight = weight;
         self.columns.clear();
-        self.of_centre = columns_of_centre(at, pose);
+        let at = PoseAt { rotation: &self.rotation, lengths: &self.lengths, jacobian: &self.jacobian };
+        self.of_centre = columns_of_centre(&at, pose);
         self.next = Next::Columns;
     }
 
-    /// Is it not in the equations yet?
+    /// If it has not begun, it is not to.
+    pub fn forget_prepared(&mut self) {
+        if self.next == Next::Begin {
+            self.next = Next::Nothing;
+        }
+    }
+
+    /// Has it begun, and is it not in the equations yet?
     pub fn is_under_way(&self) -> bool {
-        self.next != Next::Nothing
+        matches!(self.next, Next::Columns | Next::Row(_))
+    }
+
+    /// The Jacobian of a pose that is prepared; `None` of any other.
+    pub fn prepared(&self) -> Option<&LengthJacobian<T>> {
+        (self.next == Next::Begin).then_some(&self.jacobian)
     }
 
     /// The next few columns, then the next few rows into the equations; true when all are in.
@@ -108,7 +134,7 @@ impl<T: Real> PoseInWork<T> {
                 self.next = self.add_rows(row, equations);
                 self.next == Next::Nothing
             }
-            Next::Nothing => true,
+            Next::Begin | Next::Nothing => true,
         }
     }
 

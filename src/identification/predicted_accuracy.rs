@@ -26,7 +26,7 @@ use crate::scalar::Real;
 use nalgebra::{Matrix3, UnitQuaternion};
 
 /// Multiplications of a slice of the factorization.
-const PRODUCTS_A_SLICE: usize = 700;
+const PRODUCTS_A_SLICE: usize = 600;
 
 /// Unknowns at the most: the machine's constants, O and C. The estimator's equations have room for more.
 const UNKNOWNS: usize = MAX_MACHINE + CENTRE_UNKNOWNS;
@@ -186,6 +186,9 @@ impl<T: Real> PredictedAccuracy<T> {
                 // The nominal centre serves until the pivot calibration of the poses has a solution.
                 if let Ok(centre) = self.calibration.solve() {
                     self.centre = centre;
+                }
+                if machine.parameters() > 0 && !scratch.has_room() {
+                    scratch.make_room(pose.lengths());
                 }
                 self.step = Step::See(attitude);
             }

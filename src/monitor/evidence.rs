@@ -42,6 +42,9 @@ pub struct Warning<T> {
     pub chi_square: [T; 2],
 }
 
+/// A cause, the squares that it explains, mm², and how many unknowns it has; `None` where the evidence does not determine it.
+pub(super) type Explanation<T> = Option<(Cause<T>, T, i32)>;
+
 /// Sums over the samples of a stretch of motion.
 #[derive(Clone, Debug)]
 pub(super) struct Evidence<T> {
@@ -71,7 +74,7 @@ impl<T: Real> Evidence<T> {
         self.samples
     }
 
-    /// Adds a sample with the arm's rotation ({P} to {B}).
+    /// Adds a sample with the arm's rotation ({P} to {B}), without what it says of single cables.
     #[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
     pub fn add(&mut self, rotation: &Matrix3<T>, pose: &MarginalInformation<T>) {
         self.samples = self.samples.saturating_add(1);
@@ -82,6 +85,10 @@ impl<T: Real> Evidence<T> {
         self.cuff.0 += rotation.tr_mul(&(information * rotation));
         self.cuff.1 -= rotation.tr_mul(gradient);
         self.add_growing(information, gradient, elevation(rotation));
+    }
+
+    /// Adds what the same sample says of single cables.
+    pub fn add_cables(&mut self, pose: &MarginalInformation<T>) {
         for ((weight, gradient), column) in self.cables.iter_mut().zip(&pose.projector()) {
             *weight += column.norm_squared();
             *gradient += column.dot(&pose.residuals_mm);
@@ -104,15 +111,15 @@ impl<T: Real> Evidence<T> {
     }
 
     /// The cause that explains the evidence; `None` when there is nothing to explain. `usual`: χ² per degree of
-    /// freedom before the suspicion, 1 or more.
-    pub fn judge(&self, variance_mm2: T, suspicious: T, usual: T) -> Option<Warning<T>> {
+    /// freedom before the suspicion, 1 or more. `drift`: what [`drift`](Self::drift) found before.
+    pub fn judge(&self, variance_mm2: T, suspicious: T, usual: T, drift: Explanation<T>) -> Option<Warning<T>> {
         let before = self.left(T::zero(), 0) / variance_mm2;
         if before < suspicious {
             return None;
         }
         // From the simplest cause to the richest: the first that explains everything is named, else the best of all.
         let mut best = Warning { cause: Cause::Unknown, chi_square: [before, before] };
-        let causes = [self.cable(), self.strap(), self.cuff(), self.drift()];
+        let causes = [self.cable(), self.strap(), self.cuff(), drift];
         for (cause, explained, unknowns) in causes.into_iter().flatten() {
             let after = self.left(explained, unknowns) / variance_mm2;
             if after <= T::of(EXPLAINED) && after < best.chi_square[1] {
@@ -133,7 +140,7 @@ impl<T: Real> Evidence<T> {
         (self.squares - explained).max(T::zero()) / T::of_integer(freedom)
     }
 
-    fn cable(&self) -> Option<(Cause<T>, T, i32)> {
+    fn cable(&self) -> Explanation<T> {
         let explained = |&(weight, gradient): &(T, T)| {
             if weight > T::zero() { gradient * gradient / weight } else { T::zero() }
         };
@@ -144,17 +151,18 @@ impl<T: Real> Evidence<T> {
         (weight > T::zero()).then(|| (Cause::CableSlipped { cable, error_mm: gradient / weight }, explained(best), 1))
     }
 
-    fn strap(&self) -> Option<(Cause<T>, T, i32)> {
+    fn strap(&self) -> Explanation<T> {
         let (moved, explained) = moved(&self.strap.0, &self.strap.1)?;
         Some((Cause::StrapSlipped(moved), explained, 3))
     }
 
-    fn cuff(&self) -> Option<(Cause<T>, T, i32)> {
+    fn cuff(&self) -> Explanation<T> {
         let (moved, explained) = moved(&self.cuff.0, &self.cuff.1)?;
         Some((Cause::CuffSlipped(moved), explained, 3))
     }
 
-    fn drift(&self) -> Option<(Cause<T>, T, i32)> {
+    /// A centre that moves with the arm's elevation as the cause; half of the work of judging.
+    pub fn drift(&self) -> Explanation<T> {
         let mut drift = self.drift;
         drift.factor().ok()?;
         let step = drift.step();

@@ -24,7 +24,7 @@ mod evidence;
 
 pub use self::evidence::{Cause, Warning};
 
-use self::evidence::Evidence;
+use self::evidence::{Evidence, Explanation};
 use crate::identification::joint::Joint;
 use crate::identification::machine::{Machine, MachineDeviation};
 use crate::identification::marginal_information::MarginalInformation;
@@ -73,8 +73,7 @@ pub enum DetectorState {
 enum Look<T: Real> {
     /// Nothing.
     No,
-    /// Its rotation is searched for, one assembly mode a sample, while none is known: from the lengths, corrected, that the
-    /// search began with.
+    /// Its rotation is searched for, one assembly mode a slice, while none is known: from its lengths, corrected.
     Search(CableLengths<T>, AttitudeSearch<T>),
     /// Its rotation is looked for, from that of the sample before. A moving centre is taken where that has it.
     Track(JointCentre<T>, AttitudeTrack<T>),
@@ -84,8 +83,12 @@ enum Look<T: Real> {
     See(UnitQuaternion<T>),
     /// It is added to the evidence.
     Add(UnitQuaternion<T>),
-    /// The evidence is judged.
-    Judge,
+    /// So is what it says of single cables.
+    AddCables(UnitQuaternion<T>),
+    /// A drift is looked for in the evidence.
+    Drift,
+    /// The evidence is judged, with that.
+    Judge(Explanation<T>),
 }
 
 /// The slip detector of one accepted centre.
@@ -182,8 +185,7 @@ impl<T: Real> SlipDetector<T> {
     /// Takes in a sample of raw lengths. Returns a warning once, when a decision falls for one.
     ///
     /// Cost: comparing six lengths while the arm is still; else one rotation fit from the sample before and one
-    /// elimination. A sample that fits no rotation is not counted; from the next one on the rotation is searched for, one
-    /// assembly mode a sample.
+    /// elimination. A sample that fits no rotation is not counted; that of the next one is searched for.
     pub fn sample(&mut self, lengths: &CableLengths<T>) -> Option<Warning<T>> {
         self.begin(lengths);
         loop {
@@ -196,7 +198,7 @@ impl<T: Real> SlipDetector<T> {
 
     /// The same a slice at a time: begins with a sample. One that is still being looked at is given up.
     pub fn begin(&mut self, lengths: &CableLengths<T>) {
-        let Some(before) = self.attitude else { return self.search(lengths) };
+        let Some(before) = self.attitude else { return self.begin_search(lengths) };
         self.look = Look::No;
         if !self.has_moved(lengths) {
             return;
@@ -210,16 +212,19 @@ impl<T: Real> SlipDetector<T> {
 
     /// There is more to be made of the sample.
     pub fn is_looking(&self) -> bool {
-        !matches!(self.look, Look::No | Look::Search(..))
+        !matches!(self.look, Look::No)
     }
 
     /// The next slice. Returns a warning once, when a decision falls for one.
     #[cfg_attr(feature = "ccm", inline(never), unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
     pub fn advance(&mut self) -> Option<Warning<T>> {
+        if let Look::Search(..) = self.look {
+            self.search();
+            return None;
+        }
         let lengths = self.corrected(self.counted.as_ref()?)?;
         match core::mem::replace(&mut self.look, Look::No) {
-            Look::No => {}
-            search @ Look::Search(..) => self.look = search,
+            Look::No | Look::Search(..) => {}
             Look::Track(centre, mut track) => {
                 let solver = AttitudeSolver { geometry: &self.geometry, centre: &centre };
                 match track.advance(&solver, &lengths, CableSet::ALL) {
@@ -249,11 +254,18 @@ impl<T: Real> SlipDetector<T> {
             Look::Add(attitude) => {
                 let pose = self.scattered(&attitude, &lengths)?;
                 self.evidence.add(&rotation_of(&attitude), &pose);
+                self.look = Look::AddCables(attitude);
+            }
+            // All at once would be the longest tick of the board.
+            Look::AddCables(attitude) => {
+                let pose = self.scattered(&attitude, &lengths)?;
+                self.evidence.add_cables(&pose);
                 if self.evidence.samples() >= SAMPLES && self.span >= T::of(SPAN_RAD) {
-                    self.look = Look::Judge;
+                    self.look = Look::Drift;
                 }
             }
-            Look::Judge => return self.judge(),
+            Look::Drift => self.look = Look::Judge(self.evidence.drift()),
+            Look::Judge(drift) => return self.judge(drift),
         }
         None
     }
@@ -267,9 +279,12 @@ impl<T: Real> SlipDetector<T> {
     /// The same, the joint's scatter eliminated too.
     #[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
     fn scattered(&self, attitude: &UnitQuaternion<T>, lengths: &CableLengths<T>) -> Option<MarginalInformation<T>> {
-        let mut pose = self.information(attitude, lengths)?;
-        pose.add_scatter(self.joint.scatter_mm2() / self.variance_mm2);
-        Some(pose)
+        // Changed where it stays: a copy takes 200 cycles.
+        let mut pose = self.information(attitude, lengths);
+        if let Some(pose) = &mut pose {
+            pose.add_scatter(self.joint.scatter_mm2() / self.variance_mm2);
+        }
+        pose
     }
 
     /// The lengths without what was found with the centre.
@@ -300,24 +315,26 @@ impl<T: Real> SlipDetector<T> {
         }
     }
 
-    /// Tries the next assembly mode of the sample that the search began with. After the last one the best counts, and the next
-    /// samples are tracked from it: the arm has moved by a few degrees meanwhile at most.
-    fn search(&mut self, lengths: &CableLengths<T>) {
-        let (lengths, mut search) = match self.look {
-            Look::Search(lengths, search) => (lengths, search),
-            _ => match self.corrected(lengths) {
-                Some(lengths) => (lengths, AttitudeSearch::new()),
-                None => return,
-            },
-        };
+    /// Begins the search for the rotation of a sample; one that is under way goes on.
+    fn begin_search(&mut self, lengths: &CableLengths<T>) {
+        if let Look::Search(..) = self.look {
+            return;
+        }
+        if let Some(lengths) = self.corrected(lengths) {
+            self.look = Look::Search(lengths, AttitudeSearch::new());
+        }
+    }
+
+    /// Tries the next assembly mode. After the last one the best counts, and the next samples are tracked from it: the arm has
+    /// moved by a few degrees meanwhile at most.
+    fn search(&mut self) {
+        let Look::Search(lengths, search) = &mut self.look else { return };
         // About a fixed centre: a moving one is included when the next samples are tracked.
         let solver = AttitudeSolver { geometry: &self.geometry, centre: &self.centre };
-        self.look = if search.advance(&solver, &lengths, CableSet::ALL) {
+        if search.advance(&solver, lengths, CableSet::ALL) {
             self.attitude = search.best().map(|fit| fit.attitude);
-            Look::No
-        } else {
-            Look::Search(lengths, search)
-        };
+            self.look = Look::No;
+        }
     }
 
     fn has_moved(&self, lengths: &CableLengths<T>) -> bool {
@@ -326,8 +343,8 @@ impl<T: Real> SlipDetector<T> {
         })
     }
 
-    fn judge(&mut self) -> Option<Warning<T>> {
-        let warning = self.evidence.judge(self.variance_mm2, T::of(SUSPICIOUS), self.usual.max(T::one()));
+    fn judge(&mut self, drift: Explanation<T>) -> Option<Warning<T>> {
+        let warning = self.evidence.judge(self.variance_mm2, T::of(SUSPICIOUS), self.usual.max(T::one()), drift);
         self.state = if warning.is_some() { DetectorState::Warned } else { DetectorState::Quiet };
         if warning.is_none() {
             self.chi_square = T::one();

@@ -199,9 +199,8 @@ fn the_slices_give_to_the_bit_what_one_piece_gave() {
         let found = in_slices(&mut case.estimator::<T>(), &mut poses);
         checksum(&found, &poses)
     }
-    for (case, (name, double, single)) in cases().iter().zip(IN_ONE_PIECE) {
-        assert_eq!((case.name, of::<f64>(case), of::<f32>(case)), (name, double, single));
-    }
+    let found: Vec<_> = cases().iter().map(|case| (case.name, of::<f64>(case), of::<f32>(case))).collect();
+    assert_eq!(found, IN_ONE_PIECE);
 }
 
 /// What another set has left in it, finished or not, does not get into the next result.

@@ -59,7 +59,7 @@ impl<T: Real> Check<T> {
         let is_used = is_last || poses.get(pose).is_some_and(Pose::is_used);
         let Some(pass) = &mut self.pass else {
             if is_used {
-                fit.begin_pass(machine);
+                fit.begin_pass();
                 (self.pass, self.is_summed) = (Some(Pass::default()), false);
             } else {
                 self.candidates.next += 1;

@@ -48,8 +48,10 @@ pub(super) struct Compare<T: Real> {
 
 #[derive(Clone, Copy, Debug)]
 enum Step<T> {
-    /// The equations are to hold the priors of an unmeasured machine only.
+    /// The equations are to be empty.
     Begin,
+    /// They are to hold the priors of an unmeasured machine.
+    Priors,
     /// The poses are summed.
     Sum(Sum<T>),
     /// The normal equations are factored.
@@ -81,7 +83,17 @@ impl<T: Real> Compare<T> {
     pub fn advance(&mut self, fit: &mut Fit<T>, machine: &Machine<T>, poses: &[Pose<T>]) -> Option<Next<T>> {
         match &mut self.step {
             Step::Begin => {
-                self.step = begin_pass(fit, machine, &self.estimate);
+                fit.scratch = Scratch::Free;
+                fit.equations.clear(self.estimate.count() + CENTRE_UNKNOWNS);
+                self.step = Step::Priors;
+                None
+            }
+            Step::Priors => {
+                let variance = fit.variance_mm2();
+                let model = Model { machine, estimate: &self.estimate, joint: &Joint::Ball, features: None };
+                model.add_prior(&mut fit.equations, 0, variance);
+                let centre = CentreSums::default();
+                self.step = Step::Sum(Sum { next: 0, track: None, attitude: None, used: 0, centre });
                 None
             }
             Step::Sum(sum) => {
@@ -191,14 +203,4 @@ impl<T: Real> Sum<T> {
         fit.equations.add_squares(information.squares_mm2() * weight);
         fit.scratch.put_pose(&at, &information, weight);
     }
-}
-
-/// The equations hold the priors of an unmeasured machine.
-fn begin_pass<T: Real>(fit: &mut Fit<T>, machine: &Machine<T>, estimate: &MachineEstimate<T>) -> Step<T> {
-    let variance = fit.variance_mm2();
-    fit.scratch = Scratch::Free;
-    fit.equations.clear(estimate.count() + CENTRE_UNKNOWNS);
-    Model { machine, estimate, joint: &Joint::Ball, features: None }.add_prior(&mut fit.equations, 0, variance);
-    let centre = CentreSums::default();
-    Step::Sum(Sum { next: 0, track: None, attitude: None, used: 0, centre })
 }

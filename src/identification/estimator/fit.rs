@@ -7,7 +7,7 @@ use crate::identification::machine::{Machine, MachineEstimate};
 use crate::identification::marginal_information::MarginalInformation;
 use crate::identification::noise::Residuals;
 use crate::identification::outcome::{Identified, rms_residual};
-use crate::identification::parameters::{CENTRE_UNKNOWNS, CentreSums, Equations, ParameterBlock, PoseAt};
+use crate::identification::parameters::{CENTRE_UNKNOWNS, CentreSums, Equations, ParameterBlock};
 use crate::identification::pose::{Pose, PoseState};
 use crate::identification::refusal::Refusal;
 use crate::identification::settings::{EstimatorSettings, Noise};
@@ -58,6 +58,8 @@ pub(super) struct Pass<T> {
     pub next: usize,
     /// Poses with a weight above zero.
     pub used: usize,
+    /// The priors are in.
+    has_priors: bool,
     /// The search for the rotation of the next pose, or that it is over.
     search: Search<T>,
     /// Of O and C alone.
@@ -79,7 +81,14 @@ enum Search<T> {
 
 impl<T: Real> Default for Pass<T> {
     fn default() -> Self {
-        Self { next: 0, used: 0, search: Search::No, centre: CentreSums::default(), squared_gradients: T::zero() }
+        Self {
+            next: 0,
+            used: 0,
+            has_priors: false,
+            search: Search::No,
+            centre: CentreSums::default(),
+            squared_gradients: T::zero(),
+        }
     }
 }
 
@@ -135,10 +144,13 @@ impl<T: Real> Fit<T> {
         self.residuals.noise_mm * self.residuals.noise_mm
     }
 
-    /// Before a pass: the equations hold the priors only.
-    pub fn begin_pass(&mut self, machine: &Machine<T>) {
+    /// Before a pass: the equations are empty.
+    pub fn begin_pass(&mut self) {
         self.scratch = Scratch::Free;
         self.equations.clear(self.parameters() + CENTRE_UNKNOWNS);
+    }
+
+    fn add_priors(&mut self, machine: &Machine<T>) {
         let model = Model { machine, estimate: &self.estimate, joint: &self.joint, features: None };
         model.add_prior(&mut self.equations, 0, self.residuals.noise_mm * self.residuals.noise_mm);
         // The held phase is a prior for a moving centre only; a ball is judged by its own poses.
@@ -149,7 +161,7 @@ impl<T: Real> Fit<T> {
         }
     }
 
-    /// Adds the next pose of the pass with its weight and refines its rotation; false after the last. Poses whose χ² is
+    /// Adds the priors, then the next pose of the pass with its weight, and refines its rotation; false after the last. Poses whose χ² is
     /// above `reinitialise_above` are re-initialised from the known centre first, in the assembly mode that fits best: that
     /// takes a call for each mode. With parameters beside the centre a pose takes some calls more.
     pub fn add_next_pose(
@@ -164,6 +176,10 @@ impl<T: Real> Fit<T> {
             let features = in_work.features(&self.joint);
             let model = Model { machine, estimate: &self.estimate, joint: &self.joint, features };
             in_work.advance(&model, &mut self.equations);
+            return true;
+        }
+        if !core::mem::replace(&mut pass.has_priors, true) {
+            self.add_priors(machine);
             return true;
         }
         let index = pass.next;
@@ -187,10 +203,21 @@ impl<T: Real> Fit<T> {
             }
             return true;
         }
+        if self.parameters() > 0 && pose.is_placed() && self.scratch.prepared().is_none() {
+            // It has been searched for, if it had to be.
+            pass.search = Search::Over;
+            let lengths = self.estimate.corrected(machine, pose.lengths());
+            let rotation = pose.rotation();
+            let jacobian = self.jacobian(&rotation, &lengths);
+            self.scratch.prepare(&rotation, &lengths, jacobian);
+            return true;
+        }
         pass.search = Search::No;
         pass.next += 1;
         if pose.is_placed() {
             self.add_placed(pass, index, machine, pose, weights);
+            // Without weight it does not go to work.
+            self.scratch.forget_prepared();
         }
         true
     }
@@ -235,13 +262,17 @@ impl<T: Real> Fit<T> {
         weights: &Weights<T>,
     ) {
         let was_used = pose.is_used();
-        let lengths = self.estimate.corrected(machine, pose.lengths());
         let rotation = pose.rotation();
-        let jacobian = self.jacobian(&rotation, &lengths);
         if !matches!(weights, Weights::Without { .. }) {
             pose.state = PoseState::Placed;
         }
-        let mut information = MarginalInformation::new(&jacobian);
+        let mut information = match self.scratch.prepared() {
+            Some(jacobian) => MarginalInformation::new(jacobian),
+            None => {
+                let lengths = self.estimate.corrected(machine, pose.lengths());
+                MarginalInformation::new(&self.jacobian(&rotation, &lengths))
+            }
+        };
         let Ok(information) = &mut information else { return };
         pose.refine_attitude(turned(pose.attitude(), &information.turn));
         let relative_variance = machine.relative_variance(pose.samples);
@@ -264,8 +295,7 @@ impl<T: Real> Fit<T> {
             pass.centre.add(&rotation, information, weight);
             self.equations.add_squares(information.squares_mm2() * weight);
             if self.parameters() > 0 {
-                let at = PoseAt { rotation: &rotation, lengths: &lengths, jacobian: &jacobian };
-                self.scratch.put_pose(&at, information, weight);
+                self.scratch.begin_prepared(information, weight);
             }
         }
     }

@@ -66,7 +66,7 @@ pub(super) struct Refine<T> {
 #[derive(Clone, Copy, Debug)]
 #[repr(u32)]
 enum Step<T> {
-    /// The equations are to hold the priors only.
+    /// The equations are to be empty.
     Begin,
     /// The poses are summed.
     Sum,
@@ -89,7 +89,7 @@ impl<T: Real> Refine<T> {
         let Self { plan, pass, step } = self;
         match step {
             Step::Begin => {
-                fit.begin_pass(machine);
+                fit.begin_pass();
                 *step = Step::Sum;
                 None
             }

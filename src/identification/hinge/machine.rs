@@ -53,7 +53,7 @@ pub struct HingeMachine<T: Real> {
 
 impl<T: Real> HingeMachine<T> {
     /// The machine as stated.
-    // Not inlined, as `Fit::new` and `Scratch::new`: what is built once may be called.
+    // Not inlined: it is called twice where an estimator is made.
     #[inline(never)]
     pub fn new(rig: &HingeRig<T>) -> Self {
         let (zero, one) = (T::zero(), T::one());

@@ -38,6 +38,7 @@
 //! assert!(error.iter().all(|error| error.abs() < 1e-4), "{error:?}");
 //! ```
 
+mod angle;
 mod carry;
 mod estimator;
 mod fit;
@@ -53,6 +54,7 @@ mod settings;
 mod starts;
 mod verify;
 
+pub use angle::{FollowedAngle, HingeAngles};
 pub use estimator::{HingeEstimator, HingeProgress, StageName};
 pub use joint::{HINGE_UNKNOWNS, Hinge, across};
 pub use judge::MIN_POSES;

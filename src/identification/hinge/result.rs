@@ -31,12 +31,12 @@ pub struct IdentifiedHinge<T: Real> {
 
 impl<T: Real> IdentifiedHinge<T> {
     /// Nothing but places to fill: a hinge and a machine.
-    #[inline(never)]
-    pub(super) fn at(hinge: &Hinge<T>, machine: &HingeMachine<T>) -> Self {
+    #[inline(always)]
+    pub(super) fn at(hinge: &Hinge<T>, machine: HingeMachine<T>) -> Self {
         Self {
             hinge: *hinge,
             covariance: SMatrix::zeros(),
-            machine: machine.clone(),
+            machine,
             noise_mm: T::zero(),
             rms_residual_mm: T::zero(),
             flexion_rad: T::zero(),

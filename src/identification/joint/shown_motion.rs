@@ -4,6 +4,7 @@ use super::arm_frame::{ArmFrame, FEATURES, SHOWN_FEATURES};
 use super::moving_centre::MovingCentre;
 use super::scatter::Scatter;
 use crate::kinematics::rotation::{nearest_attitude, rotation_of};
+use crate::scalar;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 /// Parts of three numbers: the six columns of A that are shown, then scatter and standard deviations, then the frame.
@@ -91,7 +92,7 @@ impl ShownMotion {
 
 /// Three numbers in steps; `None` when one does not fit or is none.
 fn rounded(values: [f32; 3], steps: f32) -> Option<[i16; 3]> {
-    let scaled = values.map(|value| libm::roundf(value * steps));
+    let scaled = values.map(|value| scalar::rounded(value * steps));
     // Written so that NaN fails.
     scaled.iter().all(|steps| steps.abs() <= MAX).then(|| scaled.map(|steps| steps as i16))
 }

@@ -117,7 +117,7 @@ impl ElbowProcedure {
             return Reply::refused(fault.reason, u16::from(fault.cable));
         }
         self.end(now_ms, Trigger::Accept, Detail::of(Reason::Accepted));
-        self.live = Some(candidate);
+        self.take_into_use(candidate);
         Reply::FINE
     }
 

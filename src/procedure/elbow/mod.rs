@@ -24,7 +24,7 @@ use super::reason::Reason;
 use super::solve::Detail;
 use super::state::{PoseSet, StateName};
 use super::transition::{self, Trigger};
-use crate::identification::hinge::{HingeEstimator, HingePose, HingeSettings, MAX_CABLES};
+use crate::identification::hinge::{FollowedAngle, HingeAngles, HingeEstimator, HingePose, HingeSettings, MAX_CABLES};
 use crate::rig::CABLES;
 use set::Set;
 
@@ -103,6 +103,8 @@ pub struct ElbowProcedure {
     held_out: Set<HELD_OUT_CAPACITY>,
     ending: Option<Ending>,
     live: Option<ElbowCandidate>,
+    /// Of the hinge in use.
+    angles: Option<HingeAngles<f32>>,
 }
 
 impl State {
@@ -143,6 +145,7 @@ impl ElbowProcedure {
             held_out: Set::new(),
             ending: None,
             live: None,
+            angles: None,
         }
     }
 
@@ -163,9 +166,21 @@ impl ElbowProcedure {
             return Err(Reason::RecordUnfit);
         }
         if matches!(self.state, State::Idle) {
-            self.live = Some(live);
+            self.take_into_use(live);
         }
         Ok(())
+    }
+
+    fn take_into_use(&mut self, live: ElbowCandidate) {
+        self.angles = Some(self.estimator.angles_of(&live.found.hinge, &live.found.constants));
+        self.live = Some(live);
+    }
+
+    /// How far the joint in use bends where the counts stand so; `None` without a hinge in use, and while the angle is searched
+    /// for, a few calls long.
+    pub fn angle(&mut self, counts: &[i32; CABLES]) -> Option<FollowedAngle<f32>> {
+        let lengths_mm = self.rig.lengths_mm(counts, &[0.0; CABLES]).ok()?;
+        self.angles.as_mut()?.follow(&lengths_mm)
     }
 
     /// Sets whose arm the runs to come are made for; 0 = not said. Not while a run is under way.

@@ -90,12 +90,12 @@ impl FoundHinge {
         [of(foot) + along * of(axis), self.sigma(0, &follows)]
     }
 
-    /// 1σ of a linear function of the unknowns from `first` on.
+    /// 1σ of a linear function of the unknowns from `first` on. By the lower triangle, which is what a record holds.
     fn sigma(&self, first: usize, follows: &[f32]) -> f32 {
         let mut variance = 0.0;
         for (i, a) in follows.iter().enumerate() {
             for (j, b) in follows.iter().enumerate() {
-                variance += a * b * self.covariance.get((first + i, first + j)).copied().unwrap_or_default();
+                variance += a * b * self.covariance.get((first + i.max(j), first + i.min(j))).copied().unwrap_or_default();
             }
         }
         non_negative_root(variance)

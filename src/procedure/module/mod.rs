@@ -6,7 +6,6 @@ mod rig;
 pub use found::{FoundJoint, JointValue};
 pub use rig::ModuleRig;
 
-use super::Procedure;
 use super::arm::NotReady;
 use super::commands::Reply;
 use super::elbow::{ElbowCandidate, ElbowProcedure};
@@ -17,6 +16,8 @@ use super::outcome::{Candidate, Ending, PoseNotice};
 use super::reason::Reason;
 use super::solve::Detail;
 use super::state::{Command, PoseSet, StateName};
+use super::Procedure;
+use crate::identification::hinge::FollowedAngle;
 use crate::rig::{CABLES, Drum};
 
 /// The procedure of a module. Both kinds share their place.
@@ -242,6 +243,14 @@ impl ModuleProcedure {
     pub fn samples(&self, set: PoseSet, index: u8) -> Option<u16> {
         let procedure = self.ball().filter(|procedure| procedure.rig().sample_noise_mm() > 0.0)?;
         procedure.poses(set).get(usize::from(index)).map(|pose| pose.samples)
+    }
+
+    /// How far the hinge in use bends where the counts stand so; `None` for a ball.
+    pub fn angle(&mut self, counts: &[i32; CABLES]) -> Option<FollowedAngle<f32>> {
+        match self {
+            Self::Ball(_) => None,
+            Self::Hinge(procedure) => procedure.angle(counts),
+        }
     }
 
     /// What is wrong with the encoders now.

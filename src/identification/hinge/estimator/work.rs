@@ -1,8 +1,8 @@
 //! What the stages work on, and what they have done slice by slice.
 
 use crate::identification::hinge::fit::{Equations, Estimate, Fit, Minimise, Place, Scratch};
-use crate::identification::hinge::joint::{Hinge, is_direction};
-use crate::identification::hinge::machine::MAX_CONSTANTS;
+use crate::identification::hinge::joint::{HINGE_UNKNOWNS, Hinge, is_direction};
+use crate::identification::hinge::machine::{HingeMachine, MAX_CONSTANTS};
 use crate::identification::hinge::pose::HingePose;
 use crate::identification::hinge::result::IdentifiedHinge;
 use crate::identification::hinge::rig::HingeRig;
@@ -70,19 +70,25 @@ enum Task<T: Real> {
 
 impl<T: Real> Work<T> {
     /// Nothing to do.
+    // Inlined, as what it is made of, so that it is built where it stays: 25 KB of temporary copies on the stack otherwise.
+    #[inline(always)]
     pub fn new(rig: &HingeRig<T>, settings: HingeSettings<T>) -> Self {
         let (x, nowhere) = (nalgebra::Vector3::x(), nalgebra::Vector3::zeros());
-        let fit = Fit::new(rig, Hinge::through(&x, &nowhere, &x, &nowhere));
+        let hinge = Hinge::through(&x, &nowhere, &x, &nowhere);
         Self {
             rig: rig.clone(),
             settings,
             scratch: Scratch::new(),
             task: Task::Nothing,
-            kept: Kept { estimate: fit.estimate(), squares_mm2: T::zero(), equations: fit.equations },
+            kept: Kept {
+                estimate: (hinge, [T::zero(); MAX_CONSTANTS]),
+                squares_mm2: T::zero(),
+                equations: Equations::new(HINGE_UNKNOWNS),
+            },
             starts: Vec::new(),
             candidates: Vec::new(),
-            found: IdentifiedHinge::at(&fit.hinge, &fit.machine),
-            fit,
+            found: IdentifiedHinge::at(&hinge, HingeMachine::new(rig)),
+            fit: Fit::new(rig, hinge),
         }
     }
 

@@ -49,7 +49,7 @@ pub(super) struct Fit<T: Real> {
 
 impl<T: Real> Fit<T> {
     /// At the drawing, or anywhere.
-    #[inline(never)]
+    #[inline(always)]
     pub fn new(rig: &HingeRig<T>, hinge: Hinge<T>) -> Self {
         Self {
             hinge,

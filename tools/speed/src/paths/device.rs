@@ -73,7 +73,7 @@ fn add_costs(
         enough_poses: (poses.len() - VERIFICATION_POSES) as u8,
         verification_poses: VERIFICATION_POSES as u8,
         // As far apart as the problem's poses happen to be.
-        nearest_pose_rad: 0.001,
+        nearest_pose_rad: 0.003,
         collecting_timeout_ms: u32::MAX / 2,
         ..Settings::default()
     };
@@ -105,6 +105,10 @@ impl Bench<'_> {
         for pose in poses {
             bench.move_to(encoder_counts(rig, pose));
             bench.hold(HOLD_MS);
+            // Once more, by command: it is refused after the same search.
+            if matches!(bench.state(), StateName::Collecting | StateName::Verifying) {
+                bench.command(Opcode::Capture);
+            }
             if bench.state() == StateName::Identifying {
                 bench.hold(SOLVING_MS);
             }
