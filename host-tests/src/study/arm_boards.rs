@@ -17,7 +17,7 @@ pub const STUDY: Study = Study {
 };
 
 const METHOD: &str = "A trial is `cargo rehearse --arm` with a seed of its own and the devices of the three boards in this process, on one \
-    bus: told their rigs and identifiers, calibrated from the thorax outwards by 30 poses each with noise within ±0.1 mm, accepted, \
+    bus: told their rigs and identifiers, calibrated from the thorax outwards by 30 poses (the elbow by 20 angles) with noise within ±0.1 mm, accepted, \
     restarted; then the hand in three postures, from the lengths that the boards send, against where it is. Machines are as \
     drawn, mounts off by .3 mm and 2 mrad, which the chain is told. An arm counts when all three boards accept.";
 

@@ -75,7 +75,8 @@ impl<T: Real> HingeAngles<T> {
             return None;
         }
         // Within a turn, however often it was passed.
-        let angle_rad = if angle_rad.abs() > T::two_pi() { self.search.nearest_rad(lengths_mm, cables) } else { angle_rad };
+        let angle_rad =
+            if angle_rad.abs() > T::two_pi() { self.search.nearest_rad(lengths_mm, cables) } else { angle_rad };
         self.angle_rad = Some(angle_rad);
         let spare = T::of_integer(cables.saturating_sub(1).max(1) as i32);
         Some(FollowedAngle { angle_rad, residual_mm: non_negative_root(squares / spare) })

@@ -95,7 +95,8 @@ impl FoundHinge {
         let mut variance = 0.0;
         for (i, a) in follows.iter().enumerate() {
             for (j, b) in follows.iter().enumerate() {
-                variance += a * b * self.covariance.get((first + i.max(j), first + i.min(j))).copied().unwrap_or_default();
+                variance +=
+                    a * b * self.covariance.get((first + i.max(j), first + i.min(j))).copied().unwrap_or_default();
             }
         }
         non_negative_root(variance)

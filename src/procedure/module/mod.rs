@@ -6,6 +6,7 @@ mod rig;
 pub use found::{FoundJoint, JointValue};
 pub use rig::ModuleRig;
 
+use super::Procedure;
 use super::arm::NotReady;
 use super::commands::Reply;
 use super::elbow::{ElbowCandidate, ElbowProcedure};
@@ -16,7 +17,6 @@ use super::outcome::{Candidate, Ending, PoseNotice};
 use super::reason::Reason;
 use super::solve::Detail;
 use super::state::{Command, PoseSet, StateName};
-use super::Procedure;
 use crate::identification::hinge::FollowedAngle;
 use crate::rig::{CABLES, Drum};
 

@@ -61,7 +61,7 @@ fn modules_out_of_order_are_named() {
 #[test]
 fn an_elbow_that_never_bends_is_named() {
     let reason = failure("--arm-fault straight --poses 12");
-    assert!(reason.starts_with("the elbow: it never bends: after 1 angles"), "{reason}");
+    assert!(reason.starts_with("the elbow: it never bends: every angle is too near to the 1 captured;"), "{reason}");
     assert!(reason.contains("the board says: move further before holding the arm. What to do: "), "{reason}");
 }
 
