@@ -166,21 +166,19 @@ impl HingeModule {
     }
 }
 
-/// Why a run ended. An elbow that hardly bends gives poses of which each is too near to another.
+/// Why a run ended. An elbow that hardly bends gives poses of which each is too near to another, until the board gives up.
 fn explained(session: &Session<'_, ElbowWearer>, error: SessionError) -> String {
-    let guidance = session.client.inbox.heartbeat.map(|heartbeat| heartbeat.guidance.text());
-    let taken = session.client.inbox.poses.iter().filter(|pose| pose.reason == Reason::Fine).count();
-    match (&error, guidance) {
-        (SessionError::Refused(Opcode::Capture, answer), Some(guidance))
-            if answer.code == Reason::PoseTooNear && taken < BENT_ANGLES =>
-        {
-            let remedy = answer.code.remedy();
-            format!(
-                "it never bends: every angle is too near to the {taken} captured; the board says: {guidance}. What to do: \
-                 {remedy}"
-            )
-        }
+    let inbox = &session.client.inbox;
+    let taken = inbox.poses.iter().filter(|pose| pose.reason == Reason::Fine).count();
+    let why = match inbox.outcome {
+        Some(outcome) if outcome.reason != Reason::Fine => SessionError::Failed(outcome).to_string(),
         _ => error.to_string(),
+    };
+    match error {
+        SessionError::Refused(Opcode::Capture, _) if taken < BENT_ANGLES => {
+            format!("it never bends: {taken} of its angles are far enough apart; {why}")
+        }
+        _ => why,
     }
 }
 
