@@ -99,7 +99,7 @@ impl Real for f64 {
         libm::sqrt(self)
     }
     fn sine_and_cosine(self) -> (Self, Self) {
-        libm::sincos(self)
+        nalgebra::ComplexField::sin_cos(self)
     }
     fn is_a_number(self) -> bool {
         self.is_finite()

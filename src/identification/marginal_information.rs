@@ -158,7 +158,7 @@ fn reflection_of<T: Real, const FROM: usize>(column: &Six<T>) -> Result<(Six<T>,
 }
 
 /// (1 - v vᵀ) times the column; v is zero before `FROM`.
-#[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
+#[inline]
 fn reflect<T: Real, const FROM: usize>(column: &mut Six<T>, v: &Six<T>) {
     let (column, v) = (&mut column[FROM..], &v[FROM..]);
     let share = column.iter().zip(v).fold(T::zero(), |sum, (x, v)| sum + *x * *v);

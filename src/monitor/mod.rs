@@ -189,7 +189,12 @@ impl<T: Real> SlipDetector<T> {
     pub fn sample(&mut self, lengths: &CableLengths<T>) -> Option<Warning<T>> {
         self.begin(lengths);
         loop {
+            let is_searching = matches!(self.look, Look::Search(..));
             let warning = self.advance();
+            // Searched for one assembly mode a sample.
+            if is_searching {
+                return None;
+            }
             if warning.is_some() || !self.is_looking() {
                 return warning;
             }

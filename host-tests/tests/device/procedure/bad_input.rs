@@ -1,6 +1,7 @@
 //! Everything that can be wrong with what comes in: each has its own answer, and nothing collected is lost.
 
 use super::bench::{Bench, SAMPLE_MS};
+use glenoid::can::status::Answer;
 use glenoid::can::{BaseId, Frame, Message, Opcode};
 use glenoid::device::Event;
 use glenoid::procedure::{PoseSet, Reason, StateName};
@@ -63,6 +64,45 @@ fn a_repeated_frame_is_answered_but_not_obeyed_again() {
     // later it is a new wish
     bench.pass(2_000);
     assert_eq!(bench.raw(capture).code, Reason::PoseTooNear);
+}
+
+/// Answers among the messages from `before` on.
+fn answers(bench: &Bench, before: usize) -> Vec<Answer> {
+    let answers = bench.messages[before..].iter();
+    answers.filter_map(|message| if let Message::Answer(answer) = message { Some(*answer) } else { None }).collect()
+}
+
+#[test]
+fn a_frame_repeated_while_the_pose_is_looked_at_is_answered_once() {
+    let mut bench = Bench::new(43);
+    bench.lead_to(StateName::Collecting);
+    bench.next_pose();
+    let before = bench.messages.len();
+    let capture = Frame::new(BaseId::DEFAULT.command().as_raw(), &[2, 0, 77, 0, 0, 0, 0, 0]).unwrap();
+    bench.event(Event::Can(capture));
+    bench.event(Event::Can(capture));
+    assert!(answers(&bench, before).is_empty(), "the pose has not been looked at yet");
+    bench.pass(20);
+    let codes: Vec<Reason> = answers(&bench, before).iter().map(|answer| answer.code).collect();
+    assert_eq!(codes, [Reason::Fine]);
+    assert_eq!(bench.procedure().poses(PoseSet::Identification).len(), 1);
+}
+
+#[test]
+fn a_capture_that_the_end_of_the_run_overtakes_is_answered_and_takes_no_pose() {
+    let mut bench = Bench::new(45);
+    bench.lead_to(StateName::Collecting);
+    bench.next_pose();
+    let before = bench.messages.len();
+    bench.event(Event::Can(Frame::new(BaseId::DEFAULT.command().as_raw(), &[2, 0, 78, 0, 0, 0, 0, 0]).unwrap()));
+    bench.command(Opcode::Abort);
+    bench.pass(20);
+    let codes: Vec<(u8, Reason)> = answers(&bench, before).iter().map(|answer| (answer.opcode, answer.code)).collect();
+    assert!(codes.contains(&(Opcode::Capture as u8, Reason::WrongState)), "{codes:?}");
+    assert!(codes.contains(&(Opcode::Abort as u8, Reason::Fine)), "{codes:?}");
+    assert_eq!(codes.len(), 2);
+    assert_eq!(bench.state(), StateName::Idle);
+    assert!(bench.procedure().poses(PoseSet::Identification).is_empty());
 }
 
 #[test]
