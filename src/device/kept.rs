@@ -122,7 +122,8 @@ fn record_of_hinge(live: &ElbowCandidate, serial: u32, rig: u32) -> HingeRecord 
 
 /// The hinge that a record holds.
 pub(super) fn hinge_candidate(record: &HingeRecord) -> ElbowCandidate {
-    let entry = |i: usize, j: usize| record.covariance.get(packed_index(i.max(j), i.min(j))).copied().unwrap_or_default();
+    let entry =
+        |i: usize, j: usize| record.covariance.get(packed_index(i.max(j), i.min(j))).copied().unwrap_or_default();
     ElbowCandidate {
         run_id: record.run_id,
         boot: record.boot,

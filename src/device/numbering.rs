@@ -119,7 +119,10 @@ impl Device {
     /// in use was accepted on this very machine, hence after the check.
     pub(super) fn numbering_unchecked(&self) -> bool {
         let Numbering { required, found, cables, .. } = self.numbering;
-        required && found != all(cables) && self.procedure.live().is_none() && self.procedure.state() == StateName::Review
+        required
+            && found != all(cables)
+            && self.procedure.live().is_none()
+            && self.procedure.state() == StateName::Review
     }
 }
 

@@ -163,7 +163,8 @@ impl Device {
         let live = procedure.live();
         let corrected = live.map_or(Ok(lengths), |live| lengths.less(&live.identified.offsets_mm)).ok();
         let arm = self.procedure.arm(now_ms);
-        let pose = corrected.and_then(|lengths| Some((self.forward_kinematics.as_ref()?.solve(&lengths).ok()?, lengths)));
+        let pose =
+            corrected.and_then(|lengths| Some((self.forward_kinematics.as_ref()?.solve(&lengths).ok()?, lengths)));
         let slack = arm.err().filter(|not_ready| not_ready.reason == Reason::CableLoose);
         let telemetry = Telemetry {
             // modulo 2^16

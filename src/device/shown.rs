@@ -116,7 +116,8 @@ impl NamingInWork {
         let count = frames_of(&value);
         for _ in 0..FRAMES_A_CALL.min(count.saturating_sub(self.next)) {
             // the data bytes are the same for both kinds, and at every base
-            let packed = message(Kind::Live, run_id, &value, self.next).and_then(|message| message.pack(BaseId::DEFAULT).ok());
+            let packed =
+                message(Kind::Live, run_id, &value, self.next).and_then(|message| message.pack(BaseId::DEFAULT).ok());
             let Some(data) = packed.and_then(|frame| frame.data().try_into().ok()) else { return Some(None) };
             if let Some(frame) = self.frames.get_mut(usize::from(self.next)) {
                 *frame = data;

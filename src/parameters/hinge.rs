@@ -101,12 +101,8 @@ impl ParameterSet {
         let Drawing { hinge, sigma, range_rad: (lowest, highest) } = drawing;
         self.put_integer(HingeDrawing, if sigma.is_some() { IS_PRIOR } else { TELLS_APART });
         let (point, end_axis) = (hinge.platform_foot_mm(), hinge.axis_in_platform());
-        let vectors = [
-            (AXIS, hinge.axis()),
-            (POINT, &point),
-            (END_AXIS, &end_axis),
-            (END_POINT, hinge.foot_in_platform_mm()),
-        ];
+        let vectors =
+            [(AXIS, hinge.axis()), (POINT, &point), (END_AXIS, &end_axis), (END_POINT, hinge.foot_in_platform_mm())];
         for (keys, vector) in vectors {
             keys.iter().zip(vector.iter()).for_each(|(key, value)| self.put_single(*key, *value));
         }

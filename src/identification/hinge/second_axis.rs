@@ -154,7 +154,8 @@ impl<T: Real> TwoAxes<T> {
         let d = fit.hinge.axis_in_platform();
         let point_mm = fit.hinge.foot_in_platform_mm() + d * d.dot(&middle);
         let [f1, f2] = across(&d);
-        let (sin, cos) = (T::pi() * T::of_integer(direction as i32) / T::of_integer(DIRECTIONS as i32)).sine_and_cosine();
+        let (sin, cos) =
+            (T::pi() * T::of_integer(direction as i32) / T::of_integer(DIRECTIONS as i32)).sine_and_cosine();
         Self { hinge: fit.hinge, second: f1 * cos + f2 * sin, point_mm }
     }
 
