@@ -5,6 +5,7 @@
 //! the order of the trials, so that the bytes are the same on one core and on many.
 
 pub(crate) mod arm;
+mod arm_boards;
 mod bound;
 pub(crate) mod built;
 mod commissioning;
@@ -70,5 +71,6 @@ pub const ALL: &[Study] = &[
     elbow::STUDY,
     elbow::ACCEPTS,
     arm::STUDY,
+    arm_boards::STUDY,
     pulley::STUDY,
 ];

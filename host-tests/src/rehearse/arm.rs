@@ -1,10 +1,10 @@
 //! `cargo rehearse --arm`: a shoulder's, an elbow's and a wrist's board on one bus, and a person with a whole arm.
 //!
 //! The modules are calibrated from the thorax outwards. What a module's cables show depends on its own joint alone, so that any
-//! order gives the same centres; but each module stands on the limb that the one before moves. From the thorax outwards, what
-//! is found is at every moment a chain that begins at the base and has no gap, whose end is known with its σ; and the
-//! centres in use are watched by their boards while the limb beyond is moved and pulled at: a strap that slips meanwhile
-//! is noticed. The other way round every centre found would hang on a limb of which nothing is known.
+//! order gives the same figures; but each module stands on the limb that the one before moves. From the thorax outwards, what
+//! is found is at every moment a chain that begins at the base and has no gap: where its last joint is, and how well that is
+//! known, can be said at once, and a session that is broken off leaves an arm that is known up to there. The other way round
+//! everything found would hang on a limb of which nothing is known until the shoulder is done.
 
 mod ball;
 mod bus;
@@ -24,12 +24,13 @@ pub use emulated_bus::EmulatedBus;
 pub use report::{ArmReport, BallReport, ElbowReport};
 pub use roll_call::BusFault;
 
-use super::client::Client;
+use super::client::{Client, PERIOD_MS};
 use super::display::Display;
 use super::machine::KnownMachine;
 use super::options::{ArmFault, Options};
 use super::parameters::become_machine;
 use super::report::Status;
+use super::session::SETTLE_MS;
 use crate::identify::hinge::in_precision;
 use crate::study::elbow::scene::{Elbow, HOME_MM, drawn};
 use crate::study::elbow::{ANYBODY, RANGE_RAD};
@@ -54,6 +55,8 @@ use roll_call::roll_call;
 
 /// Postures of the whole arm in which the hand is looked for.
 const POSTURES: usize = 3;
+/// How long the arm takes from one to the next, ms.
+const MOVE_MS: u32 = 1_000;
 /// Serial number of a board that does not belong to the arm.
 const SPARE: u32 = 999;
 
@@ -170,11 +173,22 @@ impl<'a> Rehearsal<'a> {
         Ok(calibrated)
     }
 
-    /// Moves all joints, one after the other, and reads the lengths of all boards.
+    /// Moves all joints at once, and reads the lengths of all boards.
     fn take_a_posture(&mut self) -> Result<ArmPose<f32>, String> {
-        self.shoulder.move_on(self.bus, self.display)?;
-        self.wrist.move_on(self.bus, self.display)?;
-        self.elbow.move_on(self.bus, self.display)?;
+        let ways = [
+            self.shoulder.move_on(MOVE_MS, PERIOD_MS),
+            self.elbow.move_on(MOVE_MS, PERIOD_MS),
+            self.wrist.move_on(MOVE_MS, PERIOD_MS),
+        ];
+        let steps = (MOVE_MS + SETTLE_MS) / PERIOD_MS;
+        for step in 0..steps as usize {
+            for (board, way) in ways.iter().enumerate() {
+                if let Some(counts) = way.get(step).or(way.last()) {
+                    self.bus.set_counts(board, counts);
+                }
+            }
+            self.bus.pass(PERIOD_MS).map_err(|error| error.to_string())?;
+        }
         let [l1, l2, l3, l4, ..] = lengths::lengths_mm(self.bus, &self.elbow.module)?;
         Ok(ArmPose {
             shoulder: six(lengths::lengths_mm(self.bus, &self.shoulder.module)?)?,

@@ -81,13 +81,10 @@ impl BallModule {
         Ok(CalibratedBall { report, machine, estimation })
     }
 
-    /// Moves the joint to another posture.
-    ///
-    /// # Errors
-    /// When a board is gone.
-    pub fn move_on(&mut self, bus: &mut dyn Bus, display: &Display) -> Result<(), String> {
-        let pose = self.wearer.next_pose();
-        self.in_session(bus, display, |session| session.move_to(pose))
+    /// The way of the encoders to another posture, a sample every so many ms. The joint is there from now on.
+    pub fn move_on(&mut self, duration_ms: u32, period_ms: u32) -> Vec<[i32; CABLES]> {
+        let from = std::mem::replace(&mut self.at, self.wearer.next_pose());
+        self.wearer.motion(&from, &self.at, duration_ms, period_ms)
     }
 
     /// The person's joint.

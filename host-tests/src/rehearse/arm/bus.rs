@@ -27,8 +27,8 @@ pub trait Bus {
     /// [`BenchError`] when a board is gone.
     fn send(&mut self, frame: &Frame) -> Result<(), BenchError>;
 
-    /// Every board whose encoders were set samples them, a resting one now and then; then lets `ms` milliseconds pass. Gives the frames that the boards sent
-    /// meanwhile, those of one board in order.
+    /// Every board whose encoders were set samples them, a resting one now and then; then lets `ms` milliseconds pass. Gives the
+    /// frames that the boards sent meanwhile, those of one board in order.
     ///
     /// # Errors
     /// [`BenchError`] when a board is gone.

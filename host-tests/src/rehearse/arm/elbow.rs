@@ -12,6 +12,8 @@ use rand_chacha::ChaCha8Rng;
 /// An elbow bends to one side, up to this angle, degrees; a straight one hardly.
 const MOST_DEG: f64 = 120.0;
 const STRAIGHT_DEG: f64 = 2.0;
+/// From one angle to the next: however many there are, they are spread over the whole range, none near to another.
+const GOLDEN_RATIO: f64 = 0.618_033_988_749_895;
 
 /// Somebody's elbow in the module's machine.
 pub struct ElbowWearer {
@@ -19,15 +21,18 @@ pub struct ElbowWearer {
     encoder: Encoder,
     home_mm: [f64; CABLES],
     most_rad: f64,
+    /// Where the next angle lies within the range, 0 to 1.
+    share: f64,
     random: ChaCha8Rng,
 }
 
 impl ElbowWearer {
     /// An elbow; `is_straight`: one that never bends.
-    pub fn new(elbow: Elbow, drum: &Drum<f64>, is_straight: bool, random: ChaCha8Rng) -> Self {
+    pub fn new(elbow: Elbow, drum: &Drum<f64>, is_straight: bool, mut random: ChaCha8Rng) -> Self {
         let most: f64 = if is_straight { STRAIGHT_DEG } else { MOST_DEG };
         let encoder = Encoder::new(drum, [0.0; CABLES]);
-        Self { elbow, encoder, home_mm: drum.home_length_mm, most_rad: most.to_radians(), random }
+        let (home_mm, share) = (drum.home_length_mm, random.random());
+        Self { elbow, encoder, home_mm, most_rad: most.to_radians(), share, random }
     }
 
     /// The elbow.
@@ -57,9 +62,9 @@ impl Person for ElbowWearer {
     }
 
     fn next_pose(&mut self) -> Pose {
-        let flexion_rad = -self.random.random_range(0.0..=1.0) * self.most_rad;
+        self.share = (self.share + GOLDEN_RATIO).fract();
         let noise = std::array::from_fn(|_| self.random.random_range(-NOISE_MM..=NOISE_MM));
-        self.pose(flexion_rad, noise)
+        self.pose(-self.share * self.most_rad, noise)
     }
 
     fn motion(&self, from: &Pose, to: &Pose, duration_ms: u32, period_ms: u32) -> Vec<[i32; CABLES]> {

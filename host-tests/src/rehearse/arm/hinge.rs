@@ -15,13 +15,19 @@ use glenoid::can::hinge::{HingeAxis, HingePlace};
 use glenoid::can::{BaseId, Message, Opcode};
 use glenoid::identification::hinge::{HingeEstimator, HingePart, HingePose, HingeSettings, IdentifiedHinge};
 use glenoid::procedure::Reason;
-use glenoid::procedure::elbow::{CAPACITY, ElbowRig, FoundHinge, HELD_OUT_CAPACITY, SHOWN_NUMBERS};
+use glenoid::procedure::elbow::{ElbowRig, FoundHinge, SHOWN_NUMBERS};
 use glenoid::rig::CABLES;
 
 /// An error may be so many σ, and this much beyond, mm: single precision, and lengths that are rounded to counts.
 const SIGMAS: f64 = 5.0;
 const GRANTED_MM: f64 = 0.05;
 const GRANTED_DEG: f64 = 0.02;
+
+/// More angles than these would be too near to one another: the board wants three degrees between any two.
+const MAX_POSES: u8 = 20;
+const MAX_VERIFICATION_POSES: u8 = 5;
+/// An elbow that has given fewer angles than these when no other one is far enough from them never bends.
+const BENT_ANGLES: usize = 3;
 
 /// The elbow and its board.
 pub struct HingeModule {
@@ -56,7 +62,7 @@ impl HingeModule {
     /// When the module's machine is no hinge.
     pub fn new(module: ArmModule, board: usize, wearer: ElbowWearer, options: &Options) -> Result<Self, String> {
         let rig = module.rig.hinge().ok_or("the elbow's machine is no hinge")?.clone();
-        let poses = [options.poses.min(CAPACITY as u8), options.verification_poses().min(HELD_OUT_CAPACITY as u8)];
+        let poses = [options.poses.min(MAX_POSES), options.verification_poses().min(MAX_VERIFICATION_POSES)];
         Ok(Self { module, rig, board, at: wearer.home(), wearer, poses })
     }
 
@@ -89,13 +95,10 @@ impl HingeModule {
         Ok(CalibratedHinge { report: self.judge(&transcript, &found, &estimator), estimator })
     }
 
-    /// Moves the elbow to another angle.
-    ///
-    /// # Errors
-    /// When a board is gone.
-    pub fn move_on(&mut self, bus: &mut dyn Bus, display: &Display) -> Result<(), String> {
-        let pose = self.wearer.next_pose();
-        self.in_session(bus, display, |session| session.move_to(pose).map_err(|error| error.to_string()))
+    /// The way of the encoders to another angle, a sample every so many ms. The elbow is there from now on.
+    pub fn move_on(&mut self, duration_ms: u32, period_ms: u32) -> Vec<[i32; CABLES]> {
+        let from = std::mem::replace(&mut self.at, self.wearer.next_pose());
+        self.wearer.motion(&from, &self.at, duration_ms, period_ms)
     }
 
     /// The person's joint.
@@ -163,19 +166,19 @@ impl HingeModule {
     }
 }
 
-/// Why a run ended. An elbow that hardly bends gives poses of which each is too near to another.
+/// Why a run ended. An elbow that hardly bends gives poses of which each is too near to another, until the board gives up.
 fn explained(session: &Session<'_, ElbowWearer>, error: SessionError) -> String {
-    let guidance = session.client.inbox.heartbeat.map(|heartbeat| heartbeat.guidance.text());
-    match (&error, guidance) {
-        (SessionError::Refused(Opcode::Capture, answer), Some(guidance)) if answer.code == Reason::PoseTooNear => {
-            let taken = session.client.inbox.poses.iter().filter(|pose| pose.reason == Reason::Fine).count();
-            let remedy = answer.code.remedy();
-            format!(
-                "it never bends: after {taken} angles every further one is too near to another; the board says: {guidance}. \
-                 What to do: {remedy}"
-            )
-        }
+    let inbox = &session.client.inbox;
+    let taken = inbox.poses.iter().filter(|pose| pose.reason == Reason::Fine).count();
+    let why = match inbox.outcome {
+        Some(outcome) if outcome.reason != Reason::Fine => SessionError::Failed(outcome).to_string(),
         _ => error.to_string(),
+    };
+    match error {
+        SessionError::Refused(Opcode::Capture, _) if taken < BENT_ANGLES => {
+            format!("it never bends: {taken} of its angles are far enough apart; {why}")
+        }
+        _ => why,
     }
 }
 

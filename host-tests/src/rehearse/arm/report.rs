@@ -87,6 +87,13 @@ impl ArmReport {
         }
     }
 
+    /// Host and boards have found the same, to the bit, in all modules.
+    pub fn host_agrees(&self) -> bool {
+        let same =
+            |ball: &BallReport| ball.rehearsal.found.as_ref().is_some_and(|found| found.host.difference_mm == 0.0);
+        self.balls.iter().all(same) && self.elbow.as_ref().is_some_and(|elbow| elbow.host_agrees)
+    }
+
     /// The same, ended by something.
     #[must_use]
     pub fn failed(self, reason: String) -> Self {

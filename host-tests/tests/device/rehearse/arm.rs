@@ -1,7 +1,8 @@
 //! The rehearsal of an arm against three devices on one bus within this process.
 
 use clap::Parser;
-use host_tests::rehearse::arm::{ArmReport, InProcessBus, rehearse_arm};
+use glenoid::can::{BaseId, Message, Opcode, Request};
+use host_tests::rehearse::arm::{ArmReport, Bus, InProcessBus, rehearse_arm};
 use host_tests::rehearse::{Display, Options, Status};
 
 fn rehearsed(arguments: &str) -> ArmReport {
@@ -60,6 +61,42 @@ fn modules_out_of_order_are_named() {
 #[test]
 fn an_elbow_that_never_bends_is_named() {
     let reason = failure("--arm-fault straight --poses 12");
-    assert!(reason.starts_with("the elbow: it never bends: after 1 angles"), "{reason}");
-    assert!(reason.contains("the board says: move further before holding the arm. What to do: "), "{reason}");
+    assert!(reason.starts_with("the elbow: it never bends: 1 of its angles are far enough apart;"), "{reason}");
+    assert!(reason.contains("What to do: "), "{reason}");
+}
+
+/// Frames of others that the board at these identifiers has counted, and how many were heard meanwhile.
+fn foreign(bus: &mut InProcessBus, base: BaseId, nonce: u16) -> (u32, u32) {
+    let query = Request { opcode: Opcode::Query as u8, boot: 0, nonce, run_id: 0, argument: 0 };
+    bus.send(&query.pack(base.command())).unwrap();
+    let mut heard = 0;
+    for _ in 0..1_000 {
+        for frame in bus.pass(1).unwrap() {
+            match Message::unpack(&frame, base) {
+                Ok(Message::Counters(counters)) => return (counters.foreign, heard),
+                Ok(_) => {}
+                Err(_) => heard += 1,
+            }
+        }
+    }
+    panic!("no counters");
+}
+
+#[test]
+fn what_a_board_sends_reaches_the_others() {
+    let mut bus = InProcessBus::default();
+    let options = Options::try_parse_from(["rehearse", "--arm", "--arm-fault", "straight"]).unwrap();
+    rehearse_arm(&mut bus, &options, &Display::Silent);
+    let elbow = BaseId::new(0x700).unwrap();
+    let (before, _) = foreign(&mut bus, elbow, 60_001);
+    let mut heard = 0;
+    for _ in 0..2_000 {
+        let others = bus.pass(1).unwrap();
+        heard += others.iter().filter(|frame| !elbow.owns(frame.raw_id())).count() as u32;
+    }
+    let (after, on_the_way) = foreign(&mut bus, elbow, 60_002);
+    // Two boards, each with twenty heartbeats and as many identities, ten sets of eight frames and two others.
+    assert!(heard > 200, "{heard}");
+    let counted = after - before;
+    assert!(counted.abs_diff(heard + on_the_way) <= 16, "{counted} counted, {heard} and {on_the_way} heard");
 }
