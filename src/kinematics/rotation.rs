@@ -66,7 +66,8 @@ pub fn scaled_axis<T: Real>(attitude: &UnitQuaternion<T>) -> Vector3<T> {
     axis * (length.atan2(scalar.abs()) * T::of(2.0))
 }
 
-#[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
+// A third of the calls of a rotation that is followed: 60 of its 1 900 cycles.
+#[inline]
 fn normalised<T: Real>(q: Quaternion<T>) -> UnitQuaternion<T> {
     let scale = T::one() / q.norm_squared().root();
     UnitQuaternion::new_unchecked(q * scale)

@@ -25,11 +25,11 @@ pub(super) struct Capturing {
 /// What a capture began with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Asked {
-    ByCommand,
+    Command,
     /// The arm has come to rest.
-    ByRest,
+    Rest,
     /// It has moved slowly.
-    ByMotion,
+    Motion,
 }
 
 impl Procedure {
@@ -39,7 +39,7 @@ impl Procedure {
             // The arm stands where it was captured a moment ago.
             return Reply::refused(Reason::PoseTooNear, 0);
         }
-        match self.begin_at_rest(now_ms, Asked::ByCommand) {
+        match self.begin_at_rest(now_ms, Asked::Command) {
             None => Reply::LATER,
             Some(notice) => Reply { pose: Some(notice), ..Reply::refused(notice.reason, u16::from(notice.cable)) },
         }
@@ -57,7 +57,7 @@ impl Procedure {
             return None;
         }
         self.run.moved = false;
-        self.begin_at_rest(now_ms, Asked::ByRest)
+        self.begin_at_rest(now_ms, Asked::Rest)
     }
 
     fn begin_at_rest(&mut self, now_ms: u32, asked: Asked) -> Option<PoseNotice> {
@@ -75,7 +75,7 @@ impl Procedure {
         if let Some(taken) = self.arm.pose_in_motion(now_ms, &self.rig)
             && now_ms.wrapping_sub(self.run.since_ms) >= PAUSE_IN_MOTION_MS
         {
-            self.begin_capture(taken, Asked::ByMotion);
+            self.begin_capture(taken, Asked::Motion);
         }
     }
 
@@ -96,20 +96,20 @@ impl Procedure {
         let mut distance_rad = None;
         let outcome = self.take_in(&pose, &mut distance_rad);
         // On the way from pose to pose most are too near: no notice is sent.
-        if asked == Asked::ByMotion && outcome.is_err() {
+        if asked == Asked::Motion && outcome.is_err() {
             return None;
         }
         let notice = self.note_pose(now_ms, outcome, distance_rad);
-        if asked == Asked::ByCommand {
+        if asked == Asked::Command {
             let detail = if outcome.is_ok() { notice.index } else { notice.cable };
             self.answer = Some((notice.reason, u16::from(detail)));
         }
-        self.assessed(notice, asked != Asked::ByCommand)
+        self.assessed(notice, asked != Asked::Command)
     }
 
     /// Gives up the pose that is being captured: the state in which it was wanted is over.
     pub(super) fn give_up_capture(&mut self) {
-        if self.capturing.take().is_some_and(|capturing| capturing.asked == Asked::ByCommand) {
+        if self.capturing.take().is_some_and(|capturing| capturing.asked == Asked::Command) {
             self.answer = Some((Reason::WrongState, u16::from(self.state().code())));
         }
     }

@@ -94,9 +94,16 @@ impl ShownMotion {
 /// Three numbers in steps; `None` when one does not fit or is none.
 #[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
 fn rounded(values: [f32; 3], steps: f32) -> Option<[i16; 3]> {
-    let scaled = values.map(|value| scalar::rounded(value * steps));
-    // Written so that NaN fails.
-    scaled.iter().all(|steps| steps.abs() <= MAX).then(|| scaled.map(|steps| steps as i16))
+    let mut rounded = [0; 3];
+    for (rounded, value) in rounded.iter_mut().zip(values) {
+        let scaled = scalar::rounded(value * steps);
+        // Written so that NaN fails.
+        if !(scaled.abs() <= MAX) {
+            return None;
+        }
+        *rounded = scaled as i32 as i16;
+    }
+    Some(rounded)
 }
 
 #[cfg(test)]
