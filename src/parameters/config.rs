@@ -39,7 +39,7 @@ impl Config {
     /// Default limits and identifiers for a rig.
     pub fn for_rig(rig: impl Into<ModuleRig>) -> Self {
         let rig = rig.into();
-        let limits = Limits::of(&rig);
+        let limits = rig.default_limits();
         let parameters = ParameterSet::of_module(&rig, &limits);
         Self {
             limits,

@@ -1,6 +1,6 @@
 //! From a set of values to an elbow's machine, and back.
 
-use super::machine::{Contradiction, OFFSETS, SCALES};
+use super::machine::{Contradiction, ELBOW, OFFSETS, SCALES};
 use super::set::ParameterSet;
 use super::table::Key;
 use crate::identification::hinge::{Drawing, HINGE_UNKNOWNS, Hinge, MAX_CABLES};
@@ -10,9 +10,6 @@ use crate::rig::RigError;
 use nalgebra::Vector3;
 
 use Key::*;
-
-/// The geometry of an elbow.
-pub(super) const ELBOW: u32 = 2;
 
 const AXIS: [Key; 3] = [HingeAxisX, HingeAxisY, HingeAxisZ];
 const POINT: [Key; 3] = [HingePointX, HingePointY, HingePointZ];

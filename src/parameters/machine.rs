@@ -1,7 +1,6 @@
 //! From a set of values to a machine, and back.
 
 use super::config::Config;
-use super::hinge::ELBOW;
 use super::set::ParameterSet;
 use super::table::Key;
 use crate::can::BaseId;
@@ -93,6 +92,8 @@ const CABLES: [[Key; 10]; 6] = [
         Cable6PulleyAxisZ,
     ],
 ];
+/// The geometry of an elbow.
+pub(super) const ELBOW: u32 = 2;
 /// The four words of the key of the lock.
 pub const LOCK_KEYS: [Key; 4] = [LockKey1, LockKey2, LockKey3, LockKey4];
 
@@ -147,7 +148,7 @@ impl ParameterSet {
         } else {
             ModuleRig::Ball(self.rig().map_err(Contradiction::of_rig)?)
         };
-        let limits = Limits::for_module(&rig, self.settings()).map_err(Contradiction::of_limits)?;
+        let limits = rig.limits(self.settings()).map_err(Contradiction::of_limits)?;
         // within 16 bits by its range
         let base = BaseId::new(self.integer(Key::BaseId) as u16).ok_or(Contradiction::about(Key::BaseId))?;
         Ok(Config {

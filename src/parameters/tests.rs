@@ -79,7 +79,7 @@ fn an_elbow_comes_back_from_its_parameters() {
     let two = ElbowRig::new(cables, *four.drum(), 0.1, tolerance, Some(Drawing { sigma, ..drawing })).unwrap();
     for rig in [four, two] {
         let module = ModuleRig::from(rig.clone());
-        let mut set = ParameterSet::of_module(&module, &Limits::of(&module));
+        let mut set = ParameterSet::of_module(&module, &module.default_limits());
         let found = config(&set).unwrap();
         let found = found.rig.hinge().unwrap();
         assert_eq!((found.cables(), found.drum()), (rig.cables(), rig.drum()));

@@ -1,7 +1,6 @@
 //! The limits that a run is held to, with their defaults and where those come from.
 
 use super::encoders::EncoderLimits;
-use super::module::ModuleRig;
 use super::plausible::Plausibility;
 use super::slow_motion::SlowMotionLimits;
 use super::stillness::StillnessLimits;
@@ -154,27 +153,19 @@ impl Limits {
         Ok(Self::unchecked(rig, settings))
     }
 
-    /// The same for a module.
+    /// The same for a module with this drum, the noise of whose lengths is `noise_mm`, 1σ.
     ///
     /// # Errors
     /// As for [`new`](Self::new).
-    pub fn for_module(rig: &ModuleRig, settings: Settings) -> Result<Self, LimitsError> {
+    pub(super) fn of_module_with(drum: &Drum<f32>, noise_mm: f32, settings: Settings) -> Result<Self, LimitsError> {
         check(&settings)?;
-        Ok(Self { settings, mm_per_count: rig.drum().mm_per_count(), noise_mm: rig.length_noise_mm() })
+        Ok(Self { settings, mm_per_count: drum.mm_per_count(), noise_mm })
     }
 
     /// The default limits for a rig.
     pub fn for_rig(rig: &Rig<f32>) -> Self {
         // The defaults pass the check; a test shows it.
         Self::unchecked(rig, Settings::for_rig(rig))
-    }
-
-    /// The default limits for a module.
-    pub fn of(rig: &ModuleRig) -> Self {
-        match rig {
-            ModuleRig::Ball(rig) => Self::for_rig(rig),
-            ModuleRig::Hinge(rig) => Self::of_module(rig.drum(), rig.hinge().length_noise_mm()),
-        }
     }
 
     fn unchecked(rig: &Rig<f32>, settings: Settings) -> Self {

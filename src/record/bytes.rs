@@ -1,6 +1,10 @@
 //! The fields of a record's image, one after the other, little-endian.
 
-use super::image::{IMAGE_LEN, Image};
+/// Length of an image, bytes: 80 flash words of the drive board.
+pub const IMAGE_LEN: usize = 640;
+
+/// The image of a record.
+pub type Image = [u8; IMAGE_LEN];
 
 pub(super) struct Writer {
     pub image: Image,

@@ -28,6 +28,7 @@
 //! The record of a hinge has the same head, and a version and a table of its own (`hinge_image`). What every version and every
 //! kind of image has is in `sealed`.
 
+pub use super::bytes::{IMAGE_LEN, Image};
 use super::bytes::{Reader, Writer};
 use super::content::Record;
 use super::sealed;
@@ -37,9 +38,6 @@ use crate::identification::joint::{MOTION_PARTS, ShownMotion};
 use crate::identification::machine::MachineDeviation;
 use crate::rig::Parameters;
 
-/// Length of the image, bytes: 80 flash words of the drive board.
-pub const IMAGE_LEN: usize = 640;
-
 /// Version of the table above.
 pub const VERSION: u16 = 3;
 
@@ -48,9 +46,6 @@ pub(super) const MAGIC: [u8; 4] = *b"GLNR";
 const RESERVED_LEN: usize = 204;
 /// Of the field that says which joint it is.
 const MOVING: u8 = 1;
-
-/// The image of a record.
-pub type Image = [u8; IMAGE_LEN];
 
 /// Packs a record.
 pub fn encode(record: &Record, sequence: u32) -> Image {

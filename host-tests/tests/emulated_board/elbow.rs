@@ -7,7 +7,7 @@ use glenoid::can::{BaseId, Message, Opcode, Operation, ParameterRequest, Request
 use glenoid::identification::hinge::{HingeEstimator, HingePose, HingeSettings, MAX_CABLES};
 use glenoid::parameters::{ParameterSet, TABLE};
 use glenoid::procedure::elbow::ElbowRig;
-use glenoid::procedure::{Limits, PoseSet, Reason, StateName};
+use glenoid::procedure::{ModuleRig, PoseSet, Reason, StateName};
 use glenoid::restart::Restart;
 use glenoid::rig::{CABLES, Tolerance};
 use host_tests::board_lines::BoardLines;
@@ -42,7 +42,8 @@ impl Scene {
     /// A board that has become an elbow's.
     fn new(image: &Path) -> Result<Self, Failed> {
         let drawn_rig = ElbowRig::four_cables().map_err(|error| error.text())?;
-        let set = ParameterSet::of_module(&drawn_rig.clone().into(), &Limits::of(&drawn_rig.into()));
+        let module = ModuleRig::from(drawn_rig);
+        let set = ParameterSet::of_module(&module, &module.default_limits());
         // What the board makes of the parameters.
         let config = set.config(Restart::default(), 0).map_err(|at| format!("index {}", at.index))?;
         let rig = config.rig.hinge().ok_or("the parameters make no elbow")?.clone();

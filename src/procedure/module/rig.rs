@@ -1,6 +1,7 @@
 //! The machine of a module, whichever joint it is about.
 
 use crate::procedure::elbow::ElbowRig;
+use crate::procedure::limits::{Limits, LimitsError, Settings};
 use crate::rig::{CABLES, Drum, Rig};
 
 /// The machine of a module: its rig's data say which joint it is about.
@@ -40,6 +41,22 @@ impl ModuleRig {
         match self {
             Self::Ball(_) => None,
             Self::Hinge(rig) => Some(rig),
+        }
+    }
+
+    /// Checked limits for the module.
+    ///
+    /// # Errors
+    /// [`LimitsError`] names the first kind of setting that cannot be.
+    pub fn limits(&self, settings: Settings) -> Result<Limits, LimitsError> {
+        Limits::of_module_with(self.drum(), self.length_noise_mm(), settings)
+    }
+
+    /// The default limits for the module.
+    pub fn default_limits(&self) -> Limits {
+        match self {
+            Self::Ball(rig) => Limits::for_rig(rig),
+            Self::Hinge(rig) => Limits::of_module(rig.drum(), rig.hinge().length_noise_mm()),
         }
     }
 
