@@ -22,9 +22,11 @@ mod control_set;
 mod faults;
 mod fingerprint;
 mod kept;
+mod left_out;
 mod live;
 mod live_joint;
 mod lock;
+mod log_entry;
 mod numbering;
 mod outgoing;
 mod parameters;
@@ -44,18 +46,18 @@ pub use crate::parameters::Config;
 pub use button::{Held, Press};
 pub use control_set::{CONTROL_WORDS, ControlSet, PublishedControlSet};
 pub use fingerprint::{fingerprint, module_fingerprint};
+pub use log_entry::LogEntry;
 pub use status_led::BlinkPattern;
 
 use crate::can::command::Request;
 use crate::can::health::BusHealth;
 use crate::can::hinge::HingeAngle;
 use crate::can::status::{Answer, Counters, Versions};
-use crate::can::watch::WatchReport;
 use crate::can::{BaseId, Frame, ParameterAnswer, ParameterRequest};
 use crate::kinematics::PlatformSolver;
 use crate::parameters::ParameterSet;
 use crate::procedure::elbow::{ElbowProcedure, ElbowRig};
-use crate::procedure::{ModuleProcedure, ModuleRig, PoseNotice, Procedure, Reason, StateName};
+use crate::procedure::{ModuleProcedure, ModuleRig, Procedure, Reason, StateName};
 use crate::record::{JointRecord, JournalEntry, Loaded, StoreError, Stored};
 use crate::restart::{CrashRecord, ResetCause};
 use crate::rig::{CABLES, Rig};
@@ -143,71 +145,6 @@ pub enum Action {
     Stop(ResetCause),
     /// Note something in the log.
     Log(LogEntry),
-}
-
-/// What is worth noting in a log.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum LogEntry {
-    /// The procedure changed its state.
-    State {
-        /// The run.
-        run_id: u16,
-        /// The state before.
-        from: StateName,
-        /// The state now.
-        to: StateName,
-        /// Why the run stands where it stands.
-        reason: Reason,
-    },
-    /// A pose was captured or refused.
-    Pose(PoseNotice),
-    /// The button was pressed.
-    Press {
-        /// How.
-        press: Press,
-        /// What became of it.
-        reason: Reason,
-    },
-    /// A command came over CAN.
-    Command {
-        /// What was asked for.
-        request: Request,
-        /// What was answered.
-        reason: Reason,
-    },
-    /// A hinge was identified: half of its numbers.
-    HingeIdentified {
-        /// The run.
-        run_id: u16,
-        /// 0: axis and foot point in the base; 1: the same in the platform.
-        body: u8,
-        /// x, y, z of either, as the bits of single-precision numbers.
-        bits: [u32; 6],
-    },
-    /// A centre was identified.
-    Identified {
-        /// The run.
-        run_id: u16,
-        /// x, y, z, p1, p2, p3 as the bits of single-precision numbers in mm.
-        bits: [u32; 6],
-    },
-    /// The record was taken into use ([`Reason::Fine`], and the run is not 0), was not there, or was refused.
-    Loaded {
-        /// The run of the record.
-        run_id: u16,
-        /// Why it was refused.
-        reason: Reason,
-    },
-    /// The watch warns of a slip.
-    Slipped(WatchReport),
-    /// The record was stored, or why not.
-    Stored {
-        /// The run of the record.
-        run_id: u16,
-        /// Why it was not stored.
-        reason: Reason,
-    },
 }
 
 /// The drive board's calibration, whole.

@@ -1,5 +1,6 @@
 //! Sends what there is to say about the run, a frame or two a tick, so that no queue has to be long.
 
+use super::left_out::{left_out, quality};
 use super::seal::seal;
 use super::shown::{self, Kind, NamingInWork};
 use crate::can::Message;
@@ -7,7 +8,7 @@ use crate::can::health::{BusHealth, LastStop, StopText};
 use crate::can::hinge::Module;
 use crate::can::identity::Naming;
 use crate::can::report::{LeftOut, OutcomeReport, PoseSamples, RawLength};
-use crate::can::result::{Axis, Quality, VerificationReport, WeakDirection};
+use crate::can::result::{Axis, VerificationReport, WeakDirection};
 use crate::can::status::{Counters, Versions};
 use crate::identification::uncertainty::{RESULT_UNKNOWNS, unpacked};
 use crate::linear_algebra::EigenSearch;
@@ -57,7 +58,7 @@ const LEFT_OUT: u8 = AXIS + 1;
 const OUTCOME: u8 = LEFT_OUT + crate::identification::outcome::MAX_REJECTED as u8;
 
 /// Positions that are looked at in one call; most have nothing to say.
-const POSITIONS_A_CALL: usize = 16;
+const POSITIONS_A_CALL: usize = 4;
 
 /// What is being worked out for the next message, a slice a tick.
 #[derive(Debug, Clone, Copy)]
@@ -339,40 +340,6 @@ fn part_of_run(position: u8, procedure: &ModuleProcedure) -> Option<Message> {
     let index = position.checked_sub(LEFT_OUT)?;
     let (pose, cables, of) = left_out(procedure, &value, index)?;
     Some(Message::LeftOut(LeftOut { run_id, index, of, pose, cables }))
-}
-
-fn quality(run_id: u16, value: &JointValue<'_>) -> Quality {
-    match value {
-        JointValue::Ball(identified, _) => Quality {
-            run_id,
-            deviation_mm: identified.rms_residual_mm,
-            noise_mm: identified.noise_mm,
-            iterations: identified.iterations,
-            left_out: identified.rejected.len() as u8,
-        },
-        JointValue::Hinge(found) => Quality {
-            run_id,
-            deviation_mm: found.rms_residual_mm,
-            noise_mm: found.noise_mm,
-            iterations: 0,
-            left_out: found.rejected,
-        },
-    }
-}
-
-/// A pose that was left out, with its faulty cables, and how many there are.
-fn left_out(procedure: &ModuleProcedure, value: &JointValue<'_>, index: u8) -> Option<(u8, u8, u8)> {
-    match value {
-        JointValue::Ball(identified, _) => {
-            let rejected = identified.rejected.get(usize::from(index))?;
-            Some((u8::try_from(rejected.pose).ok()?, rejected.cables, identified.rejected.len() as u8))
-        }
-        JointValue::Hinge(found) => {
-            let poses = procedure.hinge()?.poses(PoseSet::Identification).iter().enumerate();
-            let (pose, of) = poses.filter(|(_, pose)| !pose.is_used()).nth(index.into())?;
-            Some((u8::try_from(pose).ok()?, of.suspect_cables, found.rejected))
-        }
-    }
 }
 
 /// The centre in use, if it is the one of the last run.

@@ -26,7 +26,7 @@ use crate::scalar::Real;
 use nalgebra::{Matrix3, UnitQuaternion};
 
 /// Multiplications of a slice of the factorization.
-const PRODUCTS_A_SLICE: usize = 600;
+const PRODUCTS_A_SLICE: usize = 560;
 
 /// Unknowns at the most: the machine's constants, O and C. The estimator's equations have room for more.
 const UNKNOWNS: usize = MAX_MACHINE + CENTRE_UNKNOWNS;

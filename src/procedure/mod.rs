@@ -219,6 +219,7 @@ impl Procedure {
     }
 
     /// Looks whether a centre can be one on this rig.
+    #[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
     fn check_plausible(&self, identified: &Identified<f32>) -> Result<(), Detail> {
         let limits = &self.limits.settings().plausibility;
         limits.check(self.rig.nominal(), &identified.parameters, &identified.sigma_mm(), &identified.offsets_mm)

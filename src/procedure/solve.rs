@@ -34,6 +34,7 @@ impl Work {
     ///
     /// # Errors
     /// [`Reason::MotionImplausible`].
+    #[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
     pub fn motion(&self) -> Result<Option<ShownMotion>, Reason> {
         let Joint::Moving(moving) = self.estimator.joint() else { return Ok(None) };
         let [across_mm, all_mm] = self.estimator.path_sigmas_mm();

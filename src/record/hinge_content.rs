@@ -89,12 +89,6 @@ impl From<Record> for JointRecord {
     }
 }
 
-impl From<&Record> for JointRecord {
-    fn from(record: &Record) -> Self {
-        Self::Ball(*record)
-    }
-}
-
 impl From<HingeRecord> for JointRecord {
     fn from(record: HingeRecord) -> Self {
         Self::Hinge(record)

@@ -40,7 +40,7 @@ fn a_step_starts_one_operation_and_returns() {
     let mut storage = new_storage(TornWord::Zeros, 1);
     storage.load(RIG, None);
     storage.append(&entry(1));
-    storage.store(&record(1)).unwrap();
+    storage.store(record(1)).unwrap();
     storage.store_parameters(&parameters(7));
     let (mut outcomes, mut steps) = (Vec::new(), 0);
     while storage.is_working() {
@@ -63,14 +63,14 @@ fn the_journal_never_runs_ahead_of_the_record() {
         let mut before = new_storage(torn, 3);
         before.load(RIG, None);
         before.append(&entry(1));
-        before.store(&record(1)).unwrap();
+        before.store(record(1)).unwrap();
         before.finish().unwrap();
         let operations = before.flash().operations();
         for cut in 0..85 {
             let mut flash = before.flash().fork(cut.into());
             flash.cut_after(cut);
             let mut storage = Storage::new(flash, 0);
-            storage.store(&record(2)).unwrap();
+            storage.store(record(2)).unwrap();
             storage.append(&entry(2));
             let finished = storage.finish();
             assert_eq!(storage.flash().operations() - operations, cut + 1, "{finished:?}");
@@ -86,7 +86,7 @@ fn the_journal_never_runs_ahead_of_the_record() {
 fn an_entry_goes_first_when_it_was_given_first() {
     let mut storage = new_storage(TornWord::Zeros, 1);
     storage.append(&entry(1));
-    storage.store(&record(1)).unwrap();
+    storage.store(record(1)).unwrap();
     while storage.flash().operations() < 2 {
         storage.go_on();
     }
@@ -101,16 +101,16 @@ fn a_record_may_overtake_another() {
     for torn in TornWord::ALL {
         for _ in 0..400 {
             let mut before = new_storage(torn, random.random());
-            before.store(&record(1)).unwrap();
+            before.store(record(1)).unwrap();
             before.finish().unwrap();
             let mut flash = before.flash().fork(random.random());
             flash.cut_after(random.random_range(0..90));
             let mut storage = Storage::new(flash, 0);
-            storage.store(&record(2)).unwrap();
+            storage.store(record(2)).unwrap();
             for _ in 0..random.random_range(0..110) {
                 storage.go_on();
             }
-            storage.store(&record(3)).unwrap();
+            storage.store(record(3)).unwrap();
             let stored = storage.finish().is_ok() && !storage.flash().is_off();
             cuts += u32::from(storage.flash().is_off());
             let (centre, ..) = found(&storage);
@@ -124,14 +124,14 @@ fn a_record_may_overtake_another() {
 #[test]
 fn erasing_the_record_leaves_the_rest() {
     let mut storage = new_storage(TornWord::Zeros, 1);
-    storage.store(&record(1)).unwrap();
+    storage.store(record(1)).unwrap();
     storage.append(&entry(1));
     storage.store_parameters(&parameters(7));
     storage.finish().unwrap();
     storage.erase_record();
     assert_eq!(storage.finish(), Ok(()));
     assert_eq!(found(&storage), (None, Some(1), Some(7)));
-    storage.store(&record(2)).unwrap();
+    storage.store(record(2)).unwrap();
     assert_eq!(storage.finish(), Ok(()));
     assert_eq!(found(&storage).0, Some(2));
 }

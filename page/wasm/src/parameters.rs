@@ -40,7 +40,8 @@ pub fn request(operation: u32, index: u32, nonce: u32, value: u32) -> Option<Vec
     Some(slcan::encode(&request.pack(BaseId::DEFAULT.parameters()), None).to_vec())
 }
 
-/// The machine of the defaults with these values instead: index and bits of each.
+/// The machine of the defaults with these values instead: index and bits of each. About a ball: an elbow's is refused as its
+/// geometry.
 pub fn rig_of(bytes: &[u8]) -> Result<Rig<f32>, String> {
     let mut set = ParameterSet::new();
     for [a, b, c, d, e, f, g, h] in bytes.as_chunks::<8>().0 {
@@ -51,7 +52,8 @@ pub fn rig_of(bytes: &[u8]) -> Result<Rig<f32>, String> {
         }
     }
     match set.config(Restart::default(), 0) {
-        Ok(config) => Ok(config.rig),
+        // The picture is of a platform; an elbow has none.
+        Ok(config) => config.rig.ball().copied().ok_or("geometry".to_string()),
         Err(contradiction) => Err(find(contradiction.index)
             .map_or_else(|| contradiction.index.to_string(), |(_, entry)| signal_name(entry.description().name))),
     }

@@ -38,6 +38,7 @@ pub struct ShownMotion {
 impl ShownMotion {
     /// Rounds a model to what is shown of it. `across_mm`, `all_mm`: 1σ of the path, across the arm and in all. `None`
     /// when a number does not fit: no joint moves so far.
+    #[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
     pub fn new(model: &MovingCentre<f32>, across_mm: f32, all_mm: f32) -> Option<Self> {
         let mut parts = [[0; 3]; MOTION_PARTS];
         for (part, gain) in parts.iter_mut().zip(&model.gains).take(SHOWN_FEATURES) {
@@ -91,6 +92,7 @@ impl ShownMotion {
 }
 
 /// Three numbers in steps; `None` when one does not fit or is none.
+#[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
 fn rounded(values: [f32; 3], steps: f32) -> Option<[i16; 3]> {
     let scaled = values.map(|value| scalar::rounded(value * steps));
     // Written so that NaN fails.

@@ -149,7 +149,7 @@ impl Bench {
     }
 
     /// By commands, to the review.
-    fn to_review(&mut self) {
+    fn lead_to_review(&mut self) {
         assert_eq!(self.ask(Opcode::Start, 0, 1), Reason::Fine);
         self.capture(22, 120.0);
         assert_eq!(self.ask(Opcode::Identify, 0, 0), Reason::Fine);
@@ -214,7 +214,7 @@ fn by_can_it_finds_to_the_bit_what_the_host_finds_and_a_restart_keeps_it() {
     let module = bench.last(|m| if let Message::Module(module) = m { Some(*module) } else { None }).unwrap();
     assert_eq!((module.joint, module.cables), (JointKind::Hinge, 4));
 
-    bench.to_review();
+    bench.lead_to_review();
     bench.hold(300);
     let found = by_the_host(&bench.messages, 22);
     let bits: Vec<u32> = (bench.logs.iter())
@@ -345,7 +345,7 @@ fn an_elbow_that_never_bends_is_refused_by_name() {
 #[test]
 fn a_record_of_another_joint_is_refused_by_name() {
     let mut bench = Bench::new();
-    bench.to_review();
+    bench.lead_to_review();
     bench.hold(300);
     assert_eq!(bench.accept(), Reason::Fine);
     let JointRecord::Hinge(hinge) = bench.records[0] else { panic!("not a hinge's") };
