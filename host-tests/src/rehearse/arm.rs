@@ -10,6 +10,7 @@ mod ball;
 mod bus;
 mod chain;
 mod elbow;
+mod elbow_report;
 mod emulated_bus;
 mod hinge;
 mod lengths;
@@ -21,7 +22,8 @@ mod roll_call;
 pub use bus::{Bus, InProcessBus};
 pub use chain::{Hand, Limb};
 pub use emulated_bus::EmulatedBus;
-pub use report::{ArmReport, BallReport, ElbowReport};
+pub use elbow_report::ElbowReport;
+pub use report::{ArmReport, BallReport};
 pub use roll_call::BusFault;
 
 use super::client::{Client, PERIOD_MS};

@@ -106,9 +106,9 @@ impl BallModule {
         let fastest = self.machine.double.drum().fastest_mm_per_s;
         let mut place = Place::new(bus, self.board);
         let session = Session::new(&mut place, &mut self.wearer, fastest, display);
-        let mut session = session.at(self.module.base).standing_in(self.at.clone());
+        let mut session = session.at(self.module.base).standing_in(self.at);
         let result = act(&mut session);
-        let at = session.pose().clone();
+        let at = *session.pose();
         self.at = at;
         result.map_err(|error| error.to_string())
     }
@@ -120,7 +120,7 @@ impl BallModule {
         let (machine, estimation) = replay::estimate(&self.machine.single, &taken, 0.0).map_err(refused)?;
         match &estimation.outcome {
             Ok(_) => Ok((machine, estimation)),
-            Err(refusal) => Err(refused(refusal.clone())),
+            Err(refusal) => Err(refused(*refusal)),
         }
     }
 }

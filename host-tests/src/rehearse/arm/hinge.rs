@@ -2,8 +2,8 @@
 
 use super::bus::{Bus, Place};
 use super::elbow::ElbowWearer;
+use super::elbow_report::ElbowReport;
 use super::module::ArmModule;
-use super::report::ElbowReport;
 use crate::rehearse::client::ANSWER_LIMIT_MS;
 use crate::rehearse::display::Display;
 use crate::rehearse::inbox::HingeNumber;
