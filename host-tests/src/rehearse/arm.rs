@@ -21,8 +21,8 @@ mod roll_call;
 
 pub use bus::{Bus, InProcessBus};
 pub use chain::{Hand, Limb};
-pub use emulated_bus::EmulatedBus;
 pub use elbow_report::ElbowReport;
+pub use emulated_bus::EmulatedBus;
 pub use report::{ArmReport, BallReport};
 pub use roll_call::BusFault;
 

@@ -8,7 +8,7 @@ use glenoid::can::{BaseId, Operation, ParameterRequest};
 use glenoid::parameters::{Key, ParameterSet, TABLE};
 
 impl Session<'_> {
-    /// See [`become_machine`].
+    /// Has the board become this machine: see `become_machine`.
     ///
     /// # Errors
     /// [`SessionError`]; the board is as it was then.
