@@ -14,7 +14,7 @@ const BASE: BaseId = BaseId::DEFAULT;
 
 fuzz_target!(|bytes: &[u8]| {
     let Ok(rig) = Rig::shoulder(ASSUMED_BASE_RADIUS_MM as f32) else { return };
-    let mut device = Device::new(Config::for_rig(rig));
+    let mut device = Device::new(&Config::for_rig(rig));
     let mut now_ms = 0u32;
     let mut rest = bytes;
     while let [selector, length, data @ ..] = rest {

@@ -25,9 +25,9 @@ impl<Q: PartialEq, A: Copy, const N: usize> Answered<Q, A, N> {
         self.entries.iter().find(|(asked, _, _)| asked == request).map(|(_, answer, _)| *answer)
     }
 
-    /// There is no room: to obey another request would be to forget one that may still be repeated.
-    pub fn is_full(&self) -> bool {
-        self.entries.is_full()
+    /// There is room for so many more: to obey another request without would be to forget one that may still be repeated.
+    pub fn has_room_for(&self, more: usize) -> bool {
+        self.entries.len() + more <= N
     }
 
     /// Notes an answer; a full list keeps what it has.
@@ -55,7 +55,7 @@ mod tests {
     fn a_full_list_forgets_nothing() {
         let mut answered = Answered::<u8, u8, 2>::new();
         (0..3).for_each(|k| answered.note(0, k, k));
-        assert!(answered.is_full());
+        assert!(!answered.has_room_for(1));
         assert_eq!((answered.find(1, &0), answered.find(1, &1), answered.find(1, &2)), (Some(0), Some(1), None));
     }
 }

@@ -13,6 +13,8 @@ impl Device {
         command: Command,
         out: &mut impl FnMut(Action),
     ) -> Option<(Reason, u16)> {
+        // Before another begins, whoever asked for the pose that was captured last is answered.
+        self.answer_capture(now_ms, out);
         if command == Command::Accept && self.numbering_unchecked() {
             return Some((Reason::NumberingUnchecked, 0));
         }

@@ -76,9 +76,10 @@ use sets::{OutgoingLive, OutgoingTelemetry, TelemetryInWork};
 use slip_monitor::SlipMonitor;
 use status::Pace;
 
-/// Most frames that one event causes, all at once: two poses (held and asked for by the button), or a heartbeat with the
-/// identity, or two frames of a report; a fault with what the slip monitor says of it; one of each set. Usually none or one.
-pub const MAX_FRAMES: usize = 7;
+/// Most frames that one event causes, all at once: the answer to a capture; two poses (held and asked for by the button), or a
+/// heartbeat with the identity, or two frames of a report; a pose that the button asked for in vain; a fault with what the slip
+/// monitor says of it; one of each set. Usually none or one.
+pub const MAX_FRAMES: usize = 8;
 
 /// What happens to the board.
 // A record is ten times the size of the rest. It comes once, by value: there is no heap to box it on.

@@ -41,7 +41,7 @@ impl Device {
         let remembered = request.nonce != 0 && !operation.is_some_and(Operation::is_query);
         let result = match operation {
             None => Err((Reason::UnknownOperation, request.value)),
-            Some(_) if remembered && self.parameters_answered.is_full() => {
+            Some(_) if remembered && !self.parameters_answered.has_room_for(1) => {
                 Err((Reason::TooManyCommands, request.value))
             }
             Some(Operation::Save | Operation::EraseRecord) => {

@@ -34,12 +34,14 @@ impl Device {
             self.send(&Message::Answer(answer), out);
             return;
         }
-        if is_remembered(&request) && self.answered.is_full() {
-            self.answer(&request, Reason::TooManyCommands, 0, out);
+        if request.nonce != 0 && self.capture_asked == Some(Asked::OverCan(request)) {
+            // A repetition: the answer is on its way.
             return;
         }
-        if self.capture_asked == Some(Asked::OverCan(request)) {
-            // A repetition: the answer is on its way.
+        // The answer that is on its way will be remembered too.
+        let is_awaited = matches!(self.capture_asked, Some(Asked::OverCan(_)));
+        if is_remembered(&request) && !self.answered.has_room_for(1 + usize::from(is_awaited)) {
+            self.answer(&request, Reason::TooManyCommands, 0, out);
             return;
         }
         match self.obey(now_ms, &request, out) {

@@ -160,6 +160,8 @@ impl Device {
         let in_use = matches!(self.procedure.state(), StateName::Idle | StateName::Failed);
         if !in_use || self.procedure.fault(now_ms).is_some() {
             detector.interrupted();
+            // The arm may be in another cuff afterwards: what has confirmed the centre so far confirms it no more.
+            self.slip_monitor.evidence = Evidence::default();
             self.slip_monitor.is_looking = false;
             // the centre is in terms of counts that have shifted
             if let Some(lost) = self.procedure.lost_count() {

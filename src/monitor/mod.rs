@@ -201,8 +201,12 @@ impl<T: Real> SlipDetector<T> {
         }
     }
 
-    /// The same a slice at a time: begins with a sample. One that is still being looked at is given up.
+    /// The same a slice at a time: begins with a sample. One that is still being looked at is given up, unless it is in the
+    /// evidence by half.
     pub fn begin(&mut self, lengths: &CableLengths<T>) {
+        if let Look::AddCables(..) = self.look {
+            return;
+        }
         let Some(before) = self.attitude else { return self.begin_search(lengths) };
         self.look = Look::No;
         if !self.has_moved(lengths) {

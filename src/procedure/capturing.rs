@@ -35,7 +35,9 @@ enum Asked {
 impl Procedure {
     /// Begins to capture the pose in which the arm is held, or says why not.
     pub(super) fn capture_by_command(&mut self, now_ms: u32) -> Reply {
-        if self.capturing.is_some() || self.assessing.is_some() {
+        // A pose on the way gives way: it was not asked for.
+        let is_busy = self.capturing.is_some_and(|capturing| capturing.asked != Asked::Motion);
+        if is_busy || self.assessing.is_some() {
             // The arm stands where it was captured a moment ago.
             return Reply::refused(Reason::PoseTooNear, 0);
         }

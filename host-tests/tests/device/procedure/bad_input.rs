@@ -2,7 +2,7 @@
 
 use super::bench::{Bench, SAMPLE_MS};
 use glenoid::can::status::Answer;
-use glenoid::can::{BaseId, Frame, Message, Opcode};
+use glenoid::can::{BaseId, Frame, Message, Opcode, Request};
 use glenoid::device::Event;
 use glenoid::procedure::{PoseSet, Reason, StateName};
 
@@ -103,6 +103,45 @@ fn a_capture_that_the_end_of_the_run_overtakes_is_answered_and_takes_no_pose() {
     assert_eq!(codes.len(), 2);
     assert_eq!(bench.state(), StateName::Idle);
     assert!(bench.procedure().poses(PoseSet::Identification).is_empty());
+}
+
+fn command(opcode: Opcode, nonce: u16, argument: u16) -> Event {
+    let request = Request { opcode: opcode as u8, boot: 0, nonce, run_id: 0, argument };
+    Event::Can(request.pack(BaseId::DEFAULT.command()))
+}
+
+/// Every asker gets his own answer, also when the next one asks before the last has been answered.
+#[test]
+fn a_second_capture_between_a_pose_and_its_answer_takes_no_answer_away() {
+    let mut bench = Bench::new(46);
+    bench.lead_to(StateName::Verifying);
+    bench.next_pose();
+    let before = bench.messages.len();
+    bench.event(command(Opcode::Capture, 501, 0));
+    while bench.device.is_busy() {
+        bench.event(Event::Tick);
+    }
+    bench.event(command(Opcode::Capture, 502, 0));
+    bench.pass(20);
+    let codes: Vec<(u16, Reason)> = answers(&bench, before).iter().map(|answer| (answer.nonce, answer.code)).collect();
+    assert_eq!(codes, [(501, Reason::Fine), (502, Reason::PoseTooNear)]);
+}
+
+#[test]
+fn a_capture_of_the_next_run_does_not_get_the_answer_of_the_last() {
+    let mut bench = Bench::new(47);
+    bench.lead_to(StateName::Collecting);
+    bench.next_pose();
+    let before = bench.messages.len();
+    bench.event(command(Opcode::Capture, 501, 0));
+    bench.event(command(Opcode::Abort, 502, 0));
+    bench.event(command(Opcode::Start, 503, 1));
+    bench.event(command(Opcode::Capture, 504, 0));
+    bench.pass(20);
+    let mut codes: Vec<(u16, Reason)> =
+        answers(&bench, before).iter().map(|answer| (answer.nonce, answer.code)).collect();
+    codes.sort_by_key(|(nonce, _)| *nonce);
+    assert_eq!(codes, [(501, Reason::WrongState), (502, Reason::Fine), (503, Reason::Fine), (504, Reason::Fine)]);
 }
 
 #[test]
