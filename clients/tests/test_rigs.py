@@ -61,7 +61,7 @@ def test_what_cannot_be_is_refused_by_its_code(board: Board) -> None:
         # out of its range, no number, no parameter, a set that contradicts itself
         assert "ParameterOutOfRange" in refusal(parameters, "Write", "base_1_x", base.pack(2000.5))
         assert "ParameterOutOfRange" in refusal(parameters, "Write", "base_1_x", base.pack(float("nan")))
-        assert "ParameterOutOfRange" in refusal(parameters, "Write", "geometry", struct.pack("<I", 2))
+        assert "ParameterOutOfRange" in refusal(parameters, "Write", "geometry", struct.pack("<I", 3))
         with pytest.raises(glenoid.DeviceError, match="UnknownParameter"):
             parameters.ask("Write", 9)
         for name, value in {"base_2_x": 150.0, "base_2_y": 0.0}.items():
