@@ -183,7 +183,6 @@ impl Message {
     ///
     /// # Errors
     /// [`PackError::OutOfRange`] when a value is no number or does not fit its field.
-    #[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
     pub fn pack(&self, base: BaseId) -> Result<Frame, PackError> {
         let payload = match self {
             Self::Answer(m) => m.pack(),

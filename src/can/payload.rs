@@ -81,7 +81,6 @@ impl Payload {
     ///
     /// # Errors
     /// [`PackError::OutOfRange`] when the value is no number or does not fit.
-    #[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
     pub fn with_value(self, field: Field, value: f32) -> Result<Self, PackError> {
         let raw = to_raw(value, field.scale).ok_or(PackError::OutOfRange)?;
         Ok(self.with(field, raw))

@@ -43,7 +43,6 @@ fn power_of_two(exponent: i8) -> f32 {
 ///
 /// None when the value is NaN or infinite or does not fit: such a value must be reported as a fault and never as a
 /// number.
-#[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
 pub fn to_raw(value: f32, scale: Scale) -> Option<u32> {
     let steps = rounded(value * power_of_two(scale.exponent.saturating_neg()));
     // 2^bits or 2^(bits-1) itself is representable, the largest integer below it may not be: compare with `<`.

@@ -26,7 +26,7 @@ pub fn module_fingerprint(rig: &ModuleRig) -> u32 {
 
 /// The numbers of an elbow's rig in their order: no ball's rig has so few.
 #[inline(never)]
-pub(super) fn for_each_number_of_elbow(rig: &ElbowRig, add: &mut dyn FnMut(&[f32])) {
+pub(super) fn for_each_number_of_elbow(rig: &ElbowRig, add: &mut impl FnMut(&[f32])) {
     let hinge = rig.hinge();
     add(&[hinge.cables().len() as f32]);
     hinge.cables().iter().for_each(|cable| add_cable(cable, add));
@@ -41,20 +41,20 @@ pub(super) fn for_each_number_of_elbow(rig: &ElbowRig, add: &mut dyn FnMut(&[f32
     }
 }
 
-fn add_cable(cable: &CableEnds<f32>, add: &mut dyn FnMut(&[f32])) {
+fn add_cable(cable: &CableEnds<f32>, add: &mut impl FnMut(&[f32])) {
     add(cable.base_mm.as_slice());
     add(cable.end_mm.as_slice());
     add(&[cable.pulley.radius_mm]);
     add(cable.pulley.axis.as_slice());
 }
 
-fn add_tolerance(tolerance: &Tolerance<f32>, add: &mut dyn FnMut(&[f32])) {
+fn add_tolerance(tolerance: &Tolerance<f32>, add: &mut impl FnMut(&[f32])) {
     let Tolerance { base_mm, edges_mm, offset_mm, drum } = *tolerance;
     add(&[base_mm, edges_mm, offset_mm, drum]);
 }
 
 /// The numbers of a rig's geometry, its drive and its tolerances, in their order.
-pub(super) fn for_each_number(rig: &Rig<f32>, add: &mut dyn FnMut(&[f32])) {
+pub(super) fn for_each_number(rig: &Rig<f32>, add: &mut impl FnMut(&[f32])) {
     rig.base_mm().iter().for_each(|point| add(point.as_slice()));
     add(rig.edges_mm());
     let drum = rig.drum();
