@@ -79,10 +79,10 @@ impl<T: Real> HingeMachine<T> {
         }
         let tolerance = rig.tolerance();
         if tolerance.base_mm > zero {
-            machine.base_modes = modes(&machine.stated_base_mm, machine.cables);
+            put_modes(&mut machine.base_modes, &machine.stated_base_mm, machine.cables);
         }
         if tolerance.edges_mm > zero {
-            machine.end_modes = modes(&machine.stated_end_mm, machine.cables);
+            put_modes(&mut machine.end_modes, &machine.stated_end_mm, machine.cables);
         }
         let mut add = |count: usize, constant: fn(usize) -> Constant, sigma: T| {
             for index in 0..if sigma > zero { count } else { 0 } {
@@ -192,12 +192,10 @@ fn displace<T: Real>(points: &mut Points<T>, mode: Option<&Points<T>>, value: T)
     }
 }
 
-/// The modes of the first `cables` points.
-fn modes<T: Real>(points: &Points<T>, cables: usize) -> Vec<Points<T>, MAX_MODES> {
-    let at = |points: &[Vector3<T>], index: usize| points.get(index).copied().unwrap_or_else(Vector3::zeros);
-    let mut modes = Vec::new();
-    for_each_mode(&core::array::from_fn(|index| at(points, index)), cables, |mode| {
-        let _ = modes.push(core::array::from_fn(|index| at(mode, index)));
+/// Adds the modes of the first `cables` points to none.
+fn put_modes<T: Real>(modes: &mut Vec<Points<T>, MAX_MODES>, points: &Points<T>, cables: usize) {
+    for_each_mode(points.get(..cables).unwrap_or_default(), |mode| {
+        // Points that there are not do not move.
+        let _ = mode.first_chunk().map(|points| modes.push(*points));
     });
-    modes
 }

@@ -75,7 +75,7 @@ impl<T: Real> ShapeModes<T> {
     /// The modes of the first `count` points. `of_cable`: the point at which each cable ends.
     fn find(&mut self, points_mm: &Points<T>, count: usize, of_cable: &[usize]) {
         self.count = 0;
-        for_each_mode(points_mm, count, |mode| {
+        for_each_mode(points_mm.get(..count).unwrap_or_default(), |mode| {
             if let Some(kept) = self.modes.get_mut(self.count) {
                 for (end, point) in kept.iter_mut().zip(of_cable) {
                     *end = mode.get(*point).copied().unwrap_or_else(Vector3::zeros);
@@ -89,36 +89,41 @@ impl<T: Real> ShapeModes<T> {
 /// Displacements of up to six points.
 type Points<T> = [Vector3<T>; CABLES];
 
-/// The modes of the first `count` of some points, by Gram-Schmidt: rigid motions first, then every coordinate of every
+/// Orthonormal displacements.
+type Basis<T> = heapless::Vec<Points<T>, { 3 * CABLES }>;
+
+/// The modes of up to six points, by Gram-Schmidt: rigid motions first, then every coordinate of every
 /// point; what is linearly independent is a mode.
-pub fn for_each_mode<T: Real>(points_mm: &Points<T>, count: usize, mut found: impl FnMut(&Points<T>)) {
-    let mut basis = heapless::Vec::<Points<T>, { 3 * CABLES }>::new();
-    let points = points_mm.get(..count).unwrap_or_default();
-    let middle = points.iter().fold(Vector3::zeros(), |sum, p| sum + p) / T::of_integer(count as i32);
+pub fn for_each_mode<T: Real>(points_mm: &[Vector3<T>], mut found: impl FnMut(&Points<T>)) {
+    let mut basis = Basis::new();
+    let middle = points_mm.iter().fold(Vector3::zeros(), |sum, p| sum + p) / T::of_integer(points_mm.len() as i32);
     let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
-    let moved = |motion: &dyn Fn(&Vector3<T>) -> Vector3<T>| {
-        let mut all = [Vector3::zeros(); CABLES];
-        all.iter_mut().zip(points).for_each(|(moved, point)| *moved = motion(point));
-        all
-    };
-    for axis in &axes {
-        let _ = orthonormal(&basis, moved(&|_| *axis)).map(|motion| basis.push(motion));
-    }
-    for axis in &axes {
-        let turned = moved(&|point| axis.cross(&(point - middle)));
-        let _ = orthonormal(&basis, turned).map(|motion| basis.push(motion));
-    }
-    for point in 0..points.len() {
-        for axis in &axes {
-            let mut unit = [Vector3::zeros(); CABLES];
-            if let Some(moved) = unit.get_mut(point) {
-                *moved = *axis;
+    // Along the axes, about them, then each point along each.
+    for index in 0..RIGID + 3 * points_mm.len() {
+        let axis = &axes[index % 3];
+        let mut vector = [Vector3::zeros(); CABLES];
+        for (at, (moved, point)) in vector.iter_mut().zip(points_mm).enumerate() {
+            match index / 3 {
+                0 => *moved = *axis,
+                1 => *moved = axis.cross(&(point - middle)),
+                free if free == at + 2 => *moved = *axis,
+                _ => {}
             }
-            let Some(mode) = orthonormal(&basis, unit) else { continue };
-            found(&mode);
-            let _ = basis.push(mode);
+        }
+        let mode = extend(&mut basis, &vector);
+        if let Some(mode) = mode.filter(|_| index >= RIGID) {
+            found(mode);
         }
     }
+}
+
+/// Adds the part of `vector` that is orthogonal to the basis; gives it, if there is one.
+// Not inlined: each copy would have its vectors on the stack (`cargo stack --ways`).
+#[inline(never)]
+fn extend<'a, T: Real>(basis: &'a mut Basis<T>, vector: &Points<T>) -> Option<&'a Points<T>> {
+    let added = orthonormal(basis, *vector)?;
+    basis.push(added).ok()?;
+    basis.last()
 }
 
 /// The part of `vector` orthogonal to the basis, normalised; `None` when hardly anything is left.
