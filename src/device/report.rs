@@ -65,6 +65,8 @@ const POSITIONS_A_CALL: usize = 4;
 enum Preparing {
     Nothing,
     Naming(NamingInWork),
+    /// What names the centre is worked out.
+    Named,
     WeakDirection(EigenSearch<f32, RESULT_UNKNOWNS>),
 }
 
@@ -224,6 +226,9 @@ impl Reporter {
         if is_live || position == CANDIDATE_NAMING && parts.run {
             let shown = if is_live { procedure.live() } else { procedure.candidate() };
             let Some(shown) = shown else { return true };
+            if let Preparing::Named = self.preparing {
+                return true;
+            }
             let mut in_work = match self.preparing {
                 Preparing::Naming(in_work) => in_work,
                 _ => NamingInWork::new(),
@@ -234,6 +239,9 @@ impl Reporter {
             };
             let named = Some(Named { seal: seal(&shown, 0, 0), naming });
             *(if is_live { &mut self.named_live } else { &mut self.named_candidate }) = named;
+            // It goes out with the next call: all at once would be the longest tick of the board.
+            self.preparing = Preparing::Named;
+            return false;
         }
         if position == WEAK_DIRECTION
             && parts.run
