@@ -70,6 +70,7 @@ pub const ALL: &[Study] = &[
     free_motion::STUDY,
     elbow::STUDY,
     elbow::ACCEPTS,
+    elbow::WATCH,
     arm::STUDY,
     arm_boards::STUDY,
     pulley::STUDY,

@@ -1,30 +1,81 @@
-//! The slip monitor over the centre in use: when it looks at a sample, what it reports, until when.
+//! The slip monitor over the joint in use: when it looks at a sample, what it reports, until when.
 //!
-//! It looks while a centre is in use and no calibration is under way, at believable encoders only, and at most once in
+//! It looks while a joint is in use and no calibration is under way, at believable encoders only, and at most once in
 //! [`PERIOD_MS`]: that bounds its cost whatever the sampling rate, and at 20 degrees a second the arm turns by a tenth
 //! of a degree meanwhile. Every sample of a board that takes a hundred a second is looked at, late or early. A warning stays
-//! until somebody acknowledges it or another centre is accepted. If what slipped is still where it slipped to, the next few
-//! degrees of motion warn again. The centre in use never changes.
+//! until somebody acknowledges it or another joint is accepted. If what slipped is still where it slipped to, the next few
+//! degrees of motion warn again. The joint in use never changes.
 
 use super::live_joint::LiveJoint;
 use super::{Action, Device, LogEntry};
 use crate::can::Message;
 use crate::can::watch::WatchReport;
+use crate::identification::hinge::HingeAngles;
 use crate::identification::joint::Joint;
 use crate::identification::{Identified, Machine};
 use crate::kinematics::CableLengths;
-use crate::monitor::{DetectorState, SlipDetector};
-use crate::procedure::{Candidate, ModuleProcedure, Procedure, Reason, StateName};
+use crate::monitor::{DetectorState, HingeWatch, SlipDetector, Warning};
+use crate::procedure::elbow::ElbowProcedure;
+use crate::procedure::{Candidate, ModuleProcedure, Reason, StateName};
 use crate::rig::CABLES;
 use nalgebra::UnitQuaternion;
 
 /// Shortest time between two samples that are looked at, ms.
 const PERIOD_MS: u32 = 5;
 
-/// The watch over the centre in use, if there is one.
+/// The detector of the joint in use. Both kinds share their place.
+// There is one of it, and no heap to box the larger one on.
+#[allow(clippy::large_enum_variant)]
+#[derive(Debug, Clone)]
+enum Detector {
+    Ball(SlipDetector<f32>),
+    Hinge(HingeWatch<f32>),
+}
+
+/// Asks the detector that there is.
+macro_rules! of_either {
+    ($detector:expr, $name:ident => $call:expr) => {
+        match $detector {
+            Detector::Ball($name) => $call,
+            Detector::Hinge($name) => $call,
+        }
+    };
+}
+
+impl Detector {
+    fn state(&self) -> DetectorState {
+        of_either!(self, detector => detector.state())
+    }
+
+    fn attitude(&self) -> Option<UnitQuaternion<f32>> {
+        of_either!(self, detector => detector.attitude())
+    }
+
+    fn is_looking(&self) -> bool {
+        of_either!(self, detector => detector.is_looking())
+    }
+
+    fn rearm(&mut self) {
+        of_either!(self, detector => detector.rearm());
+    }
+
+    fn interrupted(&mut self) {
+        of_either!(self, detector => detector.interrupted());
+    }
+
+    /// `angles`: of the hinge in use.
+    fn advance(&mut self, angles: Option<&mut HingeAngles<f32>>) -> Option<Warning<f32>> {
+        match self {
+            Self::Ball(detector) => detector.advance(),
+            Self::Hinge(detector) => detector.advance(angles?),
+        }
+    }
+}
+
+/// The watch over the joint in use, if there is one.
 #[derive(Debug, Clone, Default)]
 pub(super) struct SlipMonitor {
-    detector: Option<SlipDetector<f32>>,
+    detector: Option<Detector>,
     /// Where the centre in use is now; `None` for a ball, whose centre rests.
     live_joint: Option<LiveJoint>,
     /// 1σ of that centre in its worst direction, mm: every set of telemetry says it.
@@ -63,7 +114,7 @@ const CONFIRMING_SPAN_RAD: f32 = 0.35;
 
 impl Evidence {
     /// Takes in what the detector has made of a sample. True once there is enough.
-    fn add(&mut self, detector: &SlipDetector<f32>) -> bool {
+    fn add(&mut self, detector: &Detector) -> bool {
         let Some(attitude) = detector.attitude().filter(|_| detector.state() == DetectorState::Quiet) else {
             *self = Self::default();
             return false;
@@ -95,6 +146,7 @@ impl SlipMonitor {
         let ball = procedure.ball().and_then(|procedure| Some((procedure.machine(), procedure.live()?)));
         let Some((machine, live)) = ball else {
             self.due = Due::Nothing;
+            self.detector = procedure.hinge().and_then(watch_over).map(Detector::Hinge);
             return;
         };
         let identified = &live.identified;
@@ -108,7 +160,7 @@ impl SlipMonitor {
                 Due::Detector
             }
             Due::Detector => {
-                self.detector = Some(detector_of(machine, live));
+                self.detector = Some(Detector::Ball(detector_of(machine, live)));
                 Due::Nothing
             }
             Due::Nothing => Due::Nothing,
@@ -153,6 +205,11 @@ fn detector_of(machine: &Machine<f32>, live: &Candidate) -> SlipDetector<f32> {
     SlipDetector::new(machine, deviation, parameters, offsets_mm, noise_mm, joint)
 }
 
+fn watch_over(procedure: &ElbowProcedure) -> Option<HingeWatch<f32>> {
+    let noise_mm = procedure.rig().hinge().length_noise_mm().max(procedure.live()?.found.noise_mm);
+    Some(HingeWatch::new(procedure.rig().cables().into(), noise_mm))
+}
+
 impl Device {
     /// Lets the watch begin to look at a sample of the encoders.
     pub(super) fn monitor_sample(&mut self, now_ms: u32, counts: &[i32; CABLES], out: &mut impl FnMut(Action)) {
@@ -173,10 +230,19 @@ impl Device {
             return;
         }
         self.slip_monitor.looked_at_ms = Some(now_ms);
-        let Some(rig) = self.procedure.ball().map(Procedure::rig) else { return };
-        let Ok(lengths) = CableLengths::from_counts(rig, counts) else { return };
-        detector.begin(&lengths);
-        self.slip_monitor.is_looking = true;
+        let has_begun = match (detector, &self.procedure) {
+            (Detector::Ball(detector), ModuleProcedure::Ball(procedure)) => {
+                CableLengths::from_counts(procedure.rig(), counts).map(|lengths| detector.begin(&lengths)).is_ok()
+            }
+            (Detector::Hinge(detector), ModuleProcedure::Hinge(procedure)) => {
+                procedure.lengths_of(counts).is_some_and(|lengths| {
+                    detector.begin(&lengths);
+                    true
+                })
+            }
+            _ => false,
+        };
+        self.slip_monitor.is_looking |= has_begun;
     }
 
     /// Goes on with the sample that is being looked at, a slice a tick.
@@ -184,7 +250,7 @@ impl Device {
         let Some(detector) = self.slip_monitor.detector.as_mut().filter(|_| self.slip_monitor.is_looking) else {
             return;
         };
-        let Some(warning) = detector.advance() else {
+        let Some(warning) = detector.advance(self.procedure.angles_mut()) else {
             if !detector.is_looking() {
                 self.slip_monitor.is_looking = false;
                 self.confirmed |= self.slip_monitor.evidence.add(detector);

@@ -142,6 +142,11 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
         }
     }
 
+    /// The entry of JᵀJ in row `i`, column `j <= i`; 0 outside the triangle.
+    pub fn entry(&self, i: usize, j: usize) -> T {
+        self.matrix.get(packed_index(i, j)).copied().unwrap_or_else(T::zero)
+    }
+
     /// Adds to one entry of JᵀJ, row `i`, column `j <= i`. Does nothing outside the triangle.
     pub fn add_to_entry(&mut self, i: usize, j: usize, value: T) {
         if let Some(entry) = self.matrix.get_mut(packed_index(i, j)) {

@@ -1,68 +1,31 @@
 //! The evidence of a suspicious stretch of motion, fitted with each possible cause.
 
+use super::warning::{Cause, Explanation, Squares, Warning, best_cable};
 use crate::identification::marginal_information::MarginalInformation;
 use crate::linear_algebra::{NormalEquations, dot, inverse_of_positive_definite};
 use crate::rig::CABLES;
 use crate::scalar::Real;
 use nalgebra::{Matrix3, Vector3};
 
-/// χ² per degree of freedom up to which a cause explains the evidence. 1 is noise alone; the equations are linear in
-/// the slip, which adds a little at 3 mm.
-const EXPLAINED: f64 = 4.0;
-
-/// A cause with more unknowns must leave a χ² smaller by this factor than a simpler one that explains the evidence.
-const CLEARLY: f64 = 1.4;
-
-/// What has happened.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Cause<T> {
-    /// The centre moved in {B}: the base strap slipped. By how much, mm, axes of {B}.
-    StrapSlipped(Vector3<T>),
-    /// The centre moved in {P}: the cuff slipped on the arm. By how much, mm, axes of {P}.
-    CuffSlipped(Vector3<T>),
-    /// One cable slipped on its drum or stretched.
-    CableSlipped {
-        /// Cable, 1 to 6.
-        cable: u8,
-        /// Error of its length (reading minus true), mm.
-        error_mm: T,
-    },
-    /// The centre moves with the arm's elevation: not a ball joint. Movement per 10 degrees, mm, axes of {B}.
-    NotABall(Vector3<T>),
-    /// Something has moved that none of the causes explains alone.
-    Unknown,
-}
-
-/// A warning: the cause, and how well it explains the evidence.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Warning<T> {
-    /// The cause that explains the evidence best.
-    pub cause: Cause<T>,
-    /// χ² per degree of freedom before any explanation, and with this one; 1 is noise.
-    pub chi_square: [T; 2],
-}
-
-/// A cause, the squares that it explains, mm², and how many unknowns it has; `None` where the evidence does not determine it.
-pub(super) type Explanation<T> = Option<(Cause<T>, T, i32)>;
+/// Lengths to spare: three of six are explained by the rotation.
+const SPARE: i32 = 3;
 
 /// Sums over the samples of a stretch of motion.
 #[derive(Clone, Debug)]
 pub(super) struct Evidence<T> {
-    samples: u16,
-    /// Squares with no explanation, mm².
-    squares: T,
+    squares: Squares<T>,
     /// δO, and (rows 3..6) δO per radian of elevation.
     drift: NormalEquations<T, 6, 21>,
     strap: (Matrix3<T>, Vector3<T>),
     cuff: (Matrix3<T>, Vector3<T>),
+    /// Weight and gradient of each cable's own error.
     cables: [(T, T); CABLES],
 }
 
 impl<T: Real> Evidence<T> {
     pub fn new() -> Self {
         Self {
-            samples: 0,
-            squares: T::zero(),
+            squares: Squares::none(SPARE),
             drift: NormalEquations::new(6),
             strap: (Matrix3::zeros(), Vector3::zeros()),
             cuff: (Matrix3::zeros(), Vector3::zeros()),
@@ -71,14 +34,13 @@ impl<T: Real> Evidence<T> {
     }
 
     pub fn samples(&self) -> u16 {
-        self.samples
+        self.squares.samples()
     }
 
     /// Adds a sample with the arm's rotation ({P} to {B}), without what it says of single cables.
     #[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
     pub fn add(&mut self, rotation: &Matrix3<T>, pose: &MarginalInformation<T>) {
-        self.samples = self.samples.saturating_add(1);
-        self.squares += pose.squares_mm2();
+        self.squares.add(pose.squares_mm2());
         let (information, gradient) = (&pose.information(), &pose.gradient_mm());
         self.strap.0 += information;
         self.strap.1 += gradient;
@@ -113,42 +75,12 @@ impl<T: Real> Evidence<T> {
     /// The cause that explains the evidence; `None` when there is nothing to explain. `usual`: χ² per degree of
     /// freedom before the suspicion, 1 or more. `drift`: what [`drift`](Self::drift) found before.
     pub fn judge(&self, variance_mm2: T, suspicious: T, usual: T, drift: Explanation<T>) -> Option<Warning<T>> {
-        let before = self.left(T::zero(), 0) / variance_mm2;
-        if before < suspicious {
-            return None;
-        }
-        // From the simplest cause to the richest: the first that explains everything is named, else the best of all.
-        let mut best = Warning { cause: Cause::Unknown, chi_square: [before, before] };
-        let causes = [self.cable(), self.strap(), self.cuff(), drift];
-        for (cause, explained, unknowns) in causes.into_iter().flatten() {
-            let after = self.left(explained, unknowns) / variance_mm2;
-            if after <= T::of(EXPLAINED) && after < best.chi_square[1] {
-                let first = best.cause == Cause::Unknown;
-                // A cause with more unknowns must explain clearly more. Differences below the usual χ² do not count:
-                // the noise and the error of the centre in use leave that much anyway.
-                if first || after.max(usual) * T::of(CLEARLY) < best.chi_square[1] {
-                    best = Warning { cause, chi_square: [before, after] };
-                }
-            }
-        }
-        Some(best)
-    }
-
-    /// Squares per degree of freedom that an explanation leaves, mm².
-    fn left(&self, explained: T, unknowns: i32) -> T {
-        let freedom = (3 * i32::from(self.samples) - unknowns).max(1);
-        (self.squares - explained).max(T::zero()) / T::of_integer(freedom)
-    }
-
-    fn cable(&self) -> Explanation<T> {
-        let explained = |&(weight, gradient): &(T, T)| {
-            if weight > T::zero() { gradient * gradient / weight } else { T::zero() }
-        };
-        let [first, ..] = &self.cables;
-        let better = |best: (u8, _), next: (u8, _)| if explained(next.1) > explained(best.1) { next } else { best };
-        let (cable, best) = (1..).zip(&self.cables).fold((1, first), better);
-        let &(weight, gradient) = best;
-        (weight > T::zero()).then(|| (Cause::CableSlipped { cable, error_mm: gradient / weight }, explained(best), 1))
+        self.squares.judge(
+            variance_mm2,
+            suspicious,
+            usual,
+            &[best_cable(&self.cables), self.strap(), self.cuff(), drift],
+        )
     }
 
     fn strap(&self) -> Explanation<T> {

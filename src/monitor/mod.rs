@@ -1,4 +1,4 @@
-//! Slip detection: does the centre in use still hold? Three of the six lengths are redundant at every instant.
+//! Slip detection: does the joint in use still hold? Three of the six lengths are redundant at every instant.
 //!
 //! Once the centre is known, three angles explain six lengths; a residual beyond the noise says that something has
 //! moved. Each sample sees the displacement δ = δO - R δC of the centre (see
@@ -21,10 +21,17 @@
 //! then, and a still arm cannot raise an alarm. Nothing is ever corrected here: the centre in use stays.
 
 mod evidence;
+mod hinge;
+mod hinge_evidence;
+mod suspicion;
+mod warning;
 
-pub use self::evidence::{Cause, Warning};
+pub use self::hinge::HingeWatch;
+pub use self::warning::{Cause, Warning};
 
-use self::evidence::{Evidence, Explanation};
+use self::evidence::Evidence;
+use self::suspicion::{Change, SUSPICIOUS, Suspicion};
+use self::warning::Explanation;
 use crate::identification::joint::Joint;
 use crate::identification::machine::{Machine, MachineDeviation};
 use crate::identification::marginal_information::MarginalInformation;
@@ -40,18 +47,6 @@ const MOVED_MM: f64 = 0.5;
 
 /// Gauss-Newton steps with the motion of the centre included, after those about a fixed one.
 const TURNS: u8 = 2;
-
-/// Weight of a new sample in the running mean of χ².
-const SHARE: f64 = 1.0 / 16.0;
-
-/// Weight of a new sample in the slow mean of χ², and the maximum that one sample counts there, so that the first
-/// samples of a slip hardly change it.
-const USUAL_SHARE: f64 = 1.0 / 128.0;
-const MAX_USUAL: f64 = 4.0;
-
-/// Running mean of χ² per degree of freedom (1 when all is well) at which suspicion begins. The mean of sixteen
-/// sound samples is 1 ± 0.2; ten is what 0.5 mm of slip leaves.
-const SUSPICIOUS: f64 = 10.0;
 
 /// Samples that a decision takes, and how far the arm must have turned among them, rad (16 degrees).
 const SAMPLES: u16 = 32;
@@ -105,11 +100,7 @@ pub struct SlipDetector<T: Real> {
     /// The last sample that counted.
     counted: Option<CableLengths<T>>,
     look: Look<T>,
-    chi_square: T,
-    /// Slow mean of χ² per degree of freedom while all is well: 1, and more where the centre in use is itself a little
-    /// off.
-    usual: T,
-    state: DetectorState,
+    suspicion: Suspicion<T>,
     first: Vector3<T>,
     span: T,
     evidence: Evidence<T>,
@@ -143,9 +134,7 @@ impl<T: Real> SlipDetector<T> {
             attitude: None,
             counted: None,
             look: Look::No,
-            chi_square: T::one(),
-            usual: T::one(),
-            state: DetectorState::Quiet,
+            suspicion: Suspicion::none(),
             first: Vector3::zeros(),
             span: T::zero(),
             evidence: Evidence::new(),
@@ -154,12 +143,12 @@ impl<T: Real> SlipDetector<T> {
 
     /// What the detector is doing.
     pub fn state(&self) -> DetectorState {
-        self.state
+        self.suspicion.state()
     }
 
     /// Running mean of χ² per degree of freedom; 1 when all is well.
     pub fn chi_square(&self) -> T {
-        self.chi_square
+        self.suspicion.chi_square()
     }
 
     /// The arm's rotation ({P} to {B}) in the last sample that counted.
@@ -169,15 +158,14 @@ impl<T: Real> SlipDetector<T> {
 
     /// Goes back to quiet after a warning.
     pub fn rearm(&mut self) {
-        self.state = DetectorState::Quiet;
-        self.chi_square = T::one();
+        self.suspicion.rearm();
         self.evidence = Evidence::new();
     }
 
     /// Nothing was seen for a while: the arm may be anywhere now. A suspicion is dropped; a warning stays.
     pub fn interrupted(&mut self) {
         (self.attitude, self.counted, self.look) = (None, None, Look::No);
-        if self.state == DetectorState::Suspicious {
+        if self.state() == DetectorState::Suspicious {
             self.rearm();
         }
     }
@@ -304,23 +292,18 @@ impl<T: Real> SlipDetector<T> {
     /// Takes in χ² of a sample; suspicion begins, or goes on.
     fn see(&mut self, attitude: &UnitQuaternion<T>, pose: &MarginalInformation<T>) {
         let chi_square = pose.squares_mm2() / (self.variance_mm2 * T::of(3.0));
-        self.chi_square += (chi_square - self.chi_square) * T::of(SHARE);
-        if self.state == DetectorState::Quiet {
-            self.usual += (chi_square.min(T::of(MAX_USUAL)) - self.usual) * T::of(USUAL_SHARE);
-        }
-        match self.state {
-            DetectorState::Quiet if self.chi_square > T::of(SUSPICIOUS) => {
-                self.state = DetectorState::Suspicious;
+        match self.suspicion.see(chi_square) {
+            Change::None => {}
+            Change::Begins => {
                 self.evidence = Evidence::new();
                 self.first = scaled_axis(attitude);
                 self.span = T::zero();
             }
-            DetectorState::Suspicious => {
+            Change::GoesOn => {
                 let turned = (scaled_axis(attitude) - self.first).norm_squared().root();
                 self.span = self.span.max(turned);
                 self.look = Look::Add(*attitude);
             }
-            DetectorState::Quiet | DetectorState::Warned => {}
         }
     }
 
@@ -353,11 +336,9 @@ impl<T: Real> SlipDetector<T> {
     }
 
     fn judge(&mut self, drift: Explanation<T>) -> Option<Warning<T>> {
-        let warning = self.evidence.judge(self.variance_mm2, T::of(SUSPICIOUS), self.usual.max(T::one()), drift);
-        self.state = if warning.is_some() { DetectorState::Warned } else { DetectorState::Quiet };
-        if warning.is_none() {
-            self.chi_square = T::one();
-        }
+        let usual = self.suspicion.usual();
+        let warning = self.evidence.judge(self.variance_mm2, T::of(SUSPICIOUS), usual, drift);
+        self.suspicion.judged(warning.is_some());
         warning
     }
 }

@@ -25,7 +25,7 @@ fn every_study_finds_the_same_on_one_core_and_on_three() {
         let trials = match study.name {
             "arm-boards" => 2,
             "fig6" | "fig7" => 20,
-            "elbow" | "elbow-accepts" | "arm" | "shoulder" => 8,
+            "elbow" | "elbow-accepts" | "elbow-watch" | "arm" | "shoulder" => 8,
             _ => 60,
         };
         let plan = Plan { seed: 11, trials };

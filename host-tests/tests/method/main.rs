@@ -18,6 +18,7 @@ mod geometry;
 mod held_noise;
 mod hinge;
 mod hinge_slices;
+mod hinge_watch;
 mod joint_models;
 mod length_jacobian;
 mod linear_algebra;

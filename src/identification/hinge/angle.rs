@@ -7,6 +7,7 @@ use super::pose::{AngleSearch, PoseAt};
 use super::rig::MAX_CABLES;
 use crate::linear_algebra::non_negative_root;
 use crate::scalar::Real;
+use nalgebra::UnitQuaternion;
 
 /// Angles of the search that a call adds.
 const ANGLES_A_CALL: usize = 4;
@@ -39,21 +40,18 @@ impl<T: Real> HingeEstimator<T> {
     pub fn angles_of(&self, hinge: &Hinge<T>, constants: &[T; MAX_CONSTANTS]) -> HingeAngles<T> {
         let mut machine = self.work.fit.machine.clone();
         machine.set_values(*constants);
+        // Its own zero is anywhere.
+        let from_smallest = Hinge::through(
+            hinge.axis(),
+            &hinge.platform_foot_mm(),
+            &hinge.axis_in_platform(),
+            hinge.foot_in_platform_mm(),
+        );
+        let own_zero = hinge.zero_from(&from_smallest);
         let mut search = AngleSearch::nowhere();
-        search.begin(None);
-        HingeAngles {
-            // Its own zero is anywhere.
-            hinge: Hinge::through(
-                hinge.axis(),
-                &hinge.platform_foot_mm(),
-                &hinge.axis_in_platform(),
-                hinge.foot_in_platform_mm(),
-            ),
-            machine,
-            search,
-            searched: 0,
-            angle_rad: None,
-        }
+        // Two cables may fit two angles; the joint's range says which.
+        search.begin(self.work.fit.range_rad().map(|(first, last)| (first + own_zero, last + own_zero)));
+        HingeAngles { hinge: from_smallest, machine, search, searched: 0, angle_rad: None }
     }
 }
 
@@ -80,5 +78,25 @@ impl<T: Real> HingeAngles<T> {
         self.angle_rad = Some(angle_rad);
         let spare = T::of_integer(cables.saturating_sub(1).max(1) as i32);
         Some(FollowedAngle { angle_rad, residual_mm: non_negative_root(squares / spare) })
+    }
+
+    /// The angle of the last sample, rad; none while it is searched for.
+    pub fn angle_rad(&self) -> Option<T> {
+        self.angle_rad
+    }
+
+    /// The rotation of the platform ({P} to {B}) at it.
+    pub fn attitude(&self) -> Option<UnitQuaternion<T>> {
+        Some(self.hinge.attitude(self.angle_rad?))
+    }
+
+    /// The hinge.
+    pub fn hinge(&self) -> &Hinge<T> {
+        &self.hinge
+    }
+
+    /// The machine, as it was found with the hinge.
+    pub(super) fn machine(&self) -> &HingeMachine<T> {
+        &self.machine
     }
 }

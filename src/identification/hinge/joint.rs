@@ -21,7 +21,7 @@ pub(super) const FOOT_IN_PLATFORM: usize = 6;
 pub(super) const ALONG: usize = 8;
 
 /// Is unknown `k` a direction, in rad? The others are places, in mm.
-pub(super) const fn is_direction(k: usize) -> bool {
+pub const fn is_direction(k: usize) -> bool {
     matches!(k, 0 | 1 | 4 | 5)
 }
 
@@ -134,6 +134,11 @@ impl<T: Real> Hinge<T> {
         about(&self.axis, angle_rad) * self.rotation_at_zero()
     }
 
+    /// The same as a quaternion.
+    pub fn attitude(&self, angle_rad: T) -> UnitQuaternion<T> {
+        turned(&self.attitude, &(self.axis * angle_rad))
+    }
+
     /// Where the platform's foot point stands in the base, mm.
     pub fn platform_foot_mm(&self) -> Vector3<T> {
         self.foot_mm + self.axis * self.along_mm
@@ -178,6 +183,12 @@ impl<T: Real> Hinge<T> {
             *a,
             a.cross(&from_axis),
         ]
+    }
+
+    /// The angle of this hinge's zero from the zero of `other`, the same hinge, rad.
+    pub(super) fn zero_from(&self, other: &Self) -> T {
+        let turn = self.attitude * other.attitude.conjugate();
+        turn.imag().dot(&self.axis).atan2(turn.w) * T::of(2.0)
     }
 
     /// The same hinge with its axis named in the other direction; angles change their sign.

@@ -179,8 +179,18 @@ impl ElbowProcedure {
     /// How far the joint in use bends where the counts stand so; `None` without a hinge in use, and while the angle is searched
     /// for, a few calls long.
     pub fn angle(&mut self, counts: &[i32; CABLES]) -> Option<FollowedAngle<f32>> {
-        let lengths_mm = self.rig.lengths_mm(counts, &[0.0; CABLES]).ok()?;
+        let lengths_mm = self.lengths_of(counts)?;
         self.angles.as_mut()?.follow(&lengths_mm)
+    }
+
+    /// The cables' lengths where the counts stand so, mm; `None` when one of them is none.
+    pub fn lengths_of(&self, counts: &[i32; CABLES]) -> Option<[f32; MAX_CABLES]> {
+        self.rig.lengths_mm(counts, &[0.0; CABLES]).ok()
+    }
+
+    /// The angles of the hinge in use.
+    pub fn angles_mut(&mut self) -> Option<&mut HingeAngles<f32>> {
+        self.angles.as_mut()
     }
 
     /// Sets whose arm the runs to come are made for; 0 = not said. Not while a run is under way.

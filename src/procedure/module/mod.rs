@@ -17,7 +17,7 @@ use super::outcome::{Candidate, Ending, PoseNotice};
 use super::reason::Reason;
 use super::solve::Detail;
 use super::state::{Command, PoseSet, StateName};
-use crate::identification::hinge::FollowedAngle;
+use crate::identification::hinge::{FollowedAngle, HingeAngles};
 use crate::rig::{CABLES, Drum};
 
 /// The procedure of a module. Both kinds share their place.
@@ -250,6 +250,14 @@ impl ModuleProcedure {
         match self {
             Self::Ball(_) => None,
             Self::Hinge(procedure) => procedure.angle(counts),
+        }
+    }
+
+    /// The angles of the hinge in use; `None` for a ball.
+    pub fn angles_mut(&mut self) -> Option<&mut HingeAngles<f32>> {
+        match self {
+            Self::Ball(_) => None,
+            Self::Hinge(procedure) => procedure.angles_mut(),
         }
     }
 

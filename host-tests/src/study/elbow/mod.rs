@@ -3,8 +3,10 @@
 pub mod bound;
 pub mod scene;
 mod trial;
+mod watch;
 
 pub use self::trial::RANGE_RAD;
+pub use self::watch::WATCH;
 
 use self::trial::{Case, Cell, Fault};
 use super::findings::{Findings, Plan, Problem, Table, Target, percent, short};

@@ -113,6 +113,18 @@ impl Elbow {
         }
     }
 
+    /// The machine's base has slipped on the upper arm: the axis stands elsewhere in it, by this, mm.
+    #[must_use]
+    pub fn with_axis_moved(self, by_mm: &Vector3<f64>) -> Self {
+        Self { point_mm: self.point_mm + by_mm, ..self }
+    }
+
+    /// The cuff has slipped on the forearm: the axis stands elsewhere in it, by this, mm.
+    #[must_use]
+    pub fn with_cuff_moved(self, by_mm: &Vector3<f64>) -> Self {
+        Self { point_in_platform_mm: self.point_in_platform_mm + by_mm, ..self }
+    }
+
     /// The rig as stated, with these tolerances.
     ///
     /// # Errors

@@ -21,20 +21,20 @@ const HOLD_MS: u32 = 600;
 const TICKS_A_MILLISECOND: usize = 2_000;
 
 /// A device with an elbow's rig, and an elbow in it.
-struct Bench {
-    device: Device,
-    elbow: Elbow,
+pub(super) struct Bench {
+    pub(super) device: Device,
+    pub(super) elbow: Elbow,
     flexion_rad: f64,
     now_ms: u32,
     nonce: u16,
-    messages: Vec<Message>,
+    pub(super) messages: Vec<Message>,
     logs: Vec<LogEntry>,
-    records: Vec<JointRecord>,
+    pub(super) records: Vec<JointRecord>,
     journal: Vec<JournalEntry>,
 }
 
 impl Bench {
-    fn new() -> Self {
+    pub(super) fn new() -> Self {
         let step = [0.03, -0.05, 4.0, -3.0, 0.04, 0.02, 2.0, 3.0, -2.0];
         let mut random = ChaCha8Rng::seed_from_u64(3);
         let elbow = Elbow::of_hinge(&mut random, 4, &drawn().moved(&step), &Tolerance::exact());
@@ -54,7 +54,7 @@ impl Bench {
     }
 
     /// The board is switched on; the record is what it finds.
-    fn start(&mut self, record: Result<JointRecord, LoadError>) {
+    pub(super) fn start(&mut self, record: Result<JointRecord, LoadError>) {
         self.device = Device::new(&Config::for_rig(rig()));
         self.messages.clear();
         self.logs.clear();
@@ -88,7 +88,7 @@ impl Bench {
         [count(a), count(b), count(c), count(d), self.now_ms as i32 * 77, i32::MIN]
     }
 
-    fn hold(&mut self, ms: u32) {
+    pub(super) fn hold(&mut self, ms: u32) {
         for _ in 0..ms {
             self.now_ms += 1;
             if self.now_ms.is_multiple_of(PERIOD_MS) {
@@ -104,7 +104,7 @@ impl Bench {
         }
     }
 
-    fn bend_to(&mut self, degrees: f64) {
+    pub(super) fn bend_to(&mut self, degrees: f64) {
         let (from, to) = (self.flexion_rad, -degrees.to_radians());
         for step in 1..=40 {
             self.flexion_rad = from + (to - from) * f64::from(step) / 40.0;
@@ -123,7 +123,7 @@ impl Bench {
         answer.expect("an answer")
     }
 
-    fn ask(&mut self, opcode: Opcode, run_id: u16, argument: u16) -> Reason {
+    pub(super) fn ask(&mut self, opcode: Opcode, run_id: u16, argument: u16) -> Reason {
         self.nonce += 1;
         self.request(Request { opcode: opcode as u8, boot: 0, nonce: self.nonce, run_id, argument }).0
     }
@@ -149,7 +149,7 @@ impl Bench {
     }
 
     /// By commands, to the review.
-    fn lead_to_review(&mut self) {
+    pub(super) fn lead_to_review(&mut self) {
         assert_eq!(self.ask(Opcode::Start, 0, 1), Reason::Fine);
         self.capture(22, 120.0);
         assert_eq!(self.ask(Opcode::Identify, 0, 0), Reason::Fine);
@@ -161,7 +161,7 @@ impl Bench {
         assert_eq!(self.state(), StateName::Review, "{:?}", self.device.procedure().ending());
     }
 
-    fn accept(&mut self) -> Reason {
+    pub(super) fn accept(&mut self) -> Reason {
         let naming =
             self.last(|m| if let Message::CandidateNaming(naming) = m { Some(*naming) } else { None }).unwrap();
         self.nonce += 1;
@@ -177,7 +177,7 @@ impl Bench {
         self.hold(100);
     }
 
-    fn last<T>(&self, found: impl Fn(&Message) -> Option<T>) -> Option<T> {
+    pub(super) fn last<T>(&self, found: impl Fn(&Message) -> Option<T>) -> Option<T> {
         self.messages.iter().rev().find_map(found)
     }
 

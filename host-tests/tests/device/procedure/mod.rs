@@ -7,6 +7,7 @@ mod by_button;
 mod calibrations;
 mod elbow;
 mod elbow_board;
+mod elbow_watch;
 mod guidance;
 mod moving_joint;
 mod numbering;

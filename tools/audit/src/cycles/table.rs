@@ -9,7 +9,7 @@ pub const BEGIN: &str = "<!-- cycles: begin -->";
 pub const END: &str = "<!-- cycles: end -->";
 
 /// What the paths are, in the order of the table.
-const PATHS: [(&str, &str); 27] = [
+const PATHS: [(&str, &str); 28] = [
     (LITERAL, "the paper written out, same flags"),
     (LITERAL_FOR_SPEED, "the paper written out, `opt-level = 3`"),
     ("paper", "the paper's iteration, from a start"),
@@ -21,7 +21,8 @@ const PATHS: [(&str, &str); 27] = [
     ("start-free-offsets", "no start, six unknown encoder offsets"),
     ("start-free-machine", "no start, 18 unknown constants of the machine"),
     ("start-free-machine-slice", "longest slice of the same"),
-    ("shoulder-machine", "60 poses of a shoulder whose centre moves, the same constants: 48 unknowns"),
+    ("shoulder", "60 poses of a shoulder whose centre moves, an exact machine: 30 unknowns"),
+    ("shoulder-machine", "the same, 18 unknown constants of the machine: 48 unknowns"),
     ("shoulder-machine-slice", "longest slice of the same"),
     ("predicted-accuracy", "σ predicted for one more pose"),
     ("predicted-accuracy-machine", "the same with 18 unknown constants"),

@@ -135,6 +135,7 @@ pub fn run<T: Number>(bench: &mut Bench<T>) -> bool {
         for (name, begin) in [
             ("start-free-offsets", whole_runs::offsets as fn(&mut Bench<T>) -> Option<()>),
             ("start-free-machine", whole_runs::tolerances),
+            ("shoulder", whole_runs::shoulder_on_exact),
             ("shoulder-machine", whole_runs::shoulder),
         ] {
             sound &= print::<T>(name, measure::whole(bench, estimator, &truth, begin, whole_runs::start_free));

@@ -68,10 +68,20 @@ pub fn hand_built<T: Number>() -> Tolerance<T> {
     Tolerance { base_mm: half, edges_mm: half, offset_mm: T::of(0.3), drum: T::of(1e-3) }
 }
 
-/// The same machine on a shoulder whose centre moves.
-#[inline(never)]
+/// The hand-built machine on a shoulder whose centre moves.
 pub fn shoulder<T: Number>(bench: &mut Bench<T>) -> Option<()> {
     tolerances(bench)?;
+    take_shoulder(bench)
+}
+
+/// An exact machine on it.
+pub fn shoulder_on_exact<T: Number>(bench: &mut Bench<T>) -> Option<()> {
+    exact(bench)?;
+    take_shoulder(bench)
+}
+
+#[inline(never)]
+fn take_shoulder<T: Number>(bench: &mut Bench<T>) -> Option<()> {
     let lengths = of_shoulder(&bench.problem, &bench.machine)?;
     bench.poses.clear();
     lengths.into_iter().try_for_each(|lengths| bench.poses.push(Pose::new(lengths)).ok().map(|_| ()))
