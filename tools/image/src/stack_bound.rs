@@ -86,6 +86,8 @@ pub struct StackUse {
     pub roots: Vec<Bound>,
     /// What the end of the program takes.
     pub ending_bytes: u64,
+    /// The deepest way through it, as of a root.
+    pub ending_way: Vec<(String, u64)>,
     /// What lies between the guard and the end of the RAM.
     pub room_bytes: u64,
 }
@@ -101,8 +103,8 @@ impl StackUse {
         let guard = image.symbol("_stack_end")?.next_multiple_of(GUARD_BYTES);
         let ending = graph.ending().ok_or(StackError::NoEnding)?;
         let roots = depth::bounds(&graph.without_callees_of(ending))?;
-        let ending_bytes = depth::depth(&graph, ending);
-        Ok(Self { roots, ending_bytes, room_bytes: top.saturating_sub(guard + GUARD_BYTES) })
+        let (ending_bytes, ending_way) = depth::depth(&graph, ending);
+        Ok(Self { roots, ending_bytes, ending_way, room_bytes: top.saturating_sub(guard + GUARD_BYTES) })
     }
 
     /// All roots at once, each on top of the others: no order of priorities can make it more. Then the end of the

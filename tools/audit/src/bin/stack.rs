@@ -53,15 +53,20 @@ fn print(stack: &StackUse, ways: bool) {
     for bound in &stack.roots {
         let kind = if bound.root == Root::Main { "main program" } else { "exception" };
         println!("{:>8}  {kind:<13} {}", bound.bytes, bound.name);
-        for (name, bytes) in bound.way.iter().filter(|_| ways) {
-            println!("{bytes:>21}  {name}");
-        }
+        print_way(&bound.way, ways);
     }
     println!("{:>8}  the program's end, {MOST_ENDINGS} times at most", stack.ending_bytes);
+    print_way(&stack.ending_way, ways);
     let (most, room) = (stack.most_bytes(), stack.room_bytes);
     println!("{most:>8}  all of them at once, the very most");
     println!("{room:>8}  room above the guard");
     let percent = (room as f64 - most as f64) / room as f64 * 100.0;
     let verdict = if stack.leaves_a_third() { "at least a third, as it must be" } else { "LESS than a third" };
     println!("{percent:>7.0}%  of it never used: {verdict}\n");
+}
+
+fn print_way(way: &[(String, u64)], ways: bool) {
+    for (name, bytes) in way.iter().filter(|_| ways) {
+        println!("{bytes:>21}  {name}");
+    }
 }

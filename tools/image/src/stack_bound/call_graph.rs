@@ -2,7 +2,7 @@
 
 use super::StackError;
 use super::constants::Constants;
-use super::instructions::{Instruction, decode, len, offset_register};
+use super::instructions::{Instruction, decode, len};
 use super::veneer;
 use crate::elf::{Code, Elf};
 use std::collections::{BTreeMap, BTreeSet};
@@ -137,13 +137,7 @@ fn walk(
                 _ => return Err(StackError::Nowhere(name.to_owned(), to)),
             },
             Instruction::GoesAnywhere => function.calls_anywhere = true,
-            Instruction::LowerHalf { register, value } => {
-                // How far behind something a load or store goes is no address, though it may look like one of the first 64 KiB.
-                let next = (code.half_word(at + len(first)), code.half_word(at + len(first) + 2));
-                if offset_register(next.0, next.1) != Some(register) {
-                    constants.lower_half(register, value);
-                }
-            }
+            Instruction::LowerHalf { register, value } => constants.lower_half(register, value),
             Instruction::UpperHalf { register, value } => constants.upper_half(register, value),
             Instruction::MasksInterrupts => {
                 function.masks_first |= function.calls.is_empty() && !function.calls_anywhere;

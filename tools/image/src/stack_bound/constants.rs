@@ -5,31 +5,27 @@ use std::collections::BTreeMap;
 /// What the instructions gone through so far have put together.
 #[derive(Debug, Default)]
 pub struct Constants {
-    /// The lower half that each register got last, and whether an upper half has come to it. The compiler keeps the two
-    /// instructions together, in this order.
-    lower: BTreeMap<u8, (u16, bool)>,
+    /// The lower half that each register got last. The compiler keeps the two instructions together, in this order.
+    lower: BTreeMap<u8, u16>,
     whole: Vec<u32>,
 }
 
 impl Constants {
     /// A register gets this lower half, and zeros above.
     pub fn lower_half(&mut self, register: u8, value: u16) {
-        if let Some((before, false)) = self.lower.insert(register, (value, false)) {
-            self.whole.push(before.into());
-        }
+        self.lower.insert(register, value);
     }
 
     /// A register gets this upper half.
     pub fn upper_half(&mut self, register: u8, value: u16) {
-        let (lower, is_joined) = self.lower.entry(register).or_default();
-        *is_joined = true;
-        self.whole.push(u32::from(value) << 16 | u32::from(*lower));
+        let lower = self.lower.get(&register).copied().unwrap_or_default();
+        self.whole.push(u32::from(value) << 16 | u32::from(lower));
     }
 
-    /// All constants. A lower half that no upper half came to is one: an address in the first 64 KiB needs none.
+    /// All constants of two halves. A lower half alone is a number: the compiler does not know where a function will lie, so
+    /// that it always puts an address together of both (relocations `R_ARM_THM_MOVW_ABS_NC` and `R_ARM_THM_MOVT_ABS`).
     pub fn all(self) -> impl Iterator<Item = u32> {
-        let alone = self.lower.into_values().filter(|(_, is_joined)| !is_joined).map(|(value, _)| value.into());
-        self.whole.into_iter().chain(alone)
+        self.whole.into_iter()
     }
 }
 
@@ -45,15 +41,16 @@ mod tests {
         constants.upper_half(3, 0x0001);
         // the same lower half with another upper one
         constants.upper_half(3, 0x0800);
-        assert_eq!(constants.all().collect::<Vec<_>>(), [0x0001_1BE9, 0x0800_1BE9, 0x0001]);
+        assert_eq!(constants.all().collect::<Vec<_>>(), [0x0001_1BE9, 0x0800_1BE9]);
     }
 
     #[test]
-    fn a_lower_half_alone_is_a_constant() {
+    fn an_address_in_the_first_64_kib_has_an_upper_half_of_zeros() {
         let mut constants = Constants::default();
         constants.lower_half(3, 0x1BE9);
         constants.lower_half(3, 0x2BE9);
+        constants.upper_half(3, 0);
         constants.upper_half(4, 0x0800);
-        assert_eq!(constants.all().collect::<Vec<_>>(), [0x1BE9, 0x0800_0000, 0x2BE9]);
+        assert_eq!(constants.all().collect::<Vec<_>>(), [0x2BE9, 0x0800_0000]);
     }
 }

@@ -30,10 +30,10 @@ pub struct Bound {
     pub way: Vec<(String, u64)>,
 }
 
-/// The most that a function takes with all that it calls, bytes.
-pub(super) fn depth(graph: &CallGraph, address: u64) -> u64 {
+/// The most that a function takes with all that it calls, bytes, and the deepest way.
+pub(super) fn depth(graph: &CallGraph, address: u64) -> Deepest {
     let circles = Circles::of(graph);
-    circles.deepest(graph, circles.of_function[&address], &mut BTreeMap::new()).0
+    circles.deepest(graph, circles.of_function[&address], &mut BTreeMap::new())
 }
 
 /// The bound of every root.
@@ -56,7 +56,7 @@ struct Circles {
 }
 
 /// Bytes, and the way to get there.
-type Deepest = (u64, Vec<(String, u64)>);
+pub(super) type Deepest = (u64, Vec<(String, u64)>);
 
 impl Circles {
     /// Strongly connected components (Tarjan, 1972).

@@ -35,18 +35,6 @@ pub enum Instruction {
 
 use Instruction::{ComputesStackPointer, GoesAnywhere, GoesTo, LowerHalf, MasksInterrupts, Other, Takes, UpperHalf};
 
-/// The register that a load or store has its offset in, if it has it in one: T1 of those with a register as offset, and their
-/// wide encodings (A7.7: LDR, LDRB, LDRH, LDRSB, LDRSH, STR, STRB, STRH, each "(register)").
-pub const fn offset_register(first: u16, second: u16) -> Option<u8> {
-    if first & 0xF000 == 0x5000 {
-        Some((first >> 6 & 7) as u8)
-    } else if first & 0xFE80 == 0xF800 && second & 0x0FC0 == 0 && first & 0xF != 0xF {
-        Some((second & 0xF) as u8)
-    } else {
-        None
-    }
-}
-
 /// Bytes of the instruction that begins with this half-word (A5.1).
 pub const fn len(first: u16) -> u64 {
     if first >> 11 >= 0b11101 { 4 } else { 2 }

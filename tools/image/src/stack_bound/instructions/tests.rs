@@ -99,19 +99,3 @@ fn the_rest_is_left_alone() {
         assert_eq!(decoded(bytes), Instruction::Other, "{text}");
     }
 }
-
-#[test]
-fn the_register_of_an_offset() {
-    let of = |bytes: [u8; 4]| {
-        offset_register(u16::from_le_bytes([bytes[0], bytes[1]]), u16::from_le_bytes([bytes[2], bytes[3]]))
-    };
-    assert_eq!(of([0x3a, 0xf8, 0x00, 0x10]), Some(0), "ldrh.w r1, [r10, r0]");
-    assert_eq!(of([0x68, 0x52, 0, 0]), Some(1), "strh r0, [r5, r1]");
-    assert_eq!(of([0x53, 0xf8, 0x29, 0x20]), Some(9), "ldr.w r2, [r3, r9, lsl #2]");
-    assert_eq!(of([0x15, 0xf9, 0x06, 0x40]), Some(6), "ldrsb.w r4, [r5, r6]");
-    assert_eq!(of([0x48, 0x68, 0, 0]), None, "ldr r0, [r1, #4]");
-    assert_eq!(of([0xd3, 0xf8, 0x00, 0x24]), None, "ldr.w r2, [r3, #1024]");
-    assert_eq!(of([0xdf, 0xf8, 0x08, 0x20]), None, "ldr.w r2, [pc, #8]");
-    assert_eq!(of([0x80, 0x47, 0, 0]), None, "blx r0");
-    assert_eq!(of([0x08, 0x44, 0, 0]), None, "add r0, r1");
-}
