@@ -15,6 +15,8 @@ from conftest import PATIENCE_S, ROOT, Board, Client
 
 import glenoid
 from glenoid.__main__ import main
+from glenoid.reasons import REASONS, explained
+from glenoid.vocabulary import DATABASE, guidance
 
 RIG = ROOT / "examples" / "elbow.toml"
 #: What is found may be so many standard deviations off, and this much beyond: lengths are rounded to counts.
@@ -68,7 +70,7 @@ def assert_near_the_true_axis(rows: dict[str, tuple[float, float]], board: Board
 def test_a_whole_run_shows_the_axis_and_puts_it_in_use(elbow: Board) -> None:
     client = Client(elbow, answers=True)
     client.wait_for("has begun: bend the joint from angle to angle")
-    client.wait_for("bend the joint further before holding it")
+    client.wait_for("go on to another angle and hold it")
     client.wait_for("Accept this axis?")
     client.answer("y")
     assert client.end() == 0, client.said
@@ -84,6 +86,22 @@ def test_a_whole_run_shows_the_axis_and_puts_it_in_use(elbow: Board) -> None:
     assert again.end() == 0, again.said
     direction, _ = rows["direction in the base x"]
     assert re.search(rf"direction in the base x .* {direction:.5f} \+-", again.said), again.said
+
+
+def test_guidance_is_about_the_joint_that_there_is() -> None:
+    assert guidance("BendFurther", is_hinge=True) == "bend the joint further before holding it"
+    assert guidance("MoveOn", is_hinge=True) == "go on to another angle and hold it"
+    assert guidance("MoveOn", is_hinge=False) == "go on to another pose and hold it"
+
+
+def test_every_code_of_the_vocabulary_has_its_words() -> None:
+    codes = DATABASE.get_message_by_name("Answer").get_signal_by_name("code").choices
+    assert {str(name) for name in codes.values()} == set(REASONS)
+    assert explained("SecondAxis") == (
+        "SecondAxis: the joint turns about a second axis as well: it is no hinge. What to do: look for play in the orthosis; "
+        "keep the forearm from turning about its length"
+    )
+    assert explained("Lost") == "Lost"
 
 
 def test_a_rejected_axis_is_not_in_use(elbow: Board) -> None:

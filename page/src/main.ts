@@ -2,6 +2,7 @@
 
 import { accuracyChart, residualChart } from "./charts.ts";
 import { Device } from "./device.ts";
+import { angleText, hingeTable, magnification as barMagnification, whole } from "./hinge.ts";
 import { Library, type Identification, type Message } from "./library.ts";
 import { Model } from "./model.ts";
 import { NumberingCheck } from "./numbering.ts";
@@ -54,7 +55,7 @@ class Page {
       write("scene-note", words.scene.noWebgl);
     }
     this.scene = scene;
-    this.numbering = new NumberingCheck(library, (cable) => scene?.mark(cable));
+    this.numbering = new NumberingCheck(library, () => this.model, (cable) => scene?.mark(cable));
     this.parameters = new ParameterTable(library);
     this.wire();
   }
@@ -164,6 +165,7 @@ class Page {
     if (!(await this.parameters.read(device))) this.rig = null;
     this.scene?.setMachine(this.library.machine);
     this.placed = null;
+    this.shown = "";
     this.computed = -1;
   }
 
@@ -190,7 +192,7 @@ class Page {
     this.askForLengths();
     if (model.lengths !== null && model.lengths !== this.placed) {
       this.placed = model.lengths;
-      const placed = this.library.place(model.lengths);
+      const placed = this.isOfThisMachine() ? this.library.place(model.lengths) : null;
       if (placed !== null) this.scene?.follow(placed, model.now?.centre ?? null);
     }
     if (this.computed !== model.evidence) {
@@ -198,10 +200,13 @@ class Page {
       this.compute();
       this.shown = "";
     }
-    const live = model.live.every((value) => value !== null) ? model.live.map((value) => value!.value) : null;
-    if (this.shown !== String(live)) {
-      this.shown = String(live);
-      this.scene?.show(this.found, live);
+    if (model.isHinge) this.showHinge();
+    else {
+      const live = model.live.every((value) => value !== null) ? model.live.map((value) => value!.value) : null;
+      if (this.shown !== String(live)) {
+        this.shown = String(live);
+        this.scene?.show(this.found, live);
+      }
     }
     const state = JSON.stringify([model.revision, situation, this.notice, this.computed]);
     if (state !== this.drawn) {
@@ -210,7 +215,33 @@ class Page {
     }
   }
 
+  /** Is the picture of the joint that is spoken of? Another machine's cables say nothing about this one. */
+  private isOfThisMachine(): boolean {
+    return this.model.isHinge === (this.library.machine.joint === "hinge");
+  }
+
+  /** The hinge that is known best: the new one, the one in use, the drawn one. */
+  private showHinge(): void {
+    write("angle", angleText(this.model));
+    const numbers = whole(this.model.candidateHinge) ?? whole(this.model.liveHinge);
+    const shown = JSON.stringify([numbers, this.isOfThisMachine()]);
+    if (this.shown === shown) return;
+    this.shown = shown;
+    const note = numbers === null ? words.hinge.drawn : words.hinge.bar(barMagnification(numbers));
+    if (this.scene !== null) write("scene-note", this.isOfThisMachine() ? note : words.hinge.otherMachine);
+    if (!this.isOfThisMachine()) return;
+    this.library.turnAbout(numbers?.map(({ value }) => value) ?? []);
+    this.scene?.setMachine(this.library.machine);
+    this.scene?.showHinge(numbers);
+    this.placed = null;
+  }
+
   private compute(): void {
+    // of a hinge the board's own numbers are shown
+    if (this.model.isHinge || this.library.machine.joint === "hinge") {
+      this.found = null;
+      return;
+    }
     const poses = this.model.whole(false).map((pose) => pose.lengths as number[]);
     this.found = poses.length === 0 ? null : this.library.identify(poses);
     const last = [...this.model.whole(false), ...this.model.whole(true)].at(-1);
@@ -232,7 +263,10 @@ class Page {
     const progress = Number(model.heartbeat?.["progress"] ?? 0);
     element<HTMLProgressElement>("progress").value = progress;
     write("percent", model.heartbeat === null ? "" : `${progress} %`);
-    write("centre", centreTable(model, this.found));
+    write("centre", model.isHinge ? hingeTable(model) : centreTable(model, this.found));
+    for (const id of ["accuracy", "residuals"]) element(id).hidden = model.isHinge;
+    element("angle").hidden = !model.isHinge;
+    element("arm").style.visibility = this.isOfThisMachine() ? "visible" : "hidden";
     write("faults", faultList(model, library));
     write("board", boardList(model));
     write("accuracy", accuracyChart(this.found?.sigma_after ?? []));
@@ -255,7 +289,7 @@ class Page {
     for (const name of BUTTONS) {
       const button = element<HTMLButtonElement>(name);
       button.disabled = !can[name] || this.source === null;
-      button.hidden = !can[name];
+      button.hidden = !can[name] || (name === "StartTwoPhases" && model.isHinge);
     }
   }
 
@@ -291,8 +325,10 @@ class Page {
 
   private confirmed(name: "Accept" | "Confirm"): Promise<boolean> {
     const dialog = element<HTMLDialogElement>("confirm");
-    write("confirm-title", name === "Accept" ? words.confirm.title : words.confirm.titleOfLive);
-    write("confirm-centre", centreTable(this.model, this.found));
+    const [title, titleOfLive] = this.model.isHinge
+      ? [words.hinge.confirm, words.hinge.confirmLive] : [words.confirm.title, words.confirm.titleOfLive];
+    write("confirm-title", name === "Accept" ? title : titleOfLive);
+    write("confirm-centre", this.model.isHinge ? hingeTable(this.model) : centreTable(this.model, this.found));
     dialog.showModal();
     return new Promise((resolve) => {
       dialog.onclose = () => resolve(dialog.returnValue === "yes");
