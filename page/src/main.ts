@@ -1,12 +1,13 @@
 // The page: messages in, model and mathematics, picture and words out, commands back.
 
+import { allowed, BUTTONS, isInSet, type Button } from "./buttons.ts";
 import { accuracyChart, residualChart } from "./charts.ts";
 import { Device } from "./device.ts";
 import { angleText, hingeTable, magnification as barMagnification, whole } from "./hinge.ts";
 import { Library, type Identification, type Message } from "./library.ts";
 import { Model } from "./model.ts";
 import { NumberingCheck } from "./numbering.ts";
-import { boardList, centreTable, element, faultList, guidance, sentence, stateLine, UNCONFIRMED, write, type Situation } from "./panel.ts";
+import { boardList, centreTable, element, faultList, guidance, sentence, stateLine, write, type Situation } from "./panel.ts";
 import { ParameterTable } from "./parameters.ts";
 import { ArmScene } from "./scene.ts";
 import { magnification } from "./shapes.ts";
@@ -20,10 +21,8 @@ import { words } from "./words.ts";
 const SILENCE_MS = 2000;
 /** A pose's lengths come by themselves; a board that does not send them is asked after so long. */
 const ASK_FOR_POSE_MS = 300;
-const BUTTONS = ["Start", "StartTwoPhases", "Accept", "Reject", "Abort", "Acknowledge", "Confirm"] as const;
 /** Argument of `Start`: the shoulder blade is held first. */
 const TWO_PHASES = 2;
-type Button = (typeof BUTTONS)[number];
 
 class Page {
   private model = new Model();
@@ -46,6 +45,8 @@ class Page {
   private readonly parameters: ParameterTable;
   /** The machine that has been read from the board, as it names it. */
   private rig: number | null = null;
+  /** Which start of the board was heard last. */
+  private boot: number | null = null;
 
   constructor(private readonly library: Library) {
     let scene: ArmScene | null = null;
@@ -117,7 +118,7 @@ class Page {
   /** Leaves the source; everything that was known of it is forgotten. */
   private leave(): void {
     this.source?.close();
-    this.source = this.device = this.recording = this.playing = this.rig = null;
+    this.source = this.device = this.recording = this.playing = this.rig = this.boot = null;
     this.numbering.close();
     this.parameters.close();
     this.model = new Model();
@@ -148,6 +149,7 @@ class Page {
     if (message.name === "Heartbeat") this.heard = performance.now();
     this.device?.take(message);
     this.model.take(message);
+    if (message.name === "Identity") this.meet(Number(message["boot"]));
     const versions = this.model.versions;
     if (message.name === "Versions" && versions !== null && Number(versions["protocol"]) !== this.library.words.protocol) {
       const complaint = words.sources.protocol(Number(versions["protocol"]), this.library.words.protocol);
@@ -156,13 +158,23 @@ class Page {
     } else if (message.name === "Versions" && versions !== null) void this.readMachine(Number(versions["rig"]));
   }
 
+  /** A board that has started anew may be another machine; what it says then goes by before an adapter's channel is open again. */
+  private meet(boot: number): void {
+    const isAnother = this.boot !== null && this.boot !== boot;
+    this.boot = boot;
+    if (isAnother) void this.device?.ask("Query");
+  }
+
   /** One image serves every machine: what the board is, it says by its parameters. */
   private async readMachine(rig: number): Promise<void> {
     const device = this.device;
     if (device === null || rig === this.rig) return;
     this.rig = rig;
     // asked again with the next Versions, should answers have been lost
-    if (!(await this.parameters.read(device))) this.rig = null;
+    if (!(await this.parameters.readAnew(device))) {
+      this.rig = null;
+      void device.ask("Query");
+    }
     this.scene?.setMachine(this.library.machine);
     this.placed = null;
     this.shown = "";
@@ -274,22 +286,13 @@ class Page {
     this.scene?.setNextVisible(state === "Collecting");
     element("recorded").hidden = !situation.recording;
     const commanded = this.source !== null && model.heartbeat !== null;
-    const inSet = ["Collecting", "Identifying", "Verifying"].includes(state);
-    element<HTMLButtonElement>("numbering-open").disabled = !commanded || inSet;
+    element<HTMLButtonElement>("numbering-open").disabled = !commanded || isInSet(state);
     element<HTMLButtonElement>("parameters-open").disabled = !commanded;
-    const can: Record<Button, boolean> = {
-      Start: state === "Idle" || state === "Failed",
-      StartTwoPhases: state === "Idle" || state === "Failed",
-      Accept: state === "Review",
-      Reject: state === "Review",
-      Abort: inSet,
-      Acknowledge: state === "Failed" || Number(model.heartbeat?.["unacknowledged"] ?? 0) === 1 && state === "Idle",
-      Confirm: state === "Idle" && Number(model.heartbeat?.["standing"] ?? 0) === UNCONFIRMED,
-    };
+    const can = allowed(model, state);
     for (const name of BUTTONS) {
       const button = element<HTMLButtonElement>(name);
       button.disabled = !can[name] || this.source === null;
-      button.hidden = !can[name] || (name === "StartTwoPhases" && model.isHinge);
+      button.hidden = !can[name];
     }
   }
 

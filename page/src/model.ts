@@ -76,7 +76,7 @@ export class Model {
         this.versions = message;
         break;
       case "Module":
-        this.isHinge = Number(message["joint"]) === 1;
+        this.becomeJoint(Number(message["joint"]) === 1);
         this.cables = Number(message["cables_in_use"]);
         for (const pose of this.poses.values()) pose.lengths.length = Math.min(pose.lengths.length, this.cables);
         break;
@@ -149,6 +149,16 @@ export class Model {
   /** A pose that was taken but whose lengths have not been heard. */
   missing(): Pose | undefined {
     return [...this.poses.values()].find((pose) => pose.lengths.some((length) => length === null));
+  }
+
+  /** What was known of another joint is nothing about this one. */
+  private becomeJoint(isHinge: boolean): void {
+    if (isHinge === this.isHinge) return;
+    this.isHinge = isHinge;
+    this.live = [null, null, null];
+    this.liveHinge.fill(null);
+    this.angle = this.now = null;
+    this.begin(this.run);
   }
 
   private component(numbers: (Value | null)[], message: Message): void {

@@ -72,7 +72,11 @@ fn run(arguments: &Arguments) -> Result<ExitCode, Box<dyn Error>> {
         hold_ms: arguments.hold,
         move_ms: 700,
     };
-    let running = Running::start(&options, Some((person, machine(arguments.rig.as_deref()).map_err(|error| error.to_string())?)), consent)?;
+    let running = Running::start(
+        &options,
+        Some((person, machine(arguments.rig.as_deref()).map_err(|error| error.to_string())?)),
+        consent,
+    )?;
     let (page, can) = (page_line.local_addr()?, can_line.local_addr()?);
     serve_page(running.bus.clone(), page_line, folder);
     serve_slcan(running.bus.clone(), can_line);

@@ -41,8 +41,9 @@ impl Running {
         let image = firmware::build(Image::EMULATED, consent)?;
         let board = Emulator::start(&image, options)?;
         let bus = SharedBus::new(board.can_address());
-        let patient =
-            seated.map(|(person, machine)| Patient::sit_down(person, machine, board.rig_address(), &bus)).transpose()?;
+        let patient = seated
+            .map(|(person, machine)| Patient::sit_down(person, machine, board.rig_address(), &bus))
+            .transpose()?;
         Ok(Self { board, bus, patient, stopped, shows_log: options.show_log })
     }
 

@@ -24,7 +24,7 @@ pub struct Elbow {
 impl Elbow {
     /// The elbow of a rig, its hinge as drawn.
     pub fn new(rig: &ElbowRig) -> Self {
-        let drawn = rig.hinge().drawing().map(|drawing| drawing.hinge.clone());
+        let drawn = rig.hinge().drawing().map(|drawing| drawing.hinge);
         let mut elbow = Self { rig: rig.clone(), hinge: None, angles: None };
         elbow.set(drawn);
         elbow
@@ -55,12 +55,13 @@ impl Elbow {
     /// in the platform, and the offset along the axis. Anything else: the drawn one again.
     pub fn take_hinge(&mut self, bytes: &[u8]) {
         let numbers: Vec<f32> = bytes.as_chunks::<4>().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect();
-        let shown = <[f32; SHOWN_NUMBERS]>::try_from(numbers).ok().map(|[a, b, c, d, e, f, g, h, i, j, k, l, along]| {
-            let axis = Vector3::new(a, b, c);
-            let point_mm = Vector3::new(d, e, f) + axis * along;
-            Hinge::through(&axis, &point_mm, &Vector3::new(g, h, i), &Vector3::new(j, k, l))
-        });
-        let drawn = || self.rig.hinge().drawing().map(|drawing| drawing.hinge.clone());
+        let shown =
+            <[f32; SHOWN_NUMBERS]>::try_from(numbers).ok().map(|[a, b, c, d, e, f, g, h, i, j, k, l, along]| {
+                let axis = Vector3::new(a, b, c);
+                let point_mm = Vector3::new(d, e, f) + axis * along;
+                Hinge::through(&axis, &point_mm, &Vector3::new(g, h, i), &Vector3::new(j, k, l))
+            });
+        let drawn = || self.rig.hinge().drawing().map(|drawing| drawing.hinge);
         let hinge = shown.filter(Hinge::is_sound).or_else(drawn);
         self.set(hinge);
     }

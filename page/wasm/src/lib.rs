@@ -183,8 +183,12 @@ pub extern "C" fn identify(len: usize) -> usize {
 /// now on. The answer is the machine as JSON; null for a ball.
 #[unsafe(no_mangle)]
 pub extern "C" fn hinge(len: usize) -> usize {
-    compute(len, |_, _| "null".to_owned(), |elbow, numbers| {
-        elbow.take_hinge(numbers);
-        elbow.machine()
-    })
+    compute(
+        len,
+        |_, _| "null".to_owned(),
+        |elbow, numbers| {
+            elbow.take_hinge(numbers);
+            elbow.machine()
+        },
+    )
 }
