@@ -98,7 +98,9 @@ export class ArmScene {
   /** Another machine than the one so far: its sizes, its base, the arm at home. */
   setMachine(machine: Machine): void {
     this.machine = machine;
-    this.size = Math.max(...machine.base.map((point) => Math.hypot(...point))) / BASE_RADIUS;
+    // an elbow is long and slender: the view is of its axis
+    this.size = machine.joint === "hinge" ? Math.hypot(...machine.nominal) / MIDDLE
+      : Math.max(...machine.base.map((point) => Math.hypot(...point))) / BASE_RADIUS;
     const home = machine.home ?? NOWHERE;
     const isHinge = machine.joint === "hinge";
     this.axis = isHinge ? this.forearm() : this.upperArm(home);

@@ -56,7 +56,7 @@ async function calibrate(page, board) {
   await press(page, "Start");
   await says(page, "Collecting angles");
   await says(page, "Go on to another angle and hold it.");
-  await page.waitForFunction(() => window.glenoid.model.whole(false).length >= 8);
+  await page.waitForFunction(() => window.glenoid.model.whole(false).length >= 5);
   await snap(page, "elbow-collecting");
   await page.getByRole("button", { name: "Accept" }).waitFor();
   await says(page, "Second set");
