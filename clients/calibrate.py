@@ -38,6 +38,10 @@ class Client:
         sys.exit(f"no answer to {opcode}: is the device on this bus?")
 
 def calibrate(client):
+    client.ask("Query")
+    module = next((m for name, m in client.listen(seconds=2) if name == "Module"), None)
+    if module and module["joint"] == "Hinge":
+        sys.exit("this board's joint is a hinge, which has no centre: python -m glenoid calibrate finds its axis")
     while (answer := client.ask("Start"))["code"] != "Fine":
         if answer["code"] in ("AlreadyRunning", "AcknowledgeFirst"):
             sys.exit(f"{answer['code']}: python -m glenoid calibrate goes on from there")

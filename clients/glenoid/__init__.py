@@ -11,13 +11,14 @@
 
 from .calibration import Result, Review, calibrate
 from .device import BoardSilent, Device, DeviceError, NoAnswer, OtherProtocol, open_device
+from .joint import Axis, Centre, Hinge
 from .lock import read_key, unlock
 from .parameters import Parameter, Parameters
 from .recording import Pose, Run, read_poses, read_runs, write_csv
 from .vocabulary import DATABASE, PROTOCOL, Message
 
 __all__ = [
-    "DATABASE", "PROTOCOL", "BoardSilent", "Device", "DeviceError", "Message", "NoAnswer", "OtherProtocol", "Parameter",
-    "Parameters", "Pose", "Result", "Review", "Run", "calibrate", "open_device", "read_key", "read_poses", "read_runs",
-    "unlock", "write_csv",
+    "DATABASE", "PROTOCOL", "Axis", "BoardSilent", "Centre", "Device", "DeviceError", "Hinge", "Message", "NoAnswer",
+    "OtherProtocol", "Parameter", "Parameters", "Pose", "Result", "Review", "Run", "calibrate", "open_device", "read_key",
+    "read_poses", "read_runs", "unlock", "write_csv",
 ]

@@ -20,11 +20,14 @@ from .lock import read_key, set_key, unlock
 from .numbering import check_numbering
 from .parameters import Parameters, Refused
 from .recording import gaps, read_poses, read_runs, write_csv
+from .reasons import explained
 from .rig import parameters_of
-from .vocabulary import FIRST_ID
-from .watching import record, watch
+from .vocabulary import FIRST_ID, Message, encode_command
+from .watching import angle_text, record, watch
 
 ACCEPTED, TROUBLE, NOT_ACCEPTED, INTERRUPTED = 0, 1, 2, 130
+#: Longest wait for the angle of a hinge that was just accepted, s: a board may send no telemetry.
+ANGLE_S = 2.0
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -150,14 +153,24 @@ def _calibrate(options: argparse.Namespace) -> int:
         except KeyboardInterrupt:
             _say(after_interrupt(device, joined))
             return INTERRUPTED
+        angle = _angle(device, result.run) if result.hinge is not None else None
     if result.accepted:
         centre = " ".join(f"{value:.3f}" for value in result.centre_mm or ())
-        _say(f"run {result.run}: accepted, in use now: {centre} mm".rstrip())
+        _say(f"run {result.run}: accepted, in use now: {result.hinge or f'{centre} mm'}".rstrip())
+        if angle is not None:
+            _say(f"  now: {angle_text(angle)}")
         for note in result.notes:
-            _say(f"  but note: {note}, see docs/reasons.md")
+            _say(f"  but note: {explained(note)}")
         return ACCEPTED
-    print(f"run {result.run} ended with {result.reason}, see docs/reasons.md; nothing was accepted", file=sys.stderr)
+    about = f" ({result.about})" if result.about else ""
+    print(f"run {result.run} ended with {explained(result.reason)}{about}; nothing was accepted", file=sys.stderr)
     return NOT_ACCEPTED
+
+
+def _angle(device: Device, run: int) -> Message | None:
+    """How far the hinge of this run bends now; None when the board does not say it."""
+    heard = device.listen(ANGLE_S)
+    return next((message for message in heard if message.name == "HingeAngle" and message["run_id"] == run), None)
 
 
 def _numbering(options: argparse.Namespace) -> int:
@@ -173,6 +186,8 @@ def _watch(options: argparse.Namespace) -> int:
 
 def _record(options: argparse.Namespace) -> int:
     with _open(options) as device:
+        # what answers this says in the recording which joint the board is about
+        device.send(encode_command("Query", 0, 0, 0))
         frames = record(device.bus, options.file, options.seconds)
     _say(f"{frames} frames in {options.file}")
     return 0
@@ -236,10 +251,9 @@ def _poses(options: argparse.Namespace) -> int:
     chosen = options.number or runs[-1].number
     others = f", the last of {len(runs)} runs" if len(runs) > 1 and not options.number else ""
     run = next(run for run in reversed(runs) if run.number == chosen)
-    centre = run.centre_mm
-    found = "; the board found " + " ".join(repr(centre[axis]) for axis in "xyz") + " mm" if len(centre) == 3 else ""
+    found = f"; the board found {run.found_text}" if run.found_text else ""
     print(f"{options.recording}: run {chosen}{others}, {len(poses)} poses{found}", file=sys.stderr)
-    for gap in gaps(run.poses):
+    for gap in gaps(run):
         print(f"{options.recording}: {gap}", file=sys.stderr)
     return 0
 

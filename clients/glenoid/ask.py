@@ -7,6 +7,7 @@ import sys
 import threading
 
 from .calibration import Review, Say
+from .joint import Axis, Centre, Hinge, Joint
 
 
 class Asker:
@@ -47,7 +48,8 @@ class Asker:
 
     def question(self) -> None:
         self.asked = True
-        self.say("Accept this centre? Type y or n and press Enter.")
+        joint = "axis" if self.shown is not None and isinstance(self.shown.new, Hinge) else "centre"
+        self.say(f"Accept this {joint}? Type y or n and press Enter.")
 
     def read(self) -> None:
         for line in sys.stdin:
@@ -56,13 +58,36 @@ class Asker:
 
 
 def table(review: Review) -> str:
-    """The new centre beside the one in use."""
-    lines = [f"run {review.run} is complete:", "          new centre               in use"]
-    for k, axis in enumerate("xyz"):
-        new = f"{review.new.value_mm[k]:9.3f} +- {review.new.sigma_mm[k]:.3f} mm"
-        old = "none"
-        if review.live is not None:
-            old = f"{review.live.value_mm[k]:9.3f} +- {review.live.sigma_mm[k]:.3f} mm"
-        lines.append(f"  {axis}  {new:>24}   {old:>24}")
+    """What was found beside what is in use, number by number."""
+    new, old = _rows(review.new), _rows(review.live)
+    joint = "axis" if isinstance(review.new, Hinge) else "centre"
+    width = max(len(value) for value in new.values())
+    label = max(len(name) for name in new)
+    lines = [f"run {review.run} is complete:", f"  {'':{label}}  {f'new {joint}':>{width}}   {'in use':>{width}}"]
+    lines += [f"  {name:{label}}  {value:>{width}}   {old.get(name, 'none'):>{width}}" for name, value in new.items()]
+    if isinstance(review.new, Hinge):
+        base, forearm = review.new.base.sigma_deg, review.new.forearm.sigma_deg
+        lines.append(f"  the direction is known to {base:.2f} degrees in the base, to {forearm:.2f} degrees in the forearm (1 sigma)")
     lines.append(f"  deviation of the second set {review.deviation_mm:.3f} mm, limit {review.limit_mm:.3f} mm")
     return "\n".join(lines)
+
+
+def _rows(joint: Joint | None) -> dict[str, str]:
+    """The numbers of a joint with their standard deviations and units."""
+    if isinstance(joint, Centre):
+        return {axis: f"{joint.value_mm[k]:9.3f} +- {joint.sigma_mm[k]:.3f} mm" for k, axis in enumerate("xyz")}
+    if isinstance(joint, Hinge):
+        along = {"along the axis": f"{joint.along_mm:.3f} +- {joint.along_sigma_mm:.3f} mm"}
+        return _axis_rows("in the base", joint.base) | _axis_rows("in the forearm", joint.forearm) | along
+    return {}
+
+
+def _axis_rows(body: str, axis: Axis) -> dict[str, str]:
+    """A direction has no unit; its standard deviation is an angle in rad."""
+    rows = {
+        f"direction {body} {name}": f"{axis.direction[k]:.5f} +- {axis.direction_sigma[k]:.5f}" + " " * 3
+        for k, name in enumerate("xyz")
+    }
+    return rows | {
+        f"point {body} {name}": f"{axis.point_mm[k]:.3f} +- {axis.point_sigma_mm[k]:.3f} mm" for k, name in enumerate("xyz")
+    }

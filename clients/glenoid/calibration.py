@@ -11,9 +11,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from .device import SILENCE_S, BoardSilent, Device
+from .device import SILENCE_S, BoardSilent, Device, DeviceError
+from .joint import Centre, Heard, Hinge, Joint
+from .reasons import explained
 from .shown import Shown
-from .vocabulary import GUIDANCE, Message
+from .vocabulary import Message, guidance
 
 #: States in which a run is under way.
 UNDER_WAY = ("Collecting", "Identifying", "Verifying", "Review")
@@ -31,32 +33,24 @@ Say = Callable[[str], None]
 
 
 @dataclass(frozen=True)
-class Centre:
-    """x, y, z in the base frame with their standard deviations, mm."""
-
-    value_mm: tuple[float, float, float]
-    sigma_mm: tuple[float, float, float]
-
-
-@dataclass(frozen=True)
 class Review:
-    """What is to be decided: the new centre beside the one in use."""
+    """What is to be decided: the new centre, or a hinge's new axis, beside the one in use."""
 
     run: int
-    new: Centre
-    live: Centre | None
+    new: Joint
+    live: Joint | None
     deviation_mm: float
     limit_mm: float
 
     @property
     def worst_sigma_mm(self) -> float:
         """The largest standard deviation of a coordinate, mm."""
-        return max(self.new.sigma_mm)
+        return self.new.worst_sigma_mm
 
 
 @dataclass(frozen=True)
 class Result:
-    """How a run ended. `accepted` only if the device says that its centre is in use now."""
+    """How a run ended. `accepted` only if the device says that what it found is in use now: a centre, or a hinge."""
 
     run: int
     reason: str
@@ -65,6 +59,9 @@ class Result:
     sigma_mm: tuple[float, float, float] | None = None
     poses: int = 0
     notes: list[str] = field(default_factory=list)
+    hinge: Hinge | None = None
+    #: What the reason is about, in words: a cable, a pose, a size, a direction.
+    about: str = ""
 
 
 #: Decides on a review: True accepts, False rejects, None leaves it open (asked again with every message).
@@ -89,9 +86,9 @@ class _Calibration:
         self.device, self.decide, self.say = device, decide, say
         self.how = TWO_PHASES if two_phases else 0
         self.run_id = 0
-        self.candidate: dict[str, Message] = {}
+        self.candidate, self.live = Heard("Candidate"), Heard("Live")
         self.shown = Shown()
-        self.live: dict[str, Message] = {}
+        self.axis: Message | None = None
         self.verification: Message | None = None
         self.quality: Message | None = None
         self.notes: list[str] = []
@@ -127,7 +124,8 @@ class _Calibration:
             answer = self.device.ask("Start", argument=self.how)
             code = answer["code"]
             if code == "Fine":
-                self.say(f"run {answer['run_id']} has begun: move the arm from pose to pose, hold it still in each")
+                how = "bend the joint from angle to angle" if self.device.is_hinge else "move the arm from pose to pose"
+                self.say(f"run {answer['run_id']} has begun: {how}, hold it still in each")
                 return int(answer["run_id"])
             if code == "AcknowledgeFirst":
                 self.acknowledge_leftover()
@@ -136,12 +134,12 @@ class _Calibration:
                 self.say(f"run {run} was started by someone else: joined")
                 return run
             elif code in WAITING:
-                self.tell(f"cannot start yet: {code}")
+                self.tell(f"cannot start yet: {explained(code)}")
                 for _ in self.device.listen(0.3):
                     pass
                 self.check_silence()
             else:
-                raise BoardSilent(f"the board refuses to start: {code} (see docs/reasons.md)")
+                raise DeviceError(f"the board refuses to start: {explained(code)}")
 
     def run_under_way(self) -> int:
         for message in self.device.listen(REPORT_S):
@@ -158,21 +156,22 @@ class _Calibration:
     def take(self, message: Message) -> Result | None:
         name = message.name
         self.shown.take(message)
+        self.live.take(message)
+        if name.startswith("Candidate") and message["run_id"] == self.run_id:
+            self.candidate.take(message)
         if name == "Heartbeat":
             self.heartbeat(message)
         elif name == "Pose" and message["run_id"] == self.run_id:
             self.pose(message)
-        elif name == "CandidateCentre" and message["run_id"] == self.run_id:
-            self.candidate[message["axis"]] = message
-        elif name == "LiveCentre":
-            self.live[message["axis"]] = message
+        elif name == "Axis" and message["run_id"] == self.run_id:
+            self.axis = message
         elif name == "Verification" and message["run_id"] == self.run_id:
             self.verification = message
         elif name == "Quality" and message["run_id"] == self.run_id:
             self.quality = message
         elif name == "Fault" and message["active"]:
             cable = f" (cable {message['cable']})" if message["cable"] else ""
-            self.tell(f"fault: {message['code']}{cable}, see docs/reasons.md")
+            self.tell(f"fault{cable}: {explained(message['code'])}")
             self.note(message["code"])
         elif name == "Versions":
             # it answers a Query, and comes by itself at power-up
@@ -187,11 +186,11 @@ class _Calibration:
             self.silence_told = 0.0
         if message["run_id"] == self.run_id and message["state"] in (*UNDER_WAY, "Failed"):
             self.lost_since = None
-            guidance = GUIDANCE.get(message["guidance"], message["guidance"])
+            told = guidance(message["guidance"], self.device.is_hinge)
             if message["reason"] not in ("Fine", "AlreadyRunning"):
-                guidance += f" ({message['reason']})"
-            if guidance and message["state"] in ("Collecting", "Verifying"):
-                self.tell(guidance)
+                told += f" ({explained(message['reason'])})"
+            if told and message["state"] in ("Collecting", "Verifying"):
+                self.tell(told)
         elif self.lost_since is None:
             # The run is not there any more. Its outcome may still be on the way.
             self.lost_since = time.monotonic()
@@ -200,7 +199,7 @@ class _Calibration:
     def pose(self, message: Message) -> None:
         number, held_out = message["index"] + 1, message["held_out"]
         if message["reason"] != "Fine":
-            self.tell(f"pose not taken: {message['reason']}")
+            self.tell(f"pose not taken: {explained(message['reason'])}")
             return
         sigma = f", expected sigma {message['predicted_sigma']:.3f} mm" if message["predicted_sigma_known"] else ""
         self.say(f"pose {number} {'held out to verify' if held_out else 'taken'}{sigma}")
@@ -211,27 +210,38 @@ class _Calibration:
             self.review()
             return None
         if reason == "Accepted" and message["live"]:
-            if len(self.live) < 3 or any(m["run_id"] != self.run_id for m in self.live.values()):
+            if self.live.joint(self.run_id) is None:
                 # the accepted values are part of the report; ask until they are whole
                 self.device.ask("Query")
                 for other in self.device.listen(REPORT_S):
-                    if other.name == "LiveCentre":
-                        self.live[other["axis"]] = other
-                    if _centre(self.live, self.run_id) is not None:
+                    self.live.take(other)
+                    if self.live.joint(self.run_id) is not None:
                         break
         self.device.ask("Acknowledge", self.run_id)
-        return self.result(reason, bool(message["live"]), int(message["poses"]))
+        return self.result(reason, bool(message["live"]), int(message["poses"]), self.about(message))
+
+    def about(self, outcome: Message) -> str:
+        """What the reason of an outcome is about."""
+        parts = [f"cable {outcome['cable']}"] if outcome["cable"] else []
+        if outcome["pose_known"]:
+            parts.append(f"pose {outcome['pose'] + 1}")
+        if outcome["size_known"]:
+            parts.append(f"{outcome['size']:.2f} mm")
+        if self.axis is not None:
+            direction = " ".join(f"{self.axis[f'axis_{name}']:.3f}" for name in "xyz")
+            parts.append(f"direction {direction} in the {'forearm' if self.device.is_hinge else 'base'}")
+        return ", ".join(parts)
 
     def review(self) -> None:
         if self.decided:
             return
-        new = _centre(self.candidate, self.run_id)
+        new = self.candidate.joint(self.run_id)
         named = self.shown.named(self.run_id)
         if new is None or self.verification is None or named is None:
             self.device.ask("Query")
             return
         verdict = self.decide(
-            Review(self.run_id, new, _centre(self.live), self.verification["deviation"], self.verification["limit"])
+            Review(self.run_id, new, self.live.joint(), self.verification["deviation"], self.verification["limit"])
         )
         if verdict is None:
             return
@@ -243,36 +253,35 @@ class _Calibration:
         )
         if answer["code"] != "Fine":
             self.decided = False
-            hint = " (pull the cables first: python -m glenoid numbering)" if answer["code"] == "NumberingUnchecked" else ""
-            self.tell(f"the board did not obey: {answer['code']}{hint}")
+            self.tell(f"the board did not obey: {explained(answer['code'])}")
 
     def lost(self) -> Result:
         """The run is gone and its outcome was not heard: only what is in use now can tell how it ended."""
         self.live.clear()
         self.device.ask("Query")
         for message in self.device.listen(REPORT_S):
-            if message.name == "LiveCentre":
-                self.live[message["axis"]] = message
-                if _centre(self.live) is not None:
-                    break
-            elif message.name == "Heartbeat" and not message["live"]:
-                # no centre is in use, so none will be reported
+            self.live.take(message)
+            if self.live.joint() is not None:
+                break
+            if message.name == "Heartbeat" and not message["live"]:
+                # nothing is in use, so nothing will be reported
                 break
             elif message.name == "Outcome" and message["run_id"] == self.run_id and message["reason"] != "Fine":
                 return self.result(message["reason"], bool(message["live"]), int(message["poses"]))
-        accepted = _centre(self.live, self.run_id) is not None
+        accepted = self.live.joint(self.run_id) is not None
         versions = self.device.versions
         cause = f" (its last start: {versions['reset_cause']})" if versions else ""
         if accepted:
             return self.result("Accepted", True, 0)
-        self.say(f"run {self.run_id} is lost: the board was restarted{cause}; the centre in use is the old one")
+        self.say(f"run {self.run_id} is lost: the board was restarted{cause}; the {self.device.joint} in use is the old one")
         return self.result("Lost", False, 0)
 
-    def result(self, reason: str, live: bool, poses: int) -> Result:
+    def result(self, reason: str, live: bool, poses: int, about: str = "") -> Result:
         accepted = reason == "Accepted" and live
-        centre = _centre(self.live, self.run_id) if accepted else None
-        value_mm, sigma_mm = (centre.value_mm, centre.sigma_mm) if centre else (None, None)
-        return Result(self.run_id, reason, accepted, value_mm, sigma_mm, poses, self.notes)
+        joint = self.live.joint(self.run_id) if accepted else None
+        value_mm, sigma_mm = (joint.value_mm, joint.sigma_mm) if isinstance(joint, Centre) else (None, None)
+        hinge = joint if isinstance(joint, Hinge) else None
+        return Result(self.run_id, reason, accepted, value_mm, sigma_mm, poses, self.notes, hinge, about)
 
     def check_silence(self) -> None:
         silent_s = self.device.silent_s
@@ -294,12 +303,3 @@ class _Calibration:
     def note(self, code: Any) -> None:
         if code not in self.notes:
             self.notes.append(str(code))
-
-
-def _centre(messages: dict[str, Message], run: int | None = None) -> Centre | None:
-    """The centre from its three messages, if all are there (and of this run)."""
-    three = [messages.get(axis) for axis in "xyz"]
-    if any(m is None or (run is not None and m["run_id"] != run) for m in three):
-        return None
-    x, y, z = (m for m in three if m is not None)
-    return Centre((x["value"], y["value"], z["value"]), (x["sigma"], y["sigma"], z["sigma"]))

@@ -90,6 +90,7 @@ class Device:
         self.called = called
         self.heartbeat: Message | None = None
         self.versions: Message | None = None
+        self.module: Message | None = None
         self._owns_bus = owns_bus
         self._kept: deque[Message] = deque()
         self._nonce = time.time_ns() // 1000 & 0xFFFF
@@ -111,7 +112,7 @@ class Device:
                 self.bus.shutdown()
 
     def meet(self, limit_s: float = 10.0) -> None:
-        """Waits for a heartbeat and checks the vocabulary's version."""
+        """Waits for a heartbeat, checks the vocabulary's version, and hears which joint the board is about."""
         end = time.monotonic() + limit_s
         while self.heartbeat is None:
             left = end - time.monotonic()
@@ -133,6 +134,24 @@ class Device:
                 f"the board speaks version {self.versions['protocol']} of the vocabulary, this client version "
                 f"{PROTOCOL}: install the client that came with the board's firmware"
             )
+        # it comes behind the versions
+        while self.module is None and time.monotonic() < end:
+            self._receive(0.1)
+
+    @property
+    def is_hinge(self) -> bool:
+        """The board's joint is a hinge: an elbow."""
+        return self.module is not None and self.module["joint"] == "Hinge"
+
+    @property
+    def cables(self) -> int:
+        """Cables of the machine."""
+        return int(self.module["cables_in_use"]) if self.module is not None else 6
+
+    @property
+    def joint(self) -> str:
+        """What a calibration of this board finds, in a word."""
+        return "axis" if self.is_hinge else "centre"
 
     @property
     def silent_s(self) -> float:
@@ -190,6 +209,8 @@ class Device:
             self.heartbeat, self._heard = message, time.monotonic()
         elif message.name == "Versions":
             self.versions = message
+        elif message.name == "Module":
+            self.module = message
         self._kept.append(message)
         return message
 

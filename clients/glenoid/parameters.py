@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import can
 
 from .device import ANSWER_S, TRIES, Device, DeviceError, NoAnswer
+from .reasons import explained
 from .vocabulary import DATABASE
 
 _REQUEST = DATABASE.get_message_by_name("ParameterRequest")
@@ -121,6 +122,6 @@ class Parameters:
                     return None
                 if code != 0:
                     about = f" {name}" if name else ""
-                    raise Refused(f"{operation}{about} was refused: {_CODES.get(code, code)}, see docs/reasons.md")
+                    raise Refused(f"{operation}{about} was refused: {explained(str(_CODES.get(code, code)))}")
                 return bytes(heard.data[4:])
         raise NoAnswer(f"no answer to {operation} on {self.device.called}")

@@ -40,6 +40,18 @@ GUIDANCE = {
     "Acknowledge": "see why the run ended",
 }
 
+#: What differs where the joint is a hinge.
+_GUIDANCE_OF_HINGE = {
+    "MoveOn": "go on to another angle and hold it",
+    "MoveFurther": "bend or straighten the joint further away from the angles so far",
+}
+
+
+def guidance(name: str, is_hinge: bool) -> str:
+    """What a person should do, in words."""
+    general = GUIDANCE.get(name, name)
+    return _GUIDANCE_OF_HINGE.get(name, general) if is_hinge else general
+
 
 @dataclass(frozen=True)
 class Message:

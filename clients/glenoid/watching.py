@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from pathlib import Path
 
@@ -10,12 +11,17 @@ import can
 from .calibration import Say
 from .device import SILENCE_S, Device, DeviceError
 from .moved_bus import MovedBus
+from .vocabulary import Message
+
+#: An angle is said again when it differs by so much from the one that was said last, degrees.
+NEW_ANGLE_DEG = 1.0
 
 
 def watch(device: Device, say: Say, *, every: bool = False, seconds: float | None = None) -> None:
-    """Says each message; of heartbeats only those that bring something new, unless `every`."""
+    """Says each message; of heartbeats and angles only those that bring something new, unless `every`."""
     end = None if seconds is None else time.monotonic() + seconds
     last: tuple[object, ...] | None = None
+    angle_deg: float | None = None
     silent = False
     while end is None or time.monotonic() < end:
         for message in device.listen(0.2):
@@ -24,10 +30,24 @@ def watch(device: Device, say: Say, *, every: bool = False, seconds: float | Non
                 if new == last:
                     continue
                 last = new
-            say(f"{time.strftime('%H:%M:%S')} {message}")
+            if message.name == "HingeAngle" and not every:
+                new_deg = math.degrees(message["angle"])
+                if angle_deg is not None and abs(new_deg - angle_deg) < NEW_ANGLE_DEG:
+                    continue
+                angle_deg = new_deg
+            text = angle_text(message) if message.name == "HingeAngle" else str(message)
+            say(f"{time.strftime('%H:%M:%S')} {text}")
         if (device.silent_s > SILENCE_S) != silent:
             silent = not silent
             say("the board is silent" if silent else "the board is heard again")
+
+
+def angle_text(message: Message) -> str:
+    """How far a hinge bends, in words."""
+    return (
+        f"HingeAngle {math.degrees(message['angle']):.1f} degrees, which leaves {message['angle_residual']:.3f} mm of the lengths"
+        f" (run {message['run_id']})"
+    )
 
 
 def record(bus: can.BusABC | MovedBus, path: str | Path, seconds: float | None = None) -> int:

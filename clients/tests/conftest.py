@@ -48,9 +48,12 @@ class Board:
             if "Ctrl-C ends" in line:
                 break
         match = re.search(r"true centre (\S+) (\S+) (\S+) mm", self.said)
+        axis = re.search(r"true axis (.*) through (.*) mm, in the forearm (.*) through (.*) mm", self.said)
         channel = re.search(r"-c (socket://\S+)", self.said)
-        assert match and channel, self.said
-        self.truth = tuple(float(number) for number in match.groups())
+        assert (match or axis) and channel, self.said
+        #: A ball's centre; of a hinge the axis: direction and place in the base, direction and place in the forearm.
+        self.truth = tuple(float(number) for number in match.groups()) if match else ()
+        self.true_axis = [[float(word) for word in part.split()] for part in axis.groups()] if axis else []
         self.channel = channel[1]
 
     def order(self, word: str) -> None:

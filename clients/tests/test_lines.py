@@ -71,6 +71,7 @@ class Adapter:
                     self.say(line_of("Answer", opcode=command["opcode"], nonce=command["nonce"], run_id=7))
                     if command["opcode"] == "Query":
                         self.say(line_of("Versions", protocol=self.protocol))
+                        self.say(line_of("Module", cables_in_use=6))
 
     def say(self, line: bytes) -> None:
         with contextlib.suppress(OSError):

@@ -30,7 +30,7 @@ def test_the_first_accept_waits_for_the_check(board: Board) -> None:
     client = Client(board, answers=True)
     client.wait_for("Accept this centre?")
     client.answer("y")
-    client.wait_for("the board did not obey: NumberingUnchecked (pull the cables first")
+    client.wait_for("the board did not obey: NumberingUnchecked: nobody has seen yet")
     numbering = pull_all(board)
     assert numbering.end() == 0, numbering.said
     # what was not obeyed is asked again, not done by itself

@@ -36,7 +36,7 @@ pub use inbox::Inbox;
 pub use machine::KnownMachine;
 pub use options::{ArmFault, Options};
 pub use report::{Found, Report, Settings, Status};
-pub use session::Session;
+pub use session::{Person, Session};
 pub use shoulder_report::ShoulderReport;
 pub use slip::{Exercise, Slip, SlipReport};
 pub use transcript::{Captured, SessionError, Transcript};

@@ -30,6 +30,7 @@ use rand_chacha::ChaCha8Rng;
 
 pub use arm::FittedArm;
 pub use cables::Cables;
+pub(crate) use cables::length_mm;
 pub use encoder::Encoder;
 use joint::MovingJoint;
 pub use roaming::Roaming;

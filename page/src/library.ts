@@ -10,6 +10,8 @@ export interface Message {
 export interface Placed {
   rotation: number[];
   origin: number[];
+  /** Of a hinge: how far it bends, rad. */
+  angle?: number;
   /** What each cable leaves, mm; only once a centre is determined. */
   residuals?: number[];
   /** The centre as this pose alone shows it, and as the joint's model has it in this pose, mm. */
@@ -33,13 +35,17 @@ export interface Identification {
   next: { axis: number[]; torsion: number; sigma: number } | null;
 }
 
-/** Where each of the six cables leaves the base, in {B}, and ends, in {P}; the three end-points in {P}; mm. */
+/** Where each of the cables leaves the base, in {B}, and ends, in {P}; the end-points in {P}; mm. */
 export interface Machine {
+  joint: "ball" | "hinge";
   base: number[][];
   ends: number[][];
   platform: number[][];
-  /** Where the centre is expected, mm. */
+  /** Where the centre is expected, or where the forearm's point of the axis stands, mm. */
   nominal: number[];
+  /** Of a hinge: the direction of its axis in {B}, and the point of it in {P}, mm. */
+  axis?: number[];
+  pivot?: number[];
   /** The platform with the arm at home. */
   home: Placed | null;
 }
@@ -63,7 +69,8 @@ export interface Words {
   base: number;
   block: number;
   reasons: [number, string, string, string][];
-  guidance: [number, string][];
+  /** Code, text, name. */
+  guidance: [number, string, string][];
   states: [number, string][];
   opcodes: [number, string][];
   operations: [number, string][];
@@ -85,6 +92,7 @@ interface Exports {
   machine(): number;
   place(len: number): number;
   identify(len: number): number;
+  hinge(len: number): number;
 }
 
 export class Library {
@@ -160,8 +168,16 @@ export class Library {
     return this.json(this.wasm.place(this.put(singles([lengths])))) as Placed | null;
   }
 
-  identify(poses: number[][]): Identification {
-    return this.json(this.wasm.identify(this.put(singles(poses)))) as Identification;
+  /** Null for a hinge. */
+  identify(poses: number[][]): Identification | null {
+    return this.json(this.wasm.identify(this.put(singles(poses)))) as Identification | null;
+  }
+
+  /** The forearm turns about this hinge from now on: axis and point in the base, in the forearm, offset; about the drawn one for
+   *  an empty list. */
+  turnAbout(numbers: number[]): void {
+    const machine = this.json(this.wasm.hinge(this.put(singles([numbers])))) as Machine | null;
+    if (machine !== null) this.machine = machine;
   }
 
   reason(code: number): { name: string; text: string; remedy: string } {
@@ -171,6 +187,10 @@ export class Library {
 
   guidance(code: number): string {
     return this.words.guidance.find(([known]) => known === code)?.[1] ?? "";
+  }
+
+  guidanceName(code: number): string {
+    return this.words.guidance.find(([known]) => known === code)?.[2] ?? "";
   }
 
   state(code: number): string {

@@ -1,11 +1,13 @@
 // The page: messages in, model and mathematics, picture and words out, commands back.
 
+import { allowed, BUTTONS, isInSet, type Button } from "./buttons.ts";
 import { accuracyChart, residualChart } from "./charts.ts";
 import { Device } from "./device.ts";
+import { angleText, hingeTable, magnification as barMagnification, whole } from "./hinge.ts";
 import { Library, type Identification, type Message } from "./library.ts";
 import { Model } from "./model.ts";
 import { NumberingCheck } from "./numbering.ts";
-import { boardList, centreTable, element, faultList, guidance, sentence, stateLine, UNCONFIRMED, write, type Situation } from "./panel.ts";
+import { boardList, centreTable, element, faultList, guidance, sentence, stateLine, write, type Situation } from "./panel.ts";
 import { ParameterTable } from "./parameters.ts";
 import { ArmScene } from "./scene.ts";
 import { magnification } from "./shapes.ts";
@@ -19,10 +21,8 @@ import { words } from "./words.ts";
 const SILENCE_MS = 2000;
 /** A pose's lengths come by themselves; a board that does not send them is asked after so long. */
 const ASK_FOR_POSE_MS = 300;
-const BUTTONS = ["Start", "StartTwoPhases", "Accept", "Reject", "Abort", "Acknowledge", "Confirm"] as const;
 /** Argument of `Start`: the shoulder blade is held first. */
 const TWO_PHASES = 2;
-type Button = (typeof BUTTONS)[number];
 
 class Page {
   private model = new Model();
@@ -45,6 +45,8 @@ class Page {
   private readonly parameters: ParameterTable;
   /** The machine that has been read from the board, as it names it. */
   private rig: number | null = null;
+  /** Which start of the board was heard last. */
+  private boot: number | null = null;
 
   constructor(private readonly library: Library) {
     let scene: ArmScene | null = null;
@@ -54,7 +56,7 @@ class Page {
       write("scene-note", words.scene.noWebgl);
     }
     this.scene = scene;
-    this.numbering = new NumberingCheck(library, (cable) => scene?.mark(cable));
+    this.numbering = new NumberingCheck(library, () => this.model, (cable) => scene?.mark(cable));
     this.parameters = new ParameterTable(library);
     this.wire();
   }
@@ -116,7 +118,7 @@ class Page {
   /** Leaves the source; everything that was known of it is forgotten. */
   private leave(): void {
     this.source?.close();
-    this.source = this.device = this.recording = this.playing = this.rig = null;
+    this.source = this.device = this.recording = this.playing = this.rig = this.boot = null;
     this.numbering.close();
     this.parameters.close();
     this.model = new Model();
@@ -147,6 +149,7 @@ class Page {
     if (message.name === "Heartbeat") this.heard = performance.now();
     this.device?.take(message);
     this.model.take(message);
+    if (message.name === "Identity") this.meet(Number(message["boot"]));
     const versions = this.model.versions;
     if (message.name === "Versions" && versions !== null && Number(versions["protocol"]) !== this.library.words.protocol) {
       const complaint = words.sources.protocol(Number(versions["protocol"]), this.library.words.protocol);
@@ -155,15 +158,26 @@ class Page {
     } else if (message.name === "Versions" && versions !== null) void this.readMachine(Number(versions["rig"]));
   }
 
+  /** A board that has started anew may be another machine; what it says then goes by before an adapter's channel is open again. */
+  private meet(boot: number): void {
+    const isAnother = this.boot !== null && this.boot !== boot;
+    this.boot = boot;
+    if (isAnother) void this.device?.ask("Query");
+  }
+
   /** One image serves every machine: what the board is, it says by its parameters. */
   private async readMachine(rig: number): Promise<void> {
     const device = this.device;
     if (device === null || rig === this.rig) return;
     this.rig = rig;
     // asked again with the next Versions, should answers have been lost
-    if (!(await this.parameters.read(device))) this.rig = null;
+    if (!(await this.parameters.readAnew(device))) {
+      this.rig = null;
+      void device.ask("Query");
+    }
     this.scene?.setMachine(this.library.machine);
     this.placed = null;
+    this.shown = "";
     this.computed = -1;
   }
 
@@ -190,7 +204,7 @@ class Page {
     this.askForLengths();
     if (model.lengths !== null && model.lengths !== this.placed) {
       this.placed = model.lengths;
-      const placed = this.library.place(model.lengths);
+      const placed = this.isOfThisMachine() ? this.library.place(model.lengths) : null;
       if (placed !== null) this.scene?.follow(placed, model.now?.centre ?? null);
     }
     if (this.computed !== model.evidence) {
@@ -198,10 +212,13 @@ class Page {
       this.compute();
       this.shown = "";
     }
-    const live = model.live.every((value) => value !== null) ? model.live.map((value) => value!.value) : null;
-    if (this.shown !== String(live)) {
-      this.shown = String(live);
-      this.scene?.show(this.found, live);
+    if (model.isHinge) this.showHinge();
+    else {
+      const live = model.live.every((value) => value !== null) ? model.live.map((value) => value!.value) : null;
+      if (this.shown !== String(live)) {
+        this.shown = String(live);
+        this.scene?.show(this.found, live);
+      }
     }
     const state = JSON.stringify([model.revision, situation, this.notice, this.computed]);
     if (state !== this.drawn) {
@@ -210,7 +227,33 @@ class Page {
     }
   }
 
+  /** Is the picture of the joint that is spoken of? Another machine's cables say nothing about this one. */
+  private isOfThisMachine(): boolean {
+    return this.model.isHinge === (this.library.machine.joint === "hinge");
+  }
+
+  /** The hinge that is known best: the new one, the one in use, the drawn one. */
+  private showHinge(): void {
+    write("angle", angleText(this.model));
+    const numbers = whole(this.model.candidateHinge) ?? whole(this.model.liveHinge);
+    const shown = JSON.stringify([numbers, this.isOfThisMachine()]);
+    if (this.shown === shown) return;
+    this.shown = shown;
+    const note = numbers === null ? words.hinge.drawn : words.hinge.bar(barMagnification(numbers));
+    if (this.scene !== null) write("scene-note", this.isOfThisMachine() ? note : words.hinge.otherMachine);
+    if (!this.isOfThisMachine()) return;
+    this.library.turnAbout(numbers?.map(({ value }) => value) ?? []);
+    this.scene?.setMachine(this.library.machine);
+    this.scene?.showHinge(numbers);
+    this.placed = null;
+  }
+
   private compute(): void {
+    // of a hinge the board's own numbers are shown
+    if (this.model.isHinge || this.library.machine.joint === "hinge") {
+      this.found = null;
+      return;
+    }
     const poses = this.model.whole(false).map((pose) => pose.lengths as number[]);
     this.found = poses.length === 0 ? null : this.library.identify(poses);
     const last = [...this.model.whole(false), ...this.model.whole(true)].at(-1);
@@ -232,7 +275,10 @@ class Page {
     const progress = Number(model.heartbeat?.["progress"] ?? 0);
     element<HTMLProgressElement>("progress").value = progress;
     write("percent", model.heartbeat === null ? "" : `${progress} %`);
-    write("centre", centreTable(model, this.found));
+    write("centre", model.isHinge ? hingeTable(model) : centreTable(model, this.found));
+    for (const id of ["accuracy", "residuals"]) element(id).hidden = model.isHinge;
+    element("angle").hidden = !model.isHinge;
+    element("arm").style.visibility = this.isOfThisMachine() ? "visible" : "hidden";
     write("faults", faultList(model, library));
     write("board", boardList(model));
     write("accuracy", accuracyChart(this.found?.sigma_after ?? []));
@@ -240,18 +286,9 @@ class Page {
     this.scene?.setNextVisible(state === "Collecting");
     element("recorded").hidden = !situation.recording;
     const commanded = this.source !== null && model.heartbeat !== null;
-    const inSet = ["Collecting", "Identifying", "Verifying"].includes(state);
-    element<HTMLButtonElement>("numbering-open").disabled = !commanded || inSet;
+    element<HTMLButtonElement>("numbering-open").disabled = !commanded || isInSet(state);
     element<HTMLButtonElement>("parameters-open").disabled = !commanded;
-    const can: Record<Button, boolean> = {
-      Start: state === "Idle" || state === "Failed",
-      StartTwoPhases: state === "Idle" || state === "Failed",
-      Accept: state === "Review",
-      Reject: state === "Review",
-      Abort: inSet,
-      Acknowledge: state === "Failed" || Number(model.heartbeat?.["unacknowledged"] ?? 0) === 1 && state === "Idle",
-      Confirm: state === "Idle" && Number(model.heartbeat?.["standing"] ?? 0) === UNCONFIRMED,
-    };
+    const can = allowed(model, state);
     for (const name of BUTTONS) {
       const button = element<HTMLButtonElement>(name);
       button.disabled = !can[name] || this.source === null;
@@ -291,8 +328,10 @@ class Page {
 
   private confirmed(name: "Accept" | "Confirm"): Promise<boolean> {
     const dialog = element<HTMLDialogElement>("confirm");
-    write("confirm-title", name === "Accept" ? words.confirm.title : words.confirm.titleOfLive);
-    write("confirm-centre", centreTable(this.model, this.found));
+    const [title, titleOfLive] = this.model.isHinge
+      ? [words.hinge.confirm, words.hinge.confirmLive] : [words.confirm.title, words.confirm.titleOfLive];
+    write("confirm-title", name === "Accept" ? title : titleOfLive);
+    write("confirm-centre", this.model.isHinge ? hingeTable(this.model) : centreTable(this.model, this.found));
     dialog.showModal();
     return new Promise((resolve) => {
       dialog.onclose = () => resolve(dialog.returnValue === "yes");

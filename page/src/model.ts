@@ -20,7 +20,23 @@ export interface Fault {
   active: boolean;
 }
 
+/** Axis and foot point in the base, in the forearm, then the offset along the axis: numbers of a hinge. */
+export const HINGE_NUMBERS = 13;
+
+/** Where a component stands among them. */
+function hingePlace(index: number, isAxis: boolean): number {
+  const body = Math.floor(index / 3);
+  return 6 * body + (index % 3) + (isAxis || body === 2 ? 0 : 3);
+}
+
 export class Model {
+  /** The joint is a hinge: an elbow. */
+  isHinge = false;
+  cables = 6;
+  candidateHinge: (Value | null)[] = Array(HINGE_NUMBERS).fill(null);
+  liveHinge: (Value | null)[] = Array(HINGE_NUMBERS).fill(null);
+  /** How far the hinge in use bends, rad, and what the lengths leave there, mm. */
+  angle: Value | null = null;
   heartbeat: Message | null = null;
   versions: Message | null = null;
   outcome: Message | null = null;
@@ -48,7 +64,7 @@ export class Model {
   /** Takes a message. */
   take(message: Message): void {
     // Telemetry moves the arm, not the words.
-    if (message.name !== "Telemetry") this.revision += 1;
+    if (message.name !== "Telemetry" && message.name !== "HingeAngle") this.revision += 1;
     const run = Number(message["run_id"] ?? 0);
     switch (message.name) {
       case "Heartbeat":
@@ -58,6 +74,24 @@ export class Model {
         break;
       case "Versions":
         this.versions = message;
+        break;
+      case "Module":
+        this.becomeJoint(Number(message["joint"]) === 1);
+        this.cables = Number(message["cables_in_use"]);
+        for (const pose of this.poses.values()) pose.lengths.length = Math.min(pose.lengths.length, this.cables);
+        break;
+      case "CandidateHingeAxis":
+      case "CandidateHingePlace":
+        this.ofRun(run);
+        this.component(this.candidateHinge, message);
+        break;
+      case "LiveHingeAxis":
+      case "LiveHingePlace":
+        this.component(this.liveHinge, message);
+        this.liveRun = run;
+        break;
+      case "HingeAngle":
+        this.angle = { value: Number(message["angle"]), sigma: Number(message["angle_residual"]) };
         break;
       case "Fault":
         this.faults.set(`${message["code"]}:${message["cable"]}`, {
@@ -117,6 +151,23 @@ export class Model {
     return [...this.poses.values()].find((pose) => pose.lengths.some((length) => length === null));
   }
 
+  /** What was known of another joint is nothing about this one. */
+  private becomeJoint(isHinge: boolean): void {
+    if (isHinge === this.isHinge) return;
+    this.isHinge = isHinge;
+    this.live = [null, null, null];
+    this.liveHinge.fill(null);
+    this.angle = this.now = null;
+    this.begin(this.run);
+  }
+
+  private component(numbers: (Value | null)[], message: Message): void {
+    const isAxis = message.name.endsWith("Axis");
+    numbers[hingePlace(Number(message["hinge_index"]), isAxis)] = isAxis
+      ? { value: Number(message["direction"]), sigma: Number(message["direction_sigma"]) }
+      : { value: Number(message["place"]), sigma: Number(message["place_sigma"]) };
+  }
+
   private ofRun(run: number): void {
     if (run !== this.run) this.begin(run);
   }
@@ -125,6 +176,7 @@ export class Model {
     this.run = run;
     this.poses.clear();
     this.candidate = [null, null, null];
+    this.candidateHinge.fill(null);
     this.outcome = this.quality = this.verification = this.lastPose = null;
     this.leftOut.length = 0;
     this.faults.clear();
@@ -143,7 +195,7 @@ export class Model {
     this.ofRun(run);
     const [index, heldOut] = [Number(message["index"]), Number(message["held_out"]) === 1];
     const [cable, length] = [Number(message["cable"]) - 1, Number(message["length"])];
-    const known = this.poseAt(index, heldOut).lengths[cable];
+    const known = this.poseAt(index, heldOut).lengths[cable] ?? null;
     // the poses with the shoulder blade held make room for those without: the same numbers again
     if (!heldOut && known !== null && known !== length) this.poses.clear();
     const pose = this.poseAt(index, heldOut);
@@ -155,7 +207,7 @@ export class Model {
     const key = `${heldOut ? 1 : 0}:${index}`;
     let pose = this.poses.get(key);
     if (pose === undefined) {
-      pose = { index, heldOut, lengths: [null, null, null, null, null, null], sigma: null };
+      pose = { index, heldOut, lengths: Array(this.cables).fill(null), sigma: null };
       this.poses.set(key, pose);
     }
     return pose;

@@ -6,7 +6,6 @@ import type { Library } from "./library.ts";
 import { element, sentence, write } from "./panel.ts";
 import { words } from "./words.ts";
 
-const CABLES = 6;
 /** Time between two looks. */
 const LOOK_MS = 300;
 /** What passes by itself: somebody moves the arm, or the encoders come. */
@@ -22,6 +21,8 @@ export class NumberingCheck {
 
   constructor(
     private readonly library: Library,
+    /** Is the joint a hinge, and how many cables has it? */
+    private readonly joint: () => { isHinge: boolean; cables: number },
     /** Shows one cable among the others, from 0; none for null. */
     private readonly mark: (cable: number | null) => void,
   ) {
@@ -53,9 +54,10 @@ export class NumberingCheck {
   private async run(device: Device): Promise<void> {
     this.turn += 1;
     const turn = this.turn;
+    const cables = this.joint().cables;
     element("numbering-again").hidden = true;
-    for (let cable = 0; cable < CABLES; cable += 1) {
-      const seen = Array.from({ length: CABLES }, (_, k): Seen => k < cable ? "found" : k === cable ? "now" : "later");
+    for (let cable = 0; cable < cables; cable += 1) {
+      const seen = Array.from({ length: cables }, (_, k): Seen => k < cable ? "found" : k === cable ? "now" : "later");
       // Pulled before the board has noted where the cables are, it would not be seen.
       this.mark(null);
       this.show(words.numbering.wait, "", seen);
@@ -74,12 +76,17 @@ export class NumberingCheck {
         if (!WAITING.includes(reason.name)) return this.stop(text, remedy, seen);
         const looks = reason.name === "CableNotPulled";
         this.mark(looks ? cable : null);
-        if (looks) this.show(words.numbering.pull(cable + 1), words.numbering.how, seen);
+        if (looks) this.show(words.numbering.pull(cable + 1, this.runOf(cable)), words.numbering.how, seen);
         else this.show(words.numbering.wait, `${text} ${remedy}`, seen);
         await new Promise((resolve) => setTimeout(resolve, LOOK_MS));
       }
     }
-    this.stop(words.numbering.done, "", Array<Seen>(CABLES).fill("found"));
+    this.stop(words.numbering.done, "", Array<Seen>(cables).fill("found"));
+  }
+
+  /** Where a cable runs, from 0. */
+  private runOf(cable: number): string {
+    return this.joint().isHinge ? words.hinge.run(cable + 1) : words.numbering.runs[cable] ?? "";
   }
 
   private stop(text: string, detail: string, seen: Seen[]): void {
@@ -92,7 +99,7 @@ export class NumberingCheck {
     write("numbering-text", text);
     write("numbering-detail", detail);
     write("numbering-seen", seen.map((one, cable) =>
-      `<li data-seen="${one}"><strong>L${cable + 1}</strong> ${words.numbering.runs[cable]} `
+      `<li data-seen="${one}"><strong>L${cable + 1}</strong> ${this.runOf(cable)} `
       + `<span>${words.numbering.seen[one]}</span></li>`).join(""));
   }
 }

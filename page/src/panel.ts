@@ -42,22 +42,27 @@ export function guidance(model: Model, library: Library, situation: Situation): 
   const outcome = model.outcome === null ? null : library.reason(Number(model.outcome["reason"]));
   const state = library.state(Number(heartbeat["state"]));
   if (state === "Failed" || (state === "Idle" && outcome !== null && outcome.name !== "Fine")) {
-    if (outcome?.name === "Accepted") return { text: words.guidance.accepted, detail: "" };
+    if (outcome?.name === "Accepted") return { text: model.isHinge ? words.hinge.accepted : words.guidance.accepted, detail: "" };
     const reason = outcome ?? library.reason(Number(heartbeat["reason"]));
     return { text: sentence(reason.text), detail: sentence(reason.remedy) };
   }
   if (state === "Idle") {
     const standing = Number(heartbeat["standing"]);
-    if (standing === UNCONFIRMED) return { text: words.guidance.unconfirmed, detail: words.guidance.unconfirmedRemedy };
+    const unconfirmed = model.isHinge ? words.hinge.unconfirmed : words.guidance.unconfirmed;
+    if (standing === UNCONFIRMED) return { text: unconfirmed, detail: words.guidance.unconfirmedRemedy };
     const reason = library.reason(Number(heartbeat["reason"]));
     if (reason.name !== "Fine") return { text: sentence(reason.text), detail: sentence(reason.remedy) };
-    if (standing === NOT_TO_BE_USED) return { text: words.guidance.notToBeUsed, detail: "" };
-    const text = Number(heartbeat["live"]) === 1 ? words.guidance.idleWithCentre : words.guidance.idle;
+    const notToBeUsed = model.isHinge ? words.hinge.notToBeUsed : words.guidance.notToBeUsed;
+    if (standing === NOT_TO_BE_USED) return { text: notToBeUsed, detail: "" };
+    const idle = model.isHinge ? words.hinge.idleWithAxis : words.guidance.idleWithCentre;
+    const text = Number(heartbeat["live"]) === 1 ? idle : words.guidance.idle;
     return { text: situation.recording ? words.guidance.recording : text, detail: "" };
   }
   const reason = library.reason(Number(heartbeat["reason"]));
   const detail = reason.name === "Fine" ? "" : `${sentence(reason.text)} ${sentence(reason.remedy)}`;
-  return { text: sentence(library.guidance(Number(heartbeat["guidance"]))), detail };
+  const advice = Number(heartbeat["guidance"]);
+  const ofHinge = model.isHinge ? words.hinge.guidance[library.guidanceName(advice)] : undefined;
+  return { text: ofHinge ?? sentence(library.guidance(advice)), detail };
 }
 
 /** A sentence from the library's words. */
@@ -68,7 +73,8 @@ export function sentence(text: string): string {
 export function stateLine(model: Model, library: Library): string {
   const heartbeat = model.heartbeat;
   if (heartbeat === null) return "";
-  const state = words.states[library.state(Number(heartbeat["state"]))] ?? "";
+  const name = library.state(Number(heartbeat["state"]));
+  const state = (model.isHinge ? words.hinge.states[name] : undefined) ?? words.states[name] ?? "";
   const [first, second] = [model.whole(false).length, model.whole(true).length];
   const poses = first + second > 0 ? ` · ${words.poses(first + second, second)}` : "";
   const run = model.run > 0 ? ` · run ${model.run}` : "";

@@ -52,6 +52,12 @@ export class ParameterTable {
     return this.reading;
   }
 
+  /** The same of a board that has just become another machine: what was being read before is a mixture of both. */
+  async readAnew(device: Device): Promise<boolean> {
+    await this.reading;
+    return this.read(device);
+  }
+
   private async readAll(device: Device): Promise<boolean> {
     const [left, whole] = [[...this.library.parameters], { come: true }];
     const readOne = async ({ index }: Parameter) => {

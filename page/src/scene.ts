@@ -5,7 +5,9 @@ import {
   MeshBasicMaterial, MeshLambertMaterial, PerspectiveCamera, RingGeometry, Scene, SphereGeometry, type Sprite, Vector3,
   WebGLRenderer, WireframeGeometry,
 } from "three";
+import { AxisShape } from "./hinge.ts";
 import type { Identification, Machine, Placed } from "./library.ts";
+import type { Value } from "./model.ts";
 import { between, distance, mean, NOWHERE, rotate, transform } from "./placed.ts";
 import { apart, BLUE, cross, ellipsoid, GREEN, GREY, INK, label, ORANGE, rod, span, SPHERE, target } from "./shapes.ts";
 import { words } from "./words.ts";
@@ -25,6 +27,7 @@ export class ArmScene {
   private readonly renderer: WebGLRenderer;
   private readonly cables: { mesh: Mesh; text: Sprite }[] = [];
   private readonly cuff: Mesh[];
+  private readonly hinge = new AxisShape();
   private readonly arm: Mesh;
   private readonly centre: Group = new Group();
   private readonly ellipsoid: Mesh;
@@ -66,8 +69,8 @@ export class ArmScene {
       this.cables.push({ mesh, text });
       this.scene.add(mesh, text);
     }
-    this.cuff = [0, 1, 2].map(() => rod(4, BLUE));
-    this.scene.add(...this.cuff);
+    this.cuff = [0, 1, 2, 3].map(() => rod(4, BLUE));
+    this.scene.add(...this.cuff, this.hinge.group);
     this.arm = new Mesh(
       new CylinderGeometry(26, 34, ARM, 20).rotateX(Math.PI / 2).translate(0, 0, ARM / 2 + 20),
       new MeshLambertMaterial({ color: 0xd9a37f, transparent: true, opacity: 0.55 }),
@@ -95,20 +98,50 @@ export class ArmScene {
   /** Another machine than the one so far: its sizes, its base, the arm at home. */
   setMachine(machine: Machine): void {
     this.machine = machine;
-    this.size = Math.max(...machine.base.map((point) => Math.hypot(...point))) / BASE_RADIUS;
+    // an elbow is long and slender: the view is of its axis
+    this.size = machine.joint === "hinge" ? Math.hypot(...machine.nominal) / MIDDLE
+      : Math.max(...machine.base.map((point) => Math.hypot(...point))) / BASE_RADIUS;
     const home = machine.home ?? NOWHERE;
-    const [a, b, c] = machine.platform.map((point) => new Vector3().fromArray(point)) as [Vector3, Vector3, Vector3];
-    const normal = b.clone().sub(a).cross(c.clone().sub(a)).normalize();
-    // from the joint to the cuff: away from the base
-    if (rotate(home, normal.toArray())[2]! < 0) normal.negate();
-    this.axis = normal.toArray();
+    const isHinge = machine.joint === "hinge";
+    this.axis = isHinge ? this.forearm() : this.upperArm(home);
     const middle = mean(machine.platform.map((point) => transform(home, point)));
-    this.cuffAt = Math.hypot(...middle.map((value, k) => value - machine.nominal[k]!));
+    this.cuffAt = isHinge ? Math.hypot(...mean(machine.platform).map((value, k) => value - machine.pivot![k]!))
+      : Math.hypot(...middle.map((value, k) => value - machine.nominal[k]!));
+    this.cables.forEach(({ mesh, text }, cable) => {
+      mesh.visible = text.visible = cable < machine.base.length;
+    });
+    this.cuff.forEach((side, index) => {
+      side.visible = index < machine.platform.length;
+    });
+    this.hinge.group.visible = isHinge;
+    for (const shape of [this.centre, this.directions, this.path, this.ellipsoid]) shape.visible = !isHinge;
+    if (isHinge) this.showHinge(null);
     this.baseGroup.clear();
     this.drawBase();
     for (const group of [this.directions, this.next, this.arm]) group.scale.setScalar(this.size);
     this.target = home;
     this.put(home);
+    this.dirty = true;
+  }
+
+  /** The arm's direction in {P}: across the cuff, away from the base. */
+  private upperArm(home: Placed): number[] {
+    const [a, b, c] = this.machine.platform.map((point) => new Vector3().fromArray(point)) as [Vector3, Vector3, Vector3];
+    const normal = b.clone().sub(a).cross(c.clone().sub(a)).normalize();
+    // from the joint to the cuff
+    if (rotate(home, normal.toArray())[2]! < 0) normal.negate();
+    return normal.toArray();
+  }
+
+  /** The same of a forearm: from its point of the axis to the middle of its ring. */
+  private forearm(): number[] {
+    const pivot = new Vector3().fromArray(this.machine.pivot!);
+    return new Vector3().fromArray(mean(this.machine.platform)).sub(pivot).normalize().toArray();
+  }
+
+  /** The axis of a hinge where the machine has it, with its bar; null: it is only drawn. */
+  showHinge(numbers: Value[] | null): void {
+    this.hinge.put(this.machine.axis!, this.machine.nominal, numbers);
     this.dirty = true;
   }
 
@@ -141,6 +174,7 @@ export class ArmScene {
 
   /** The new centre (or the nominal one), the one in use, what the poses say. */
   show(found: Identification | null, live: number[] | null): void {
+    if (this.machine.joint === "hinge") return;
     const centre = found?.centre ?? live ?? this.machine.nominal;
     this.centre.position.fromArray(centre);
     this.isNew = found?.centre != null;
@@ -207,7 +241,7 @@ export class ArmScene {
       const share = cable % 2 === 0 ? 0.36 : 0.5;
       text.position.fromArray(from.map((value, k) => value + share * (to[k]! - value)));
     });
-    this.cuff.forEach((mesh, side) => span(mesh, ends[side]!, ends[(side + 1) % 3]!));
+    this.cuff.slice(0, ends.length).forEach((mesh, side) => span(mesh, ends[side]!, ends[(side + 1) % ends.length]!));
     // the arm goes from the joint through the middle of the cuff
     const axis = rotate(placed, this.axis);
     const middle = mean(ends);

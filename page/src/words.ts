@@ -2,6 +2,8 @@
 
 /** Where each cable runs: end-point of the platform, attachment point of the base. */
 const RUNS = ["P1 to B1", "P1 to B2", "P2 to B2", "P2 to B3", "P3 to B3", "P3 to B1"];
+/** The same of a hinge, where each cable has ends of its own. */
+const runOfHinge = (cable: number) => `base point ${cable} to end ${cable} on the forearm`;
 
 export const words = {
   title: "Glenoid",
@@ -13,6 +15,30 @@ export const words = {
     Review: "Decide",
     Failed: "Not successful",
   } as Record<string, string>,
+  /** What is called otherwise where the joint is a hinge. */
+  hinge: {
+    states: { Identifying: "Computing the axis", Collecting: "Collecting angles", Verifying: "Collecting angles that verify" } as Record<string, string>,
+    guidance: { MoveOn: "Go on to another angle and hold it.", MoveFurther: "Bend or straighten it further before holding it." } as Record<string, string>,
+    idleWithAxis: "An axis is in use. Press Start for a new calibration.",
+    accepted: "Accepted. The new axis is in use.",
+    notToBeUsed: "The axis is not to be used.",
+    unconfirmed: "A stored axis waits to be confirmed.",
+    confirm: "Use this axis?",
+    confirmLive: "Is the axis in use right for this arm?",
+    title: "Axis of the hinge",
+    direction: "direction",
+    point: "point, mm",
+    along: "offset along the axis, mm",
+    bodies: ["in the base", "in the forearm"],
+    directionKnown: (base: number, forearm: number) => `The direction is known to ${base.toFixed(2)}° in the base, to ${forearm.toFixed(2)}° `
+      + "in the forearm (one standard deviation).",
+    angle: (degrees: number, left: number) => `Bent by <strong>${degrees.toFixed(1)}°</strong> now; the cables leave ${left.toFixed(3)} mm.`,
+    noAngle: "The angle is shown once an axis is in use.",
+    bar: (factor: number) => `body about the axis: its error (one standard deviation), magnified ${factor} times`,
+    drawn: "The axis is shown as it is drawn: none has been found yet.",
+    otherMachine: "The picture would be of another machine: a recording does not hold the board's parameters.",
+    run: runOfHinge,
+  },
   guidance: {
     Nothing: "",
     idleWithCentre: "A centre is in use. Press Start for a new calibration.",
@@ -60,7 +86,7 @@ export const words = {
   numbering: {
     open: "Check the cables …",
     title: "Is every cable at its own encoder?",
-    pull: (cable: number) => `Pull cable ${cable}: ${RUNS[cable - 1]}.`,
+    pull: (cable: number, run: string) => `Pull cable ${cable}: ${run}.`,
     wait: "Do not pull yet.",
     how: "By a finger's breadth, then let go. Arm and other cables rest.",
     wrong: (cable: number, moved: number) => `Cable ${cable} was to be pulled, but encoder ${moved} moved.`,

@@ -4,58 +4,16 @@
 //     node test/browser.mjs [FOLDER]        the pictures of docs/page.md go there; without it, all of them into target/page
 
 import assert from "node:assert/strict";
-import { spawn } from "node:child_process";
-import { existsSync, mkdirSync, mkdtempSync, rmSync } from "node:fs";
+import { mkdirSync } from "node:fs";
 import { connect } from "node:net";
-import { tmpdir } from "node:os";
-import { dirname, join } from "node:path";
-import { fileURLToPath } from "node:url";
-import { chromium } from "playwright-core";
+import { join } from "node:path";
+import { browser, launch, press, root, says, view } from "./browsing.mjs";
 
-const root = join(dirname(fileURLToPath(import.meta.url)), "..", "..");
 const pictures = process.argv[2] ?? join(root, "target", "page");
 /** What docs/page.md shows. */
 const documented = ["collecting", "review", "refusal", "numbering", "parameters", "recording"];
 /** Who sits at the arm. */
 const person = process.env.GLENOID_PERSON ?? "moving";
-const browser = ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"].find(existsSync);
-
-/** Starts `cargo view` and waits for its address. */
-function view(...options) {
-  const child = spawn(join(root, "target", "release", "view"), ["--yes", "--port", "0", ...options], {
-    stdio: ["pipe", "pipe", "inherit"],
-  });
-  return new Promise((resolve, reject) => {
-    let said = "";
-    child.on("exit", (code) => reject(new Error(`cargo view ended with ${code}: ${said}`)));
-    child.stdout.on("data", (data) => {
-      said += data;
-      const address = /page\s+(http:\S+)/.exec(said);
-      const bus = /CAN bus\s+socket:\/\/(\S+):(\d+)/.exec(said);
-      if (address && bus) {
-        const order = (word) => child.stdin.write(`${word}\n`);
-        const end = () => child.kill("SIGINT");
-        resolve({ address: address[1], bus: [Number(bus[2]), bus[1]], order, where: () => where(child), end });
-      }
-    });
-  });
-}
-
-/** The person's true centre with the arm where it is now, mm. */
-function where(child) {
-  return new Promise((resolve) => {
-    let said = "";
-    const hear = (data) => {
-      said += data;
-      const truth = /true centre, with the arm where it is now: (\S+) (\S+) (\S+) mm/.exec(said);
-      if (truth === null) return;
-      child.stdout.off("data", hear);
-      resolve(truth.slice(1).map(Number));
-    };
-    child.stdout.on("data", hear);
-    child.stdin.write("where\n");
-  });
-}
 
 /** Records the bus as candump -l does, from now on. */
 function recorder(board) {
@@ -80,11 +38,9 @@ async function seconds(promise) {
   return (performance.now() - begin) / 1000;
 }
 
-const says = (page, text, timeout = 300_000) => page.getByText(text).first().waitFor({ timeout });
 /** At least so many poses: a page that draws slowly skips a number. */
 const collected = (page, count) => page.waitForFunction(
   (least) => window.glenoid.model.whole(false).length + window.glenoid.model.whole(true).length >= least, count);
-const press = (page, name) => page.getByRole("button", { name, exact: true }).click();
 const snap = async (page, name) => {
   const wanted = process.argv[2] === undefined || documented.includes(name);
   if (wanted) await page.screenshot({ path: join(pictures, `${name}.png`) });
@@ -315,15 +271,7 @@ if (browser === undefined) {
   process.exit(process.env.GLENOID_REQUIRE_BROWSER ? 1 : 0);
 }
 mkdirSync(pictures, { recursive: true });
-const profile = mkdtempSync(join(tmpdir(), "glenoid-browser-"));
-const context = await chromium.launchPersistentContext(profile, {
-  executablePath: browser,
-  viewport: { width: 1366, height: 900 },
-  args: ["--headless", "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking",
-    "--disable-component-update", "--disable-sync", "--use-gl=angle", "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader"],
-});
-context.setDefaultTimeout(300_000);
+const { context, close } = await launch();
 const errors = [];
 const watched = async () => {
   const page = await context.newPage();
@@ -359,7 +307,6 @@ try {
   throw error;
 } finally {
   board.end();
-  await context.close();
-  rmSync(profile, { recursive: true, force: true });
+  await close();
 }
 process.exit(0);

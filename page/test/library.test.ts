@@ -55,7 +55,7 @@ function arm(poses: number, noise: number, seed = 1, baseRadius = 150, moves = 0
 }
 
 test("the centre is the true one, and each pose stands where the arm stood", () => {
-  const found = library.identify(arm(20, 0));
+  const found = library.identify(arm(20, 0))!;
   assert.equal(found.refusal, null);
   [7, -4, 155].forEach((value, k) => assert.ok(Math.abs(found.centre![k]! - value) < 2e-3, String(found.centre)));
   for (const pose of found.poses) {
@@ -71,7 +71,7 @@ test("what a pose leaves is held against the machine as it is estimated, of a mo
   for (const [moves, isMoving] of [[0, false], [6, true]] as const) {
     // within the tolerance of the encoders' zeros, 0.3 mm
     const poses = arm(40, 0.05, 2, 150, moves).map((row) => row.map((length, k) => length + (k === 2 ? 0.3 : 0)));
-    const found = library.identify(poses);
+    const found = library.identify(poses)!;
     assert.equal(found.moving, isMoving, String(found.refusal));
     assert.ok(largest(found) < 0.12, `${largest(found)} mm are left`);
   }
@@ -84,7 +84,7 @@ test("WebAssembly and the host agree in every digit", () => {
   let accepted = 0;
   for (let seed = 1; seed <= 20; seed += 1) {
     const poses = arm(6 + seed, 0.1, seed);
-    const here = library.identify(poses);
+    const here = library.identify(poses)!;
     accepted += here.centre === null ? 0 : 1;
     assert.deepEqual(here, host(poses), `seed ${seed}`);
   }
@@ -93,7 +93,7 @@ test("WebAssembly and the host agree in every digit", () => {
 
 test("too few poses, nonsense and none at all are refused in words", () => {
   for (const poses of [[], arm(2, 0), [[1, 2, 3, 4, 5, 6]], [[NaN, 1, 1, 1, 1, 1]], [[0, 0, 0, 0, 0, 0]]]) {
-    const found = library.identify(poses);
+    const found = library.identify(poses)!;
     assert.equal(found.centre, null);
     assert.ok(found.refusal!.length > 5);
   }
@@ -103,7 +103,7 @@ test("too few poses, nonsense and none at all are refused in words", () => {
 test("an outlier is named with its cable", () => {
   const poses = arm(20, 0.05);
   poses[7]![2]! += 5;
-  assert.deepEqual(library.identify(poses).rejected, [[7, 1 << 2]]);
+  assert.deepEqual(library.identify(poses)!.rejected, [[7, 1 << 2]]);
 });
 
 test("lines of an adapter become messages, however they are cut", () => {
@@ -141,7 +141,7 @@ function parameters(values: Record<string, number>): [number, number][] {
 
 test("the machine is the one that the board's parameters make", () => {
   const [poses, shoulder] = [arm(12, 0.05), library.machine];
-  const before = library.identify(poses);
+  const before = library.identify(poses)!;
   assert.equal(library.configure(parameters({})), "");
   assert.deepEqual([library.machine, library.identify(poses)], [shoulder, before]);
   // attachment points on a circle of 170 mm
@@ -151,7 +151,7 @@ test("the machine is the one that the board's parameters make", () => {
   }));
   assert.equal(library.configure(parameters(wider)), "");
   assert.ok(Math.abs(library.machine.base[0]![0]! - 170) < 1e-4);
-  const found = library.identify(arm(20, 0, 1, 170));
+  const found = library.identify(arm(20, 0, 1, 170))!;
   [7, -4, 155].forEach((value, k) => assert.ok(Math.abs(found.centre![k]! - value) < 2e-3, String(found.centre)));
   // two attachment points in one place: named, and the machine stays
   assert.match(library.configure(parameters({ base_2_x: 150, base_2_y: 0 })), /^base_\d_/);
@@ -172,12 +172,12 @@ test("every cable may have ends of its own and a pulley", () => {
   const poses = arm(20, 0);
   assert.equal(library.configure(parameters(values)), "");
   // lengths without pulleys do not fit a machine with pulleys
-  const other = library.identify(poses).centre;
+  const other = library.identify(poses)!.centre;
   assert.ok(other === null || Math.hypot(...other.map((value, k) => value - [7, -4, 155][k]!)) > 0.5, String(other));
   assert.ok(library.machine.home !== null);
   for (const cable of [1, 2, 3, 4, 5, 6]) values[`cable_${cable}_pulley_radius`] = 0;
   assert.equal(library.configure(parameters(values)), "");
-  library.identify(poses).centre!.forEach((value, k) => assert.ok(Math.abs(value - [7, -4, 155][k]!) < 2e-3));
+  library.identify(poses)!.centre!.forEach((value, k) => assert.ok(Math.abs(value - [7, -4, 155][k]!) < 2e-3));
   assert.equal(library.configure(parameters({})), "");
 });
 

@@ -29,14 +29,15 @@ struct Arguments {
     /// Let a virtual person sit at the arm, who moves when the board asks for another pose
     #[arg(long)]
     wearer: bool,
-    /// That person: a ball joint, a centre that moves with the arm, or a machine that is not as drawn
+    /// That person: a ball joint (in an elbow's machine: an elbow), a centre that moves with the arm, a machine that is not
+    /// as drawn, or an elbow that never bends
     #[arg(long, value_enum, default_value_t = PersonKind::Ball)]
     person: PersonKind,
     /// The machine that the person sits in, as `cargo identify` reads it; the board is told by parameters
     /// (`python -m glenoid parameters load RIG.toml`)
     #[arg(long, value_name = "RIG.toml", requires = "wearer")]
     rig: Option<PathBuf>,
-    /// Seed of that person's poses and centre
+    /// Seed of that person's poses and joint
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// How long that person holds a pose, ms
@@ -95,12 +96,9 @@ fn introduce(can: SocketAddr, rig: SocketAddr, patient: Option<&Patient>) {
     println!("  or:            python -m can.logger -i slcan -c socket://{can} -b 500000");
     match patient {
         Some(patient) => {
-            let [x, y, z] = patient.truth_mm();
+            println!("person           moves when the board asks for another pose; {}", patient.truth());
             println!(
-                "person           moves when the board asks for another pose; true centre {x:.3} {y:.3} {z:.3} mm"
-            );
-            println!(
-                "  type           press, release (the button), silent, sound (the encoders), pull 3 (a cable), where (is the centre?), reset (the board)"
+                "  type           press, release (the button), silent, sound (the encoders), pull 3 (a cable), where (is the joint now?), reset (the board)"
             );
         }
         None => {

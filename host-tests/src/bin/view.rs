@@ -21,10 +21,15 @@ struct Arguments {
     /// TCP port of the CAN bus as SLCAN, for other clients; without it, a free one
     #[arg(long, value_name = "PORT")]
     can_port: Option<u16>,
-    /// The person: a ball joint, a centre that moves with the arm, or a machine that is not as drawn
+    /// The person: a ball joint (in an elbow's machine: an elbow), a centre that moves with the arm, a machine that is not
+    /// as drawn, or an elbow that never bends
     #[arg(long, value_enum, default_value_t = PersonKind::Ball)]
     person: PersonKind,
-    /// Seed of the person's poses and centre
+    /// The machine that the person sits in, as `cargo identify` reads it; the board is told by parameters
+    /// (`python -m glenoid parameters load RIG.toml`)
+    #[arg(long, value_name = "RIG.toml")]
+    rig: Option<PathBuf>,
+    /// Seed of the person's poses and joint
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Largest error of a cable length, mm
@@ -67,16 +72,18 @@ fn run(arguments: &Arguments) -> Result<ExitCode, Box<dyn Error>> {
         hold_ms: arguments.hold,
         move_ms: 700,
     };
-    let running = Running::start(&options, Some((person, machine(None)?)), consent)?;
+    let running = Running::start(
+        &options,
+        Some((person, machine(arguments.rig.as_deref()).map_err(|error| error.to_string())?)),
+        consent,
+    )?;
     let (page, can) = (page_line.local_addr()?, can_line.local_addr()?);
     serve_page(running.bus.clone(), page_line, folder);
     serve_slcan(running.bus.clone(), can_line);
     println!("page      http://{page}");
     println!("CAN bus   socket://{can} (SLCAN), for any number of clients");
-    if let Some([x, y, z]) = running.patient.as_ref().map(Patient::truth_mm) {
-        println!(
-            "person    true centre {x:.3} {y:.3} {z:.3} mm; type press, release, silent, sound, pull 3, where, reset"
-        );
+    if let Some(truth) = running.patient.as_ref().map(Patient::truth) {
+        println!("person    {truth}; type press, release, silent, sound, pull 3, where, reset");
     }
     println!("Ctrl-C ends it.");
     running.until_the_end("cargo view")

@@ -2,15 +2,34 @@
 
 use crate::identify::input_error::InputError;
 use crate::identify::rig_file::{self, RigFile};
+use glenoid::identification::hinge::HingeRig;
 use glenoid::rig::{Parameters, Rig};
 use std::path::Path;
 
-/// The machine of a rig's file, or the shoulder. The person's joint is about where `[start]` of the file says.
+/// The machine that a person sits in.
+// There is one of it.
+#[allow(clippy::large_enum_variant)]
+#[derive(Debug, Clone, PartialEq)]
+pub enum Machine {
+    /// A shoulder's or a wrist's.
+    Ball(Rig<f64>),
+    /// An elbow's.
+    Hinge(HingeRig<f64>),
+}
+
+/// The machine of a rig's file, or the shoulder. The person's joint is about where `[start]` or `[hinge]` of the file says.
 ///
 /// # Errors
 /// [`InputError`] names the place that cannot be read, or the constant that cannot be.
-pub fn machine(path: Option<&Path>) -> Result<Rig<f64>, InputError> {
-    let Some(path) = path else { return rig_file::default_rig() };
+pub fn machine(path: Option<&Path>) -> Result<Machine, InputError> {
+    let Some(path) = path else { return rig_file::default_rig().map(Machine::Ball) };
+    match rig_file::read_hinge(path)? {
+        Some(rig) => Ok(Machine::Hinge(rig)),
+        None => ball(path).map(Machine::Ball),
+    }
+}
+
+fn ball(path: &Path) -> Result<Rig<f64>, InputError> {
     let RigFile { rig, start_mm, .. } = RigFile::read(path)?;
     let Some(start_mm) = start_mm else { return Ok(rig) };
     let nominal = Parameters::from_array(start_mm);

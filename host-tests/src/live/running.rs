@@ -1,10 +1,9 @@
 //! A board that runs with its bus and its person until somebody ends it: what `cargo emulate` and `cargo view` share.
 
-use super::{Order, Patient, Person, SharedBus};
+use super::{Machine, Order, Patient, Person, SharedBus};
 use crate::emulator::{self, Emulator, Options};
 use crate::firmware::{self, Image};
 use crate::packages::Consent;
-use glenoid::rig::Rig;
 use std::error::Error;
 use std::net::SocketAddr;
 use std::process::ExitCode;
@@ -30,7 +29,7 @@ impl Running {
     /// Why one of them did not come about.
     pub fn start(
         options: &Options,
-        seated: Option<(Person, Rig<f64>)>,
+        seated: Option<(Person, Machine)>,
         consent: Consent,
     ) -> Result<Self, Box<dyn Error>> {
         let (stop, stopped) = mpsc::channel();
@@ -42,8 +41,9 @@ impl Running {
         let image = firmware::build(Image::EMULATED, consent)?;
         let board = Emulator::start(&image, options)?;
         let bus = SharedBus::new(board.can_address());
-        let patient =
-            seated.map(|(person, rig)| Patient::sit_down(person, rig, board.rig_address(), &bus)).transpose()?;
+        let patient = seated
+            .map(|(person, machine)| Patient::sit_down(person, machine, board.rig_address(), &bus))
+            .transpose()?;
         Ok(Self { board, bus, patient, stopped, shows_log: options.show_log })
     }
 
@@ -79,8 +79,7 @@ impl Running {
             ("", ..) => {}
             ("reset", ..) => self.board.reset()?,
             ("where", _, Some(patient)) => {
-                let [x, y, z] = patient.centre_mm();
-                println!("person    true centre, with the arm where it is now: {x:.3} {y:.3} {z:.3} mm");
+                println!("person    {}", patient.now());
             }
             (_, Some(order), Some(patient)) => patient.order(order),
             ("where", ..) | (_, Some(_), None) => eprintln!("{word:?} needs --wearer"),

@@ -21,6 +21,7 @@ mod roll_call;
 
 pub use bus::{Bus, InProcessBus};
 pub use chain::{Hand, Limb};
+pub use elbow::{ElbowWearer, somebodys_elbow};
 pub use elbow_report::ElbowReport;
 pub use emulated_bus::EmulatedBus;
 pub use report::{ArmReport, BallReport};
@@ -34,17 +35,15 @@ use super::parameters::become_machine;
 use super::report::Status;
 use super::session::SETTLE_MS;
 use crate::identify::hinge::in_precision;
-use crate::study::elbow::scene::{Elbow, HOME_MM, drawn};
+use crate::study::elbow::scene::{Elbow, HOME_MM, NOISE_MM, NOISE_SIGMA_MM, cables, drawn};
 use crate::study::elbow::{ANYBODY, RANGE_RAD};
-use crate::study::scene::normal;
 use crate::wearer::WearerSettings;
 use ball::{BallModule, CalibratedBall};
 use chain::Chain;
-use elbow::ElbowWearer;
 use glenoid::device::Config;
 use glenoid::identification::Pose;
 use glenoid::identification::arm::{ArmPose, Module};
-use glenoid::identification::hinge::Drawing;
+use glenoid::identification::hinge::{Drawing, HingeRig};
 use glenoid::kinematics::CableLengths;
 use glenoid::procedure::elbow::ElbowRig;
 use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, CABLES, Drum, Rig, RigError, Tolerance};
@@ -98,9 +97,9 @@ impl<'a> Rehearsal<'a> {
         let shoulder = KnownMachine::told(Rig::shoulder(ASSUMED_BASE_RADIUS_MM).map_err(text)?)?;
         let wrist = KnownMachine::told(Rig::wrist().map_err(text)?)?;
         let drum = Drum { home_length_mm: [HOME_MM[0]; CABLES], ..*shoulder.double.drum() };
-        let (elbow, rig) = somebodys_elbow(&mut seeded(1), shoulder.single.drum())?;
+        let (elbow, rig) = elbow_and_rig(&mut seeded(1), shoulder.single.drum())?;
         let is_straight = options.arm_fault == Some(ArmFault::Straight);
-        let elbow = ElbowWearer::new(elbow, &drum, is_straight, seeded(2));
+        let elbow = ElbowWearer::new(elbow, &drum, NOISE_MM, is_straight, seeded(2));
         let module = ArmModule::new(Module::Elbow, Config::for_rig(rig).parameters)?;
         let rehearsal = Self {
             bus,
@@ -232,12 +231,12 @@ fn furnish(
 }
 
 /// Somebody's elbow in the default rig, and the rig with what a drawing for anybody says.
-fn somebodys_elbow(random: &mut ChaCha8Rng, drums: &Drum<f32>) -> Result<(Elbow, ElbowRig), String> {
-    let (exact, text) = (Tolerance::exact(), |error: RigError| error.text().to_owned());
-    let step = ANYBODY.map(|sigma| sigma * normal(random));
-    let elbow = Elbow::of_hinge(random, 4, &drawn().moved(&step), &exact);
-    let rig = elbow.rig(exact).map_err(text)?;
-    let rig = rig.with_drawing(Drawing { hinge: drawn(), sigma: Some(ANYBODY), range_rad: RANGE_RAD });
+fn elbow_and_rig(random: &mut ChaCha8Rng, drums: &Drum<f32>) -> Result<(Elbow, ElbowRig), String> {
+    let text = |error: RigError| error.text().to_owned();
+    let rig = HingeRig::new(&cables(), NOISE_SIGMA_MM).and_then(|rig| rig.with_tolerance(Tolerance::exact(), HOME_MM));
+    let drawing = Drawing { hinge: drawn(), sigma: Some(ANYBODY), range_rad: RANGE_RAD };
+    let rig = rig.map_err(text)?.with_drawing(drawing);
+    let elbow = somebodys_elbow(random, &rig).ok_or("the elbow's rig has no drawing")?;
     let single = in_precision::<f32>(&rig).map_err(text)?;
     let rig = ElbowRig::new(
         single.cables(),

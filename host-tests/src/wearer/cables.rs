@@ -49,7 +49,7 @@ impl Cables {
 /// Length of a cable from where it enters its pulley to an end `span` away. The pulley's wheel touches the swivel axis
 /// where the cable comes up and turns towards the end: the cable lies on the wheel over an arc, and leaves it along the
 /// tangent to the end.
-fn length_mm(span: &Vector3<f64>, pulley: &Pulley<f64>) -> f64 {
+pub(crate) fn length_mm(span: &Vector3<f64>, pulley: &Pulley<f64>) -> f64 {
     let radius = pulley.radius_mm;
     if radius == 0.0 {
         return libm::sqrt(span.norm_squared());

@@ -1,6 +1,7 @@
 //! The page's identification on this machine instead of in a browser: lengths on standard input (six a line, mm), JSON on
 //! standard output. The page's tests hold WebAssembly against it.
 
+use glenoid::procedure::ModuleRig;
 use std::io::Read;
 
 fn main() {
@@ -12,7 +13,8 @@ fn main() {
             .flat_map(f32::to_le_bytes)
             .collect();
         match page_wasm::parameters::rig_of(&[]) {
-            Ok(rig) => println!("{}", page_wasm::mathematics::identify(&rig, &bytes)),
+            Ok(ModuleRig::Ball(rig)) => println!("{}", page_wasm::mathematics::identify(&rig, &bytes)),
+            Ok(ModuleRig::Hinge(_)) => eprintln!("identify: the defaults are a hinge's"),
             Err(complaint) => eprintln!("identify: {complaint}"),
         }
     }

@@ -7,6 +7,7 @@ use glenoid::can::set::{Received, Receiver};
 use glenoid::can::telemetry::{TELEMETRY_ID, TELEMETRY_LEN};
 use glenoid::can::{BaseId, Frame, Message, Opcode, Operation, ParameterAnswer, Request, Telemetry};
 use glenoid::line::LineBuffer;
+use glenoid::procedure::elbow::SHOWN_NUMBERS;
 use glenoid::procedure::{Guidance, Reason, StateName};
 use glenoid::slcan::{self, Command};
 
@@ -64,6 +65,10 @@ impl Codec {
             Message::LiveZero(zero) => self.live.put(5 + usize::from(zero.cable), frame),
             Message::CandidateMotion(part) => self.candidate.put(12 + usize::from(part.part), frame),
             Message::LiveMotion(part) => self.live.put(12 + usize::from(part.part), frame),
+            Message::CandidateHingeAxis(part) => self.candidate.put(hinge_place(part.index, true), frame),
+            Message::CandidateHingePlace(part) => self.candidate.put(hinge_place(part.index, false), frame),
+            Message::LiveHingeAxis(part) => self.live.put(hinge_place(part.index, true), frame),
+            Message::LiveHingePlace(part) => self.live.put(hinge_place(part.index, false), frame),
             _ => {}
         }
         if let Message::Telemetry(piece) = message {
@@ -103,16 +108,28 @@ impl Codec {
     }
 }
 
-/// The frames that showed a centre, a new one or the one in use.
+/// Where the frames of a hinge begin, behind those of a ball and its motion.
+const HINGE: usize = 20;
+/// Frames of a ball without its motion.
+const OF_BALL: usize = 12;
+
+/// Where a frame of a hinge stands: axis and foot point in the base, three frames each, then in the platform, then the offset.
+fn hinge_place(index: u8, is_axis: bool) -> usize {
+    let (body, component) = (usize::from(index) / 3, usize::from(index) % 3);
+    HINGE + 6 * body + component + if is_axis || body == 2 { 0 } else { 3 }
+}
+
+/// The frames that showed a centre or a hinge, a new one or the one in use.
 #[derive(Debug, Default)]
 struct Shown {
     frames: [Option<[u8; 8]>; 20],
+    hinge: [Option<[u8; 8]>; SHOWN_NUMBERS],
     naming: Option<Naming>,
 }
 
 impl Shown {
     fn put(&mut self, place: usize, frame: &Frame) {
-        if let Some(shown) = self.frames.get_mut(place) {
+        if let Some(shown) = self.frames.iter_mut().chain(&mut self.hinge).nth(place) {
             *shown = frame.data().try_into().ok();
         }
     }
@@ -120,10 +137,17 @@ impl Shown {
     /// What names the value of this run: None unless all of it was shown.
     fn naming(&self, run_id: u16) -> Option<Naming> {
         let Naming { boot, wearer, .. } = self.naming.filter(|naming| naming.run_id == run_id)?;
-        let (of_ball, motion) = self.frames.split_at(12);
-        let mut frames = of_ball.iter().copied().collect::<Option<Vec<_>>>()?;
-        // Of a ball there are none; those of an earlier run are not meant.
-        frames.extend(motion.iter().flatten().filter(|[low, high, ..]| [*low, *high] == run_id.to_le_bytes()));
+        // those of an earlier run are not meant
+        let of_run = |frame: &&[u8; 8]| frame.starts_with(&run_id.to_le_bytes());
+        let frames = if self.hinge.iter().flatten().any(|frame| of_run(&frame)) {
+            self.hinge.iter().copied().collect::<Option<Vec<_>>>()?
+        } else {
+            let (of_ball, motion) = self.frames.split_at(OF_BALL);
+            let mut frames = of_ball.iter().copied().collect::<Option<Vec<_>>>()?;
+            // Of a ball there are none.
+            frames.extend(motion.iter().flatten().filter(of_run));
+            frames
+        };
         Some(Naming { run_id, boot, wearer, checksum: checksum(boot, wearer, frames.into_iter()) })
     }
 }
@@ -154,7 +178,9 @@ pub fn words() -> String {
         let (code, name, text, remedy) = (reason.code(), reason.name(), reason.text(), reason.remedy());
         format!("[{code},{},{},{}]", json::text(name), json::text(text), json::text(remedy))
     });
-    let guidance = Guidance::ALL.iter().map(|advice| format!("[{},{}]", advice.code(), json::text(advice.text())));
+    let guidance = Guidance::ALL.iter().map(|advice| {
+        format!("[{},{},{}]", advice.code(), json::text(advice.text()), json::text(&format!("{advice:?}")))
+    });
     let states = StateName::ALL.iter().map(|state| format!("[{},{}]", state.code(), json::text(&format!("{state:?}"))));
     let opcodes =
         Opcode::ALL.iter().map(|opcode| format!("[{},{}]", *opcode as u8, json::text(&format!("{opcode:?}"))));

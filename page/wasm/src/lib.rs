@@ -10,10 +10,13 @@
 #![allow(unsafe_code, reason = "functions exported to WebAssembly keep their names")]
 
 mod codec;
+mod elbow;
 mod json;
 pub mod mathematics;
 pub mod parameters;
 
+use elbow::Elbow;
+use glenoid::procedure::ModuleRig;
 use glenoid::rig::Rig;
 use std::cell::RefCell;
 
@@ -25,7 +28,22 @@ struct Exchange {
     output: Vec<u8>,
     codec: codec::Codec,
     /// The machine that the board is; until it has said so, the one of the defaults.
-    rig: Option<Rig<f32>>,
+    machine: Option<Machine>,
+}
+
+/// The machine that a board is.
+enum Machine {
+    Ball(Box<Rig<f32>>),
+    Hinge(Box<Elbow>),
+}
+
+impl Machine {
+    fn of(rig: &ModuleRig) -> Self {
+        match rig {
+            ModuleRig::Ball(rig) => Self::Ball(Box::new(*rig)),
+            ModuleRig::Hinge(rig) => Self::Hinge(Box::new(Elbow::new(rig))),
+        }
+    }
 }
 
 thread_local! {
@@ -33,7 +51,7 @@ thread_local! {
         input: vec![0; INPUT_BYTES],
         output: Vec::new(),
         codec: codec::Codec::default(),
-        rig: parameters::rig_of(&[]).ok(),
+        machine: parameters::rig_of(&[]).ok().as_ref().map(Machine::of),
     });
 }
 
@@ -46,9 +64,18 @@ fn exchange(len: usize, run: impl FnOnce(&[u8], &mut codec::Codec) -> Vec<u8>) -
 }
 
 /// Runs the mathematics of the machine on the input's first `len` bytes.
-fn compute(len: usize, run: impl FnOnce(&Rig<f32>, &[u8]) -> String) -> usize {
-    EXCHANGE.with_borrow_mut(|Exchange { input, output, rig, .. }| {
-        let text = rig.as_ref().map_or("null".to_owned(), |rig| run(rig, &input[..len.min(INPUT_BYTES)]));
+fn compute(
+    len: usize,
+    of_ball: impl FnOnce(&Rig<f32>, &[u8]) -> String,
+    of_hinge: impl FnOnce(&mut Elbow, &[u8]) -> String,
+) -> usize {
+    EXCHANGE.with_borrow_mut(|Exchange { input, output, machine, .. }| {
+        let input = &input[..len.min(INPUT_BYTES)];
+        let text = match machine {
+            Some(Machine::Ball(rig)) => of_ball(rig, input),
+            Some(Machine::Hinge(elbow)) => of_hinge(elbow, input),
+            None => "null".to_owned(),
+        };
         *output = text.into_bytes();
         output.len()
     })
@@ -122,10 +149,10 @@ pub extern "C" fn parameter_request(operation: u32, index: u32, nonce: u32, valu
 /// The answer is empty, or names what contradicts itself; the machine stays as it was then.
 #[unsafe(no_mangle)]
 pub extern "C" fn configure(len: usize) -> usize {
-    EXCHANGE.with_borrow_mut(|Exchange { input, output, rig, .. }| {
+    EXCHANGE.with_borrow_mut(|Exchange { input, output, machine, .. }| {
         output.clear();
         match parameters::rig_of(&input[..len.min(INPUT_BYTES)]) {
-            Ok(found) => *rig = Some(found),
+            Ok(found) => *machine = Some(Machine::of(&found)),
             Err(complaint) => output.extend_from_slice(complaint.as_bytes()),
         }
         output.len()
@@ -133,21 +160,35 @@ pub extern "C" fn configure(len: usize) -> usize {
 }
 
 /// The machine as JSON: where each cable begins and ends, the platform's three end-points, the nominal centre, the platform
-/// at home.
+/// at home. Of a hinge the axis as well.
 #[unsafe(no_mangle)]
 pub extern "C" fn machine() -> usize {
-    compute(0, |rig, _| mathematics::machine(rig))
+    compute(0, |rig, _| mathematics::machine(rig), |elbow, _| elbow.machine())
 }
 
-/// Six lengths as 32-bit floats, little-endian, to where the platform stands, as JSON.
+/// Six lengths (of a hinge as many as it has cables) as 32-bit floats, little-endian, to where the platform stands, as JSON.
 #[unsafe(no_mangle)]
 pub extern "C" fn place(len: usize) -> usize {
-    compute(len, mathematics::place)
+    compute(len, mathematics::place, |elbow, lengths| elbow.place(lengths))
 }
 
 /// The lengths of many poses to the centre, its covariance, what each pose and cable leaves, and where to go next, as
-/// JSON.
+/// JSON. Null for a hinge: the board's own numbers are shown.
 #[unsafe(no_mangle)]
 pub extern "C" fn identify(len: usize) -> usize {
-    compute(len, mathematics::identify)
+    compute(len, mathematics::identify, |_, _| "null".to_owned())
+}
+
+/// The thirteen numbers of a hinge that the board has shown, as 32-bit floats, little-endian: the forearm turns about it from
+/// now on. The answer is the machine as JSON; null for a ball.
+#[unsafe(no_mangle)]
+pub extern "C" fn hinge(len: usize) -> usize {
+    compute(
+        len,
+        |_, _| "null".to_owned(),
+        |elbow, numbers| {
+            elbow.take_hinge(numbers);
+            elbow.machine()
+        },
+    )
 }

@@ -22,16 +22,20 @@ const NEXT_TORSIONS_RAD: [f32; 3] = [-0.4, 0.0, 0.4];
 pub fn machine(rig: &Rig<f32>) -> String {
     let machine = Machine::new(rig);
     let geometry = machine.geometry();
-    let points = |points: &[Vector3<f32>]| json::join(points.iter().map(|point| json::list(point.iter())));
     let home = CableLengths::new(rig.drum().home_length_mm).ok().and_then(|home| machine.platform().solve(&home).ok());
     format!(
-        "{{\"base\":{},\"ends\":{},\"platform\":{},\"nominal\":{},\"home\":{}}}",
-        points(&geometry.base_mm),
-        points(&geometry.end_mm),
-        points(&geometry.end_points_mm()),
+        "{{\"joint\":\"ball\",\"base\":{},\"ends\":{},\"platform\":{},\"nominal\":{},\"home\":{}}}",
+        points_json(&geometry.base_mm),
+        points_json(&geometry.end_mm),
+        points_json(&geometry.end_points_mm()),
         json::list(rig.nominal().centre_mm.iter()),
         home.map_or("null".to_owned(), |pose| placed_json(&pose.rotation, &pose.origin_mm))
     )
+}
+
+/// Points as a list.
+pub(super) fn points_json(points: &[Vector3<f32>]) -> String {
+    json::join(points.iter().map(|point| json::list(point.iter())))
 }
 
 /// Where the platform stands at six lengths: null when they do not close.
@@ -132,7 +136,7 @@ fn own_centre(jacobian: &LengthJacobian<f32>) -> Option<Vector3<f32>> {
 }
 
 /// Rotation row by row, and the platform's origin.
-fn placed_json(rotation: &Matrix3<f32>, origin_mm: &Vector3<f32>) -> String {
+pub(super) fn placed_json(rotation: &Matrix3<f32>, origin_mm: &Vector3<f32>) -> String {
     let rows = rotation.transpose();
     format!("{{\"rotation\":{},\"origin\":{}}}", json::list(rows.iter()), json::list(origin_mm.iter()))
 }

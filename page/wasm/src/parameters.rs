@@ -3,8 +3,8 @@
 use super::json;
 use glenoid::can::{BaseId, Operation, ParameterRequest};
 use glenoid::parameters::{Kind, ParameterSet, TABLE, find};
+use glenoid::procedure::ModuleRig;
 use glenoid::restart::Restart;
-use glenoid::rig::Rig;
 use glenoid::slcan;
 use vocabulary::parameters::signal_name;
 
@@ -40,9 +40,8 @@ pub fn request(operation: u32, index: u32, nonce: u32, value: u32) -> Option<Vec
     Some(slcan::encode(&request.pack(BaseId::DEFAULT.parameters()), None).to_vec())
 }
 
-/// The machine of the defaults with these values instead: index and bits of each. About a ball: an elbow's is refused as its
-/// geometry.
-pub fn rig_of(bytes: &[u8]) -> Result<Rig<f32>, String> {
+/// The machine of the defaults with these values instead: index and bits of each.
+pub fn rig_of(bytes: &[u8]) -> Result<ModuleRig, String> {
     let mut set = ParameterSet::new();
     for [a, b, c, d, e, f, g, h] in bytes.as_chunks::<8>().0 {
         let (index, bits) = (u32::from_le_bytes([*a, *b, *c, *d]), u32::from_le_bytes([*e, *f, *g, *h]));
@@ -52,8 +51,7 @@ pub fn rig_of(bytes: &[u8]) -> Result<Rig<f32>, String> {
         }
     }
     match set.config(Restart::default(), 0) {
-        // The picture is of a platform; an elbow has none.
-        Ok(config) => config.rig.ball().copied().ok_or("geometry".to_string()),
+        Ok(config) => Ok(config.rig),
         Err(contradiction) => Err(find(contradiction.index)
             .map_or_else(|| contradiction.index.to_string(), |(_, entry)| signal_name(entry.description().name))),
     }

@@ -6,9 +6,10 @@ use crate::identify::input_error::{self, InputError};
 use glenoid::identification::hinge::{Drawing, Hinge, HingeRig, MAX_CABLES};
 use glenoid::rig::{Rig, Tolerance};
 use nalgebra::Vector3;
+use std::ops::Range;
 use std::path::Path;
 use toml::Spanned;
-use toml::de::{DeTable, DeValue};
+use toml::de::DeTable;
 
 /// The range of an elbow about a drawing that does not say it, degrees: bending is negative about an axis that points to
 /// the arm's right.
@@ -48,13 +49,12 @@ impl<'a> Source<'a> {
         let cables = items.iter().map(|cable| self.cable(cable)).collect::<Result<Vec<_>, _>>()?;
         let noise_mm = Rig::<f64>::wrist().map_or(0.1, |rig| rig.length_noise_mm());
         let rig = HingeRig::new(&cables, noise_mm).map_err(|error| self.error(tables.span(), error.text()))?;
-        let rig = match self.tolerance(table)? {
-            None => rig,
-            Some((section, tolerance)) => {
-                let home = self.home_of_hinge(table, section, &tolerance, count)?;
-                rig.with_tolerance(tolerance, home).map_err(|error| self.error(section.span(), error.text()))?
-            }
+        let (place, tolerance) = match self.tolerance(table)? {
+            None => (tables.span(), Tolerance::exact()),
+            Some((section, tolerance)) => (section.span(), tolerance),
         };
+        let home = self.home_of_hinge(table, place.clone(), &tolerance, count)?;
+        let rig = rig.with_tolerance(tolerance, home).map_err(|error| self.error(place, error.text()))?;
         Ok(match self.drawing(table)? {
             None => rig,
             Some(drawing) => rig.with_drawing(drawing),
@@ -65,7 +65,7 @@ impl<'a> Source<'a> {
     fn home_of_hinge(
         &self,
         table: &DeTable<'a>,
-        section: &Spanned<DeValue<'a>>,
+        tolerance_at: Range<usize>,
         tolerance: &Tolerance<f64>,
         count: usize,
     ) -> Result<[f64; MAX_CABLES], InputError> {
@@ -73,7 +73,7 @@ impl<'a> Source<'a> {
         let Some(home) = table.get("home") else {
             return if tolerance.drum > 0.0 {
                 let message = format!("drum: home = [{count} lengths] is wanted, about which a drum's radius acts");
-                Err(self.error(section.span(), message))
+                Err(self.error(tolerance_at, message))
             } else {
                 Ok(home_mm)
             };

@@ -1,10 +1,12 @@
 //! The elbow of the virtual person, with the encoders of its module.
 
 use crate::rehearse::session::Person;
-use crate::study::elbow::scene::{Elbow, NOISE_MM};
+use crate::study::elbow::ANYBODY;
+use crate::study::elbow::scene::Elbow;
+use crate::study::scene::normal;
 use crate::wearer::{Encoder, Pose, motion};
-use glenoid::identification::hinge::MAX_CABLES;
-use glenoid::rig::{CABLES, Drum};
+use glenoid::identification::hinge::{HingeRig, MAX_CABLES};
+use glenoid::rig::{CABLES, Drum, Tolerance};
 use nalgebra::Vector3;
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
@@ -15,24 +17,33 @@ const STRAIGHT_DEG: f64 = 2.0;
 /// From one angle to the next: however many there are, they are spread over the whole range, none near to another.
 const GOLDEN_RATIO: f64 = 0.618_033_988_749_895;
 
+/// Somebody's elbow in the machine of a rig: as far from the drawn one as the drawing says, or as anybody's is. `None` where
+/// the rig has no drawing.
+pub fn somebodys_elbow(random: &mut ChaCha8Rng, rig: &HingeRig<f64>) -> Option<Elbow> {
+    let drawing = rig.drawing()?;
+    let step = drawing.sigma.unwrap_or(ANYBODY).map(|sigma| sigma * normal(random));
+    Some(Elbow::of_rig(random, rig.cables().to_vec(), &drawing.hinge.moved(&step), &Tolerance::exact()))
+}
+
 /// Somebody's elbow in the module's machine.
 pub struct ElbowWearer {
     elbow: Elbow,
     encoder: Encoder,
     home_mm: [f64; CABLES],
     most_rad: f64,
+    noise_mm: f64,
     /// Where the next angle lies within the range, 0 to 1.
     share: f64,
     random: ChaCha8Rng,
 }
 
 impl ElbowWearer {
-    /// An elbow; `is_straight`: one that never bends.
-    pub fn new(elbow: Elbow, drum: &Drum<f64>, is_straight: bool, mut random: ChaCha8Rng) -> Self {
+    /// An elbow; each length of each pose is wrong by up to `noise_mm`. `is_straight`: one that never bends.
+    pub fn new(elbow: Elbow, drum: &Drum<f64>, noise_mm: f64, is_straight: bool, mut random: ChaCha8Rng) -> Self {
         let most: f64 = if is_straight { STRAIGHT_DEG } else { MOST_DEG };
         let encoder = Encoder::new(drum, [0.0; CABLES]);
         let (home_mm, share) = (drum.home_length_mm, random.random());
-        Self { elbow, encoder, home_mm, most_rad: most.to_radians(), share, random }
+        Self { elbow, encoder, home_mm, most_rad: most.to_radians(), noise_mm, share, random }
     }
 
     /// The elbow.
@@ -63,7 +74,7 @@ impl Person for ElbowWearer {
 
     fn next_pose(&mut self) -> Pose {
         self.share = (self.share + GOLDEN_RATIO).fract();
-        let noise = std::array::from_fn(|_| self.random.random_range(-NOISE_MM..=NOISE_MM));
+        let noise = std::array::from_fn(|_| self.random.random_range(-self.noise_mm..=self.noise_mm));
         self.pose(-self.share * self.most_rad, noise)
     }
 

@@ -2,6 +2,7 @@
 
 use crate::study::built::best_fit;
 use crate::study::scene::{normal, symmetric};
+use crate::wearer::length_mm;
 use glenoid::identification::hinge::{Hinge, HingeRig, MAX_CABLES};
 use glenoid::rig::{CableEnds, Pulley, RigError, Tolerance};
 use nalgebra::{Matrix3, Rotation3, Unit, UnitQuaternion, Vector3};
@@ -83,12 +84,22 @@ impl Elbow {
 
     /// The elbow of the drawing moved by a step of the hinge's unknowns, in the drawn frames.
     pub fn of_hinge(random: &mut impl Rng, cables: usize, hinge: &Hinge<f64>, truth: &Tolerance<f64>) -> Self {
+        Self::of_rig(random, self::cables()[..cables].to_vec(), hinge, truth)
+    }
+
+    /// This hinge in a machine with these cables.
+    pub fn of_rig(
+        random: &mut impl Rng,
+        stated: Vec<CableEnds<f64>>,
+        hinge: &Hinge<f64>,
+        truth: &Tolerance<f64>,
+    ) -> Self {
         Self {
             axis: *hinge.axis(),
             axis_in_platform: hinge.axis_in_platform(),
             point_mm: hinge.platform_foot_mm(),
             point_in_platform_mm: *hinge.foot_in_platform_mm(),
-            ..Self::built(random, self::cables()[..cables].to_vec(), truth)
+            ..Self::built(random, stated, truth)
         }
     }
 
@@ -192,7 +203,7 @@ impl Elbow {
     pub fn reading_mm(&self, flexion_rad: f64, second: Option<(Vector3<f64>, f64)>) -> [f64; MAX_CABLES] {
         std::array::from_fn(|k| {
             let Some(end) = self.end_mm.get(k) else { return 0.0 };
-            let length = (self.at_mm(end, flexion_rad, second) - self.base_mm[k]).norm();
+            let length = length_mm(&(self.at_mm(end, flexion_rad, second) - self.base_mm[k]), &self.stated[k].pulley);
             HOME_MM[k] + self.scale[k] * (length - HOME_MM[k]) + self.offset_mm[k]
         })
     }

@@ -1,0 +1,75 @@
+// What the tests in a browser share: a board with a person, the browser, looking and pressing.
+
+import { spawn } from "node:child_process";
+import { existsSync, mkdtempSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { dirname, join } from "node:path";
+import { fileURLToPath } from "node:url";
+import { chromium } from "playwright-core";
+
+export const root = join(dirname(fileURLToPath(import.meta.url)), "..", "..");
+export const browser = ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"].find(existsSync);
+
+/** Starts `cargo view` and waits for its address. */
+export function view(...options) {
+  const child = spawn(join(root, "target", "release", "view"), ["--yes", "--port", "0", ...options], {
+    stdio: ["pipe", "pipe", "inherit"],
+  });
+  return new Promise((resolve, reject) => {
+    let said = "";
+    child.on("exit", (code) => reject(new Error(`cargo view ended with ${code}: ${said}`)));
+    child.stdout.on("data", (data) => {
+      said += data;
+      const address = /page\s+(http:\S+)/.exec(said);
+      const bus = /CAN bus\s+socket:\/\/(\S+):(\d+)/.exec(said);
+      if (address && bus && said.includes("Ctrl-C ends it")) {
+        const order = (word) => child.stdin.write(`${word}\n`);
+        const end = () => child.kill("SIGINT");
+        const axis = /true axis (\S+) (\S+) (\S+) through/.exec(said)?.slice(1).map(Number);
+        const asked = (order, wanted) => ask(child, order, wanted);
+        resolve({ address: address[1], bus: [Number(bus[2]), bus[1]], axis, order, ask: asked, where: () => where(child), end });
+      }
+    });
+  });
+}
+
+/** What the terminal says to an order. */
+function ask(child, order, wanted) {
+  let said = "";
+  return new Promise((resolve) => {
+    const hear = (data) => {
+      said += data;
+      const found = wanted.exec(said);
+      if (found === null) return;
+      child.stdout.off("data", hear);
+      resolve(found);
+    };
+    child.stdout.on("data", hear);
+    child.stdin.write(`${order}\n`);
+  });
+}
+
+/** The person's true centre with the arm where it is now, mm. */
+const where = (child) => ask(child, "where", /true centre, with the arm where it is now: (\S+) (\S+) (\S+) mm/)
+  .then((truth) => truth.slice(1).map(Number));
+
+export const says = (page, text, timeout = 300_000) => page.getByText(text).first().waitFor({ timeout });
+export const press = (page, name) => page.getByRole("button", { name, exact: true }).click();
+
+/** A browser with a profile of its own, which goes with it. */
+export async function launch() {
+  const profile = mkdtempSync(join(tmpdir(), "glenoid-browser-"));
+  const context = await chromium.launchPersistentContext(profile, {
+    executablePath: browser,
+    viewport: { width: 1366, height: 900 },
+    args: ["--headless", "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking",
+      "--disable-component-update", "--disable-sync", "--use-gl=angle", "--use-angle=swiftshader",
+      "--enable-unsafe-swiftshader"],
+  });
+  context.setDefaultTimeout(300_000);
+  const close = async () => {
+    await context.close();
+    rmSync(profile, { recursive: true, force: true });
+  };
+  return { context, close };
+}
