@@ -43,7 +43,8 @@ impl ElbowWearer {
     /// The angle of a pose, rad.
     pub fn flexion_rad(&self, pose: &Pose) -> f64 {
         let turned = pose.rotation * self.elbow.rotation(0.0).inverse();
-        turned.scaled_axis().dot(self.elbow.hinge().axis())
+        let turned = turned.scaled_axis();
+        turned.norm() * turned.dot(self.elbow.hinge().axis()).signum()
     }
 
     /// The pose at an angle. Two of the six encoders have no cable and rest.

@@ -39,6 +39,18 @@ fn three_boards_on_one_bus_find_the_hand() {
 }
 
 #[test]
+fn machines_that_are_not_as_drawn_find_the_hand_or_are_refused_by_name() {
+    for seed in 1..=8 {
+        let started = std::time::Instant::now();
+        let report = rehearsed(&format!("--machine-tolerance --seed {seed}"));
+        println!("{seed} {:.1} s {:?} {:?}", started.elapsed().as_secs_f64(), report.status, report.reasons);
+        for hand in &report.hand {
+            println!("   {:.2} {:?} {:?}", hand.error_mm, hand.sigma_mm, hand.by_module_mm);
+        }
+    }
+}
+
+#[test]
 fn a_missing_board_is_named() {
     let reason = failure("--arm-fault missing");
     assert!(reason.starts_with("no board at 0x740, where the wrist's should be. What to do:"), "{reason}");
