@@ -38,16 +38,29 @@ fn three_boards_on_one_bus_find_the_hand() {
     assert!(text.contains("agree to the bit") && text.contains("the hand is where the arm says"), "{text}");
 }
 
+/// An elbow in a machine with tolerances and a vague drawing is refused now and then: then its module is named, and what to do.
 #[test]
 fn machines_that_are_not_as_drawn_find_the_hand_or_are_refused_by_name() {
-    for seed in 1..=8 {
-        let started = std::time::Instant::now();
+    let mut found = 0;
+    for seed in 1..=4 {
         let report = rehearsed(&format!("--machine-tolerance --seed {seed}"));
-        println!("{seed} {:.1} s {:?} {:?}", started.elapsed().as_secs_f64(), report.status, report.reasons);
-        for hand in &report.hand {
-            println!("   {:.2} {:?} {:?}", hand.error_mm, hand.sigma_mm, hand.by_module_mm);
+        match report.status {
+            Status::Right => {
+                assert!(report.host_agrees(), "{report}");
+                assert!(report.hand.len() == 3 && report.hand.iter().all(|hand| hand.chi_square < 30.0), "{report}");
+                assert!(report.to_string().contains("machines             off by these"), "{report}");
+                found += 1;
+            }
+            Status::Failed => {
+                let [reason] = &report.reasons[..] else { panic!("{report}") };
+                let is_named =
+                    ["the shoulder: ", "the elbow: ", "the wrist: "].iter().any(|name| reason.starts_with(name));
+                assert!(is_named && reason.contains("What to do: "), "{reason}");
+            }
+            Status::Wrong => panic!("{report}"),
         }
     }
+    assert!(found > 0, "not one of four arms was found");
 }
 
 #[test]
