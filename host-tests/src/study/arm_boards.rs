@@ -64,8 +64,8 @@ fn run(plan: &Plan) -> Result<Findings, Problem> {
         }
         let share = agree as f64 / count.max(1) as f64;
         findings.targets.push(Target::at_least(format!("{case}: host and boards to the bit"), 1.0, share));
-        let wrong = arms.iter().filter(|arm| arm.status == Status::Wrong).count();
-        findings.targets.push(Target::at_most(format!("{case}: wrong, of {count}"), 0.0, wrong as f64));
+        let wrong = hands().filter(|hand| hand.objection().is_some()).count();
+        findings.targets.push(Target::at_most(format!("{case}: hands outside their bar"), 0.0, wrong as f64));
         let mut reasons: Vec<_> = outcomes.iter().filter(|arm| arm.status == Status::Failed).map(reason).collect();
         reasons.sort();
         let mut counted: Vec<(String, usize)> = Vec::new();
