@@ -1,4 +1,4 @@
-//! `cargo board-model`: the real image, built and switched on, goes through a calibration over CAN and through one by the
+//! `board-model/run run`: the real image, built and switched on, goes through a calibration over CAN and through one by the
 //! button, keeps the centre, and is restarted. Exits with 0 only when all of it was right and the chip had no complaint.
 
 use board_model::board::Board;
@@ -21,6 +21,18 @@ fn main() -> Result<ExitCode, Box<dyn error::Error>> {
     let image = Rc::new(Image::read(&path)?);
     let known = KnownMachine::compiled_in()?;
     let options = Options::parse();
+    let refused = [
+        ("--arm", options.arm),
+        ("--json", options.json),
+        ("--rig", options.rig.is_some()),
+        ("--rig-error", options.rig_error.is_some()),
+        ("--pulley", options.pulley.is_some()),
+        ("--shoulder", options.shoulder.is_some()),
+    ];
+    if let Some((name, _)) = refused.iter().find(|(_, is_given)| *is_given) {
+        eprintln!("board-model: {name} is not for the model of the chip; `cargo rehearse` has it");
+        return Ok(ExitCode::from(2));
+    }
     let mut wearer = Wearer::new(known.double, options.wearer());
     let mut board = Board::new(image, 1);
     let began = Instant::now();

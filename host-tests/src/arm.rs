@@ -1,9 +1,12 @@
 //! `cargo arm`: three logs, one of each module, and one posture: where the hand is, and how well that is known.
 
+mod proposal;
+mod range;
 mod report;
 mod request;
 
-pub use report::{ArmReport, FurtherPose, Point, Segment};
+pub use proposal::{PROPOSED, Proposed, Proposer};
+pub use report::{ArmReport, FurtherPose, ModulePose, ModulePoses, Point, Segment};
 pub use request::ArmFile;
 
 use crate::estimation::{Estimation, estimate_poses};
@@ -11,11 +14,15 @@ use crate::identify::hinge::{self, Solved};
 use crate::identify::input_error::InputError;
 use crate::identify::lengths_file::LengthsFile;
 use crate::identify::report::Status;
-use glenoid::identification::arm::{Arm, ArmPose, Ball, Module};
+use glenoid::identification::arm::{Arm, ArmPose, Ball, FurtherPoses, Module};
 use glenoid::identification::{EstimatorSettings, Machine, Noise, Pose};
+use glenoid::rig::{CABLES, Correction, Rig};
+use proposal::elbow_readings_mm;
+use request::BallFile;
 use std::path::Path;
 
-use self::request::BallFile;
+/// Of the poses among which the further ones are chosen.
+const SEED: u64 = 1;
 
 /// A ball, identified.
 struct Identified {
@@ -51,26 +58,57 @@ pub fn run(path: &Path) -> Result<ArmReport, InputError> {
     let posture = ArmPose { shoulder: shoulder.posture, elbow_mm: arm.elbow.posture_mm, wrist: wrist.posture };
     Ok(match chain.position(&posture, &arm.hand_mm) {
         Ok(position) => {
-            let further = further_pose(&chain, &posture, &arm, &elbow, position.hand.covariance_mm2.trace().sqrt());
+            let further = further_poses(&chain, &posture, &arm, [&shoulder, &wrist], &elbow);
             ArmReport::accepted(&position, &chain.segments(), further)
         }
         Err(module) => ArmReport::refused(module, "the lengths of the posture fit no pose"),
     })
 }
 
-/// Which row of the elbow's log is worth another one like it.
-fn further_pose(
+/// The poses of each module that would narrow the hand's covariance most.
+fn further_poses(
     chain: &Arm<'_, f64>,
     posture: &ArmPose<f64>,
     arm: &ArmFile,
+    [shoulder, wrist]: [&Identified; 2],
     elbow: &Solved<f64>,
-    now_mm: f64,
-) -> Option<FurtherPose> {
-    let used: Vec<_> = elbow.poses.iter().filter(|pose| pose.is_used()).collect();
-    let angles_rad: Vec<_> = used.iter().map(|pose| pose.angle_rad).collect();
-    let (index, then_mm) = chain.most_useful_bend(posture, &arm.hand_mm, &angles_rad)?;
-    let elbow_mm = used[index].lengths_mm[..arm.elbow.rig.cables().len()].to_vec();
-    Some(FurtherPose { elbow_mm, hand_sigma_mm: [now_mm, then_mm] })
+) -> Vec<ModulePoses> {
+    let proposer = Proposer { arm: chain, posture, hand_mm: arm.hand_mm, seed: SEED };
+    let Some(now_mm) = proposer.sigma_mm(&FurtherPoses::default()) else { return Vec::new() };
+    let module = |module, poses: Vec<ModulePose>| {
+        let then_mm = poses.last().map_or(now_mm, |pose| pose.hand_sigma_mm);
+        ModulePoses { module: report::name(module), hand_sigma_mm: [now_mm, then_mm], poses }
+    };
+    let ball = |which, file: &BallFile, ball: &Identified| {
+        let (rig, samples) = (&file.rig.rig, file.rig.samples_a_row.unwrap_or(1));
+        let home_mm = &rig.drum().home_length_mm;
+        let proposed = proposer.of_ball(which, &ball.estimation.poses, home_mm, samples);
+        let poses = proposed.iter().map(|Proposed { pose, hand_sigma_mm }| ModulePose {
+            lengths_mm: uncorrected_mm(pose.lengths().as_mm(), rig).to_vec(),
+            hand_sigma_mm: *hand_sigma_mm,
+        });
+        module(which, poses.collect())
+    };
+    let mut of_elbow = Vec::new();
+    if let Ok(found) = &elbow.outcome {
+        let poses = proposer.of_elbow(&elbow.poses);
+        of_elbow.extend(poses.iter().map(|Proposed { pose, hand_sigma_mm }| ModulePose {
+            lengths_mm: elbow_readings_mm(found, *pose)[..arm.elbow.rig.cables().len()].to_vec(),
+            hand_sigma_mm: *hand_sigma_mm,
+        }));
+    }
+    vec![
+        ball(Module::Shoulder, &arm.shoulder, shoulder),
+        module(Module::Elbow, of_elbow),
+        ball(Module::Wrist, &arm.wrist, wrist),
+    ]
+}
+
+/// What the encoders read that is corrected to these lengths by what commissioning has found, mm.
+fn uncorrected_mm(lengths_mm: &[f64; CABLES], rig: &Rig<f64>) -> [f64; CABLES] {
+    let Some(Correction { offset_mm, scale }) = rig.correction() else { return *lengths_mm };
+    let home = &rig.drum().home_length_mm;
+    std::array::from_fn(|k| home[k] + scale[k] * (lengths_mm[k] - home[k]) + offset_mm[k])
 }
 
 fn ball(file: &BallFile) -> Result<Identified, InputError> {

@@ -76,7 +76,7 @@ pub fn run(options: &Options, display: &Display, plots: &Path, stop: &'static At
 /// Builds the firmware and rehearses an arm on three boards of it. Gives up as soon as `stop` is set.
 pub fn run_arm(options: &Options, display: &Display, stop: &'static AtomicBool) -> ArmReport {
     match build(options, display) {
-        Err(reason) => ArmReport::empty(options.seed, options.poses, options.noise).failed(reason),
+        Err(reason) => ArmReport::empty(options).failed(reason),
         Ok(image) => {
             let mut bus = EmulatedBus::new(image).until(stop);
             let mut report = rehearse_arm(&mut bus, options, display);

@@ -6,6 +6,7 @@
 
 pub(crate) mod arm;
 mod arm_boards;
+mod arm_poses;
 mod bound;
 pub(crate) mod built;
 mod commissioning;
@@ -73,5 +74,6 @@ pub const ALL: &[Study] = &[
     elbow::WATCH,
     arm::STUDY,
     arm_boards::STUDY,
+    arm_poses::STUDY,
     pulley::STUDY,
 ];

@@ -150,6 +150,10 @@ impl Device {
             out(Action::EraseRecord);
         } else {
             self.check()?;
+            // The board starts anew when it has saved; a centre that could not be stored would be gone.
+            if let Some(reason) = self.persistence.wrong.filter(|_| self.procedure.live().is_some()) {
+                return Err((reason, 0));
+            }
             self.saving = Saving::Storing(*request);
             out(Action::StoreParameters(self.prepared));
         }

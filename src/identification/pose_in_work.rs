@@ -174,10 +174,14 @@ impl<T: Real> PoseInWork<T> {
 
     /// Derivative of S δ̂ with the unknowns, once all columns are known: three rows, one column for each unknown.
     pub fn sensitivity(&self) -> Rows<T> {
+        self.rows(|column| self.translation.tr_mul(column))
+    }
+
+    /// Three rows of what is made of each unknown's column.
+    fn rows(&self, of: impl Fn(&Vector3<T>) -> Vector3<T>) -> Rows<T> {
         let mut rows = [[T::zero(); MAX_UNKNOWNS]; 3];
         for (unknown, column) in self.columns.iter().chain(&self.of_centre).enumerate() {
-            let change = self.translation.tr_mul(column);
-            for (row, value) in rows.iter_mut().zip(&change) {
+            for (row, value) in rows.iter_mut().zip(&of(column)) {
                 if let Some(entry) = row.get_mut(unknown) {
                     *entry = *value;
                 }
@@ -214,4 +218,15 @@ pub fn sensitivity<T: Real>(
     let mut in_work = PoseInWork::new(at, pose, T::one());
     while !in_work.add_columns(block) {}
     in_work.sensitivity()
+}
+
+/// The three equations of a pose: three rows, one column for each unknown.
+pub fn equations_of<T: Real>(
+    block: &impl ParameterBlock<T>,
+    at: &PoseAt<'_, T>,
+    pose: &MarginalInformation<T>,
+) -> Rows<T> {
+    let mut in_work = PoseInWork::new(at, pose, T::one());
+    while !in_work.add_columns(block) {}
+    in_work.rows(|column| *column)
 }

@@ -4,6 +4,8 @@
 //! The matrix is a packed lower triangle, row by row. How many of the `N` unknowns take part is decided at run time.
 //! Its Cholesky factor takes its place, a few rows a call if wanted.
 
+mod update;
+
 use super::dot;
 use crate::scalar::Real;
 use core::ops::Range;

@@ -27,10 +27,30 @@ pub struct Segment {
     pub sigma_mm: f64,
 }
 
-/// The pose that would help most.
+/// What further poses of a module would do to the hand's σ.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ModulePoses {
+    /// The module: `shoulder`, `elbow`, `wrist`.
+    pub module: &'static str,
+    /// The hand's σ before and with all of them, root of the summed variances, mm.
+    pub hand_sigma_mm: [f64; 2],
+    /// The poses, each the best one after those before it.
+    pub poses: Vec<ModulePose>,
+}
+
+/// A further pose of a module.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ModulePose {
+    /// What its encoders will read there, mm.
+    pub lengths_mm: Vec<f64>,
+    /// The hand's σ with it and those before it, mm.
+    pub hand_sigma_mm: f64,
+}
+
+/// The pose of the elbow that would help most.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FurtherPose {
-    /// The elbow's lengths in it, mm: those of a row of its log.
+    /// The elbow's lengths in it, mm.
     pub elbow_mm: Vec<f64>,
     /// The hand's σ before and with it, root of the summed variances, mm.
     pub hand_sigma_mm: [f64; 2],
@@ -53,12 +73,33 @@ pub struct ArmReport {
     pub hand: Option<Point>,
     /// What shoulder, elbow, wrist and the mounts add to the hand's σ, mm.
     pub hand_sigma_by_module_mm: Option<[f64; 4]>,
-    /// One more pose of the elbow that would make that smallest.
+    /// The share of each of the four in the sum of the hand's variances, 0 to 1.
+    pub hand_share_by_module: Option<[f64; 4]>,
+    /// One more pose of the elbow that would make the hand's σ smallest.
     pub most_useful_pose: Option<FurtherPose>,
+    /// The same for all modules, some poses each: the module first whose poses help most.
+    pub further_poses: Vec<ModulePoses>,
     /// From the shoulder's centre to the elbow's axis.
     pub upper_arm: Option<Segment>,
     /// From the elbow's axis to the wrist's centre.
     pub forearm: Option<Segment>,
+}
+
+/// A module's name.
+pub fn name(module: Module) -> &'static str {
+    match module {
+        Module::Shoulder => "shoulder",
+        Module::Elbow => "elbow",
+        Module::Wrist => "wrist",
+    }
+}
+
+impl FurtherPose {
+    fn of(further: &[ModulePoses]) -> Option<Self> {
+        let elbow = further.iter().find(|poses| poses.module == name(Module::Elbow))?;
+        let first = elbow.poses.first()?;
+        Some(Self { elbow_mm: first.lengths_mm.clone(), hand_sigma_mm: [elbow.hand_sigma_mm[0], first.hand_sigma_mm] })
+    }
 }
 
 impl Point {
@@ -77,8 +118,11 @@ impl ArmReport {
     pub fn accepted(
         position: &ArmPosition<f64>,
         segments: &Segments<f64>,
-        most_useful_pose: Option<FurtherPose>,
+        mut further_poses: Vec<ModulePoses>,
     ) -> Self {
+        further_poses.sort_by(|one, other| one.hand_sigma_mm[1].total_cmp(&other.hand_sigma_mm[1]));
+        let variances = position.by_module_mm.map(|mm| mm * mm);
+        let all: f64 = variances.iter().sum();
         let segment = |(length_mm, sigma_mm)| Some(Segment { length_mm, sigma_mm });
         Self {
             status: Status::Accepted,
@@ -88,7 +132,9 @@ impl ArmReport {
             wrist: Some(Point::of(&position.wrist)),
             hand: Some(Point::of(&position.hand)),
             hand_sigma_by_module_mm: Some(position.by_module_mm),
-            most_useful_pose,
+            hand_share_by_module: Some(variances.map(|variance| variance / all)),
+            most_useful_pose: FurtherPose::of(&further_poses),
+            further_poses,
             upper_arm: segment(segments.upper_arm_mm),
             forearm: segment(segments.forearm_mm),
         }
@@ -96,20 +142,17 @@ impl ArmReport {
 
     /// A module was refused.
     pub fn refused(module: Module, reason: &'static str) -> Self {
-        let module = match module {
-            Module::Shoulder => "shoulder",
-            Module::Elbow => "elbow",
-            Module::Wrist => "wrist",
-        };
         Self {
             status: Status::Refused,
-            module: Some(module),
+            module: Some(name(module)),
             reason: Some(reason),
             elbow: None,
             wrist: None,
             hand: None,
             hand_sigma_by_module_mm: None,
+            hand_share_by_module: None,
             most_useful_pose: None,
+            further_poses: Vec::new(),
             upper_arm: None,
             forearm: None,
         }
@@ -136,22 +179,24 @@ impl ArmReport {
             let (length, sigma) = (fixed(segment.length_mm, 1), fixed(segment.sigma_mm, 2));
             let _ = writeln!(text, "  {name:16}{length} mm long (1 sigma {sigma})");
         }
-        if let Some([shoulder, elbow, wrist, mounts]) =
-            self.hand_sigma_by_module_mm.map(|all| all.map(|mm| fixed(mm, 2)))
-        {
-            let _ = writeln!(
-                text,
-                "  hand's sigma    shoulder {shoulder}, elbow {elbow}, wrist {wrist}, mounts {mounts} mm"
-            );
+        if let (Some(sigmas), Some(shares)) = (self.hand_sigma_by_module_mm, self.hand_share_by_module) {
+            let parts = ["shoulder", "elbow", "wrist", "mounts"].iter().zip(sigmas.iter().zip(&shares));
+            let parts: Vec<_> = parts
+                .map(|(part, (sigma, share))| format!("{part} {} ({} %)", fixed(*sigma, 2), fixed(share * 100.0, 0)))
+                .collect();
+            let _ = writeln!(text, "  hand's sigma    {} mm (of its variance)", parts.join(", "));
         }
-        if let Some(FurtherPose { elbow_mm, hand_sigma_mm: [now, then] }) = &self.most_useful_pose {
-            let lengths: Vec<_> = elbow_mm.iter().map(|length| fixed(*length, 0)).collect();
+        for ModulePoses { module, hand_sigma_mm: [now, then], poses } in &self.further_poses {
             let (now, then) = (fixed(*now, 2), fixed(*then, 2));
             let _ = writeln!(
                 text,
-                "  one more pose   of the elbow with cables of {} mm: hand's sigma {then} instead of {now} mm",
-                lengths.join(", ")
+                "  {} more poses    of the {module}: hand's sigma {then} instead of {now} mm; its lengths, and the sigma then",
+                poses.len()
             );
+            for pose in poses {
+                let lengths: Vec<_> = pose.lengths_mm.iter().map(|length| fixed(*length, 0)).collect();
+                let _ = writeln!(text, "                  {}: {}", lengths.join(", "), fixed(pose.hand_sigma_mm, 2));
+            }
         }
         text
     }

@@ -7,7 +7,7 @@ use crate::rehearse::Person as _;
 use crate::rehearse::arm::{ElbowWearer, somebodys_elbow};
 use crate::wearer::{Pose, motion};
 use glenoid::identification::hinge::HingeRig;
-use glenoid::rig::Drum;
+use glenoid::rig::{Drum, Tolerance};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use std::io;
@@ -32,7 +32,7 @@ impl ElbowSitter {
             random.set_stream(stream);
             random
         };
-        let elbow = somebodys_elbow(&mut seeded(1), drawn);
+        let elbow = somebodys_elbow(&mut seeded(1), drawn, &Tolerance::exact());
         let elbow = elbow.ok_or_else(|| io::Error::other("the elbow's rig has no [hinge], about which to bend"))?;
         let mut drum: Drum<f64> = *default_rig().map_err(|error| io::Error::other(error.to_string()))?.drum();
         for (home_mm, stated_mm) in drum.home_length_mm.iter_mut().zip(drawn.home_length_mm()) {

@@ -74,7 +74,7 @@ struct Rehearsal<'a> {
 
 /// Rehearses an arm on a bus that has no boards yet.
 pub fn rehearse_arm(bus: &mut dyn Bus, options: &Options, display: &Display) -> ArmReport {
-    let mut report = ArmReport::empty(options.seed, options.poses, options.noise);
+    let mut report = ArmReport::empty(options);
     let rehearsed = Rehearsal::new(bus, options, display).and_then(|mut rehearsal| rehearsal.go_through(&mut report));
     match rehearsed {
         Err(reason) => report.failed(reason),
@@ -94,10 +94,12 @@ impl<'a> Rehearsal<'a> {
             random
         };
         let text = |error: RigError| error.text().to_owned();
-        let shoulder = KnownMachine::told(Rig::shoulder(ASSUMED_BASE_RADIUS_MM).map_err(text)?)?;
-        let wrist = KnownMachine::told(Rig::wrist().map_err(text)?)?;
+        let tolerance = if options.machine_tolerance { Tolerance::hand_built() } else { Tolerance::exact() };
+        let told = |rig: Rig<f64>| rig.with_tolerance(tolerance).map_err(text).and_then(KnownMachine::told);
+        let shoulder = told(Rig::shoulder(ASSUMED_BASE_RADIUS_MM).map_err(text)?)?;
+        let wrist = told(Rig::wrist().map_err(text)?)?;
         let drum = Drum { home_length_mm: [HOME_MM[0]; CABLES], ..*shoulder.double.drum() };
-        let (elbow, rig) = elbow_and_rig(&mut seeded(1), shoulder.single.drum())?;
+        let (elbow, rig) = elbow_and_rig(&mut seeded(1), shoulder.single.drum(), tolerance)?;
         let is_straight = options.arm_fault == Some(ArmFault::Straight);
         let elbow = ElbowWearer::new(elbow, &drum, NOISE_MM, is_straight, seeded(2));
         let module = ArmModule::new(Module::Elbow, Config::for_rig(rig).parameters)?;
@@ -230,13 +232,17 @@ fn furnish(
     Ok(())
 }
 
-/// Somebody's elbow in the default rig, and the rig with what a drawing for anybody says.
-fn elbow_and_rig(random: &mut ChaCha8Rng, drums: &Drum<f32>) -> Result<(Elbow, ElbowRig), String> {
+/// Somebody's elbow in the default rig, which is off by its tolerance, and the rig with what a drawing for anybody says.
+fn elbow_and_rig(
+    random: &mut ChaCha8Rng,
+    drums: &Drum<f32>,
+    tolerance: Tolerance<f64>,
+) -> Result<(Elbow, ElbowRig), String> {
     let text = |error: RigError| error.text().to_owned();
-    let rig = HingeRig::new(&cables(), NOISE_SIGMA_MM).and_then(|rig| rig.with_tolerance(Tolerance::exact(), HOME_MM));
+    let rig = HingeRig::new(&cables(), NOISE_SIGMA_MM).and_then(|rig| rig.with_tolerance(tolerance, HOME_MM));
     let drawing = Drawing { hinge: drawn(), sigma: Some(ANYBODY), range_rad: RANGE_RAD };
     let rig = rig.map_err(text)?.with_drawing(drawing);
-    let elbow = somebodys_elbow(random, &rig).ok_or("the elbow's rig has no drawing")?;
+    let elbow = somebodys_elbow(random, &rig, &tolerance).ok_or("the elbow's rig has no drawing")?;
     let single = in_precision::<f32>(&rig).map_err(text)?;
     let rig = ElbowRig::new(
         single.cables(),

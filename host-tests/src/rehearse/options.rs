@@ -93,6 +93,11 @@ pub struct Options {
     #[arg(long, value_name = "WHAT", requires = "arm", value_enum)]
     pub arm_fault: Option<ArmFault>,
 
+    /// The three machines are not as drawn: each is off by the tolerances of one that is built by hand (.5 mm, .5 mm, .3 mm, .1 %,
+    /// 1σ). Their boards are told those.
+    #[arg(long, requires = "arm")]
+    pub machine_tolerance: bool,
+
     /// Print one JSON object on stdout and nothing else there.
     #[arg(long)]
     pub json: bool,

@@ -29,7 +29,7 @@ pub const STUDY: Study = Study {
 /// Poses that identify each module.
 const POSES: usize = 30;
 /// How far the arm and the hand move, beside the elbow's 0 to 120 degrees.
-const WRIST: Reach = Reach { tilt_deg: 30.0, torsion_deg: 20.0 };
+pub(super) const WRIST: Reach = Reach { tilt_deg: 30.0, torsion_deg: 20.0 };
 /// The elbow's base in the shoulder's platform, and the wrist's in the elbow's, mm.
 pub(crate) const UPPER_ARM_MM: Vector3<f64> = Vector3::new(77.0, 45.0, 60.0);
 /// The latter.
@@ -38,16 +38,17 @@ pub(crate) const FOREARM_MM: Vector3<f64> = Vector3::new(0.0, 0.0, 110.0);
 pub(crate) const HAND_MM: Vector3<f64> = Vector3::new(35.0, 20.0, 60.0);
 
 /// What is known of the machines and of how they stand on the limbs.
-struct Case {
-    name: &'static str,
-    tolerance: Tolerance<f64>,
+pub(super) struct Case {
+    pub name: &'static str,
+    pub tolerance: Tolerance<f64>,
     /// The elbow's drawing is a prior.
-    drawing: bool,
-    mount_mm: f64,
-    mount_rad: f64,
+    pub drawing: bool,
+    pub mount_mm: f64,
+    pub mount_rad: f64,
 }
 
-const CASES: [Case; 2] = [
+/// Machines as drawn, and machines that are not.
+pub(super) const CASES: [Case; 2] = [
     Case { name: "exact", tolerance: tolerance(0.0, 0.0, 0.0, 0.0), drawing: false, mount_mm: 0.0, mount_rad: 0.0 },
     Case {
         name: ".5/.5/.3/.1 %, mounts .3 mm, 2 mrad",

@@ -9,6 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
 use std::fmt::Write as _;
 
+/// Noise of every length, uniform within this to either side, mm.
 const NOISE_MM: f64 = 0.1;
 /// The hand in the wrist's platform, mm.
 const HAND_MM: [f64; 3] = [35.0, 20.0, 60.0];
@@ -17,7 +18,7 @@ const UPPER_ARM_MM: [f64; 3] = [77.0, 45.0, 60.0];
 const FOREARM_MM: [f64; 3] = [0.0, 0.0, 110.0];
 
 /// A ball between two equilateral triangles, turned by 60 degrees against each other.
-struct Ball {
+pub struct Ball {
     base_radius_mm: f64,
     edge_mm: f64,
     /// In {B}.
@@ -49,13 +50,19 @@ impl Ball {
     }
 
     /// L1 = P1 B1, L2 = P1 B2, L3 = P2 B2, L4 = P2 B3, L5 = P3 B3, L6 = P3 B1.
-    fn lengths_mm(&self, random: &mut ChaCha8Rng, turned: &Rotation3<f64>) -> Vec<f64> {
+    pub fn exact_mm(&self, turned: &Rotation3<f64>) -> Vec<f64> {
         let [b1, b2, b3] = self.base_mm();
         let edge = self.edge_mm;
         let corners = [Vector3::zeros(), Vector3::new(edge, 0.0, 0.0), about_z(60.0) * Vector3::new(edge, 0.0, 0.0)];
         let [p1, p2, p3] = corners.map(|corner| self.at_mm(turned, &corner));
         let cables = [(p1, b1), (p1, b2), (p2, b2), (p2, b3), (p3, b3), (p3, b1)];
-        cables.map(|(end, base)| (end - base).norm() + random.random_range(-NOISE_MM..=NOISE_MM)).to_vec()
+        cables.map(|(end, base)| (end - base).norm()).to_vec()
+    }
+
+    /// The same with noise.
+    pub fn lengths_mm(&self, random: &mut ChaCha8Rng, turned: &Rotation3<f64>) -> Vec<f64> {
+        let exact = self.exact_mm(turned);
+        exact.iter().map(|length| length + random.random_range(-NOISE_MM..=NOISE_MM)).collect()
     }
 
     fn rig(&self) -> String {
@@ -68,7 +75,7 @@ fn about_z(degrees: f64) -> Rotation3<f64> {
 }
 
 /// Up to so many degrees about each axis.
-fn turned(random: &mut ChaCha8Rng, degrees: f64) -> Rotation3<f64> {
+pub fn turned(random: &mut ChaCha8Rng, degrees: f64) -> Rotation3<f64> {
     let limit = degrees.to_radians();
     Rotation3::from_scaled_axis(Vector3::from_fn(|_, _| random.random_range(-limit..=limit)))
 }
@@ -77,7 +84,7 @@ fn rows(points: &[[f64; 3]]) -> String {
     format!("{points:?}")
 }
 
-fn csv(poses: &[Vec<f64>]) -> String {
+pub fn csv(poses: &[Vec<f64>]) -> String {
     let header: Vec<_> = (1..=poses[0].len()).map(|cable| format!("l{cable}")).collect();
     poses.iter().fold(header.join(",") + "\n", |mut text, lengths| {
         let cells: Vec<_> = lengths.iter().map(|length| format!("{length:.4}")).collect();
@@ -87,9 +94,14 @@ fn csv(poses: &[Vec<f64>]) -> String {
 }
 
 /// An arm with its files on a desk.
-struct Scene {
-    desk: Desk,
-    arm: String,
+pub struct Scene {
+    pub desk: Desk,
+    pub arm: String,
+    pub shoulder: Ball,
+    pub elbow: Elbow,
+    pub wrist: Ball,
+    /// The rows of the logs of shoulder, elbow and wrist, mm.
+    pub logs: [Vec<Vec<f64>>; 3],
     /// Where the hand and the wrist are, in the shoulder's base, mm.
     hand_mm: Vector3<f64>,
     wrist_mm: Vector3<f64>,
@@ -98,7 +110,7 @@ struct Scene {
 }
 
 impl Scene {
-    fn new(test: &str, seed: u64, bends_to_deg: f64) -> Self {
+    pub fn new(test: &str, seed: u64, bends_to_deg: f64) -> Self {
         let random = &mut ChaCha8Rng::seed_from_u64(seed);
         let shoulder = Ball::new(150.0, 178.398, [148.0, 96.0], &[9.0, -12.0, 7.0, 4.0, -6.0, 5.0]);
         let wrist = Ball::new(60.0, 69.607, [62.0, 39.0], &[2.0, 3.0, -2.0, -1.0, 2.0, 1.0]);
@@ -111,13 +123,16 @@ impl Scene {
                 let rotation = turned(random, degrees);
                 ball.lengths_mm(random, &rotation)
             };
-            csv(&(0..30).map(|_| one(random)).collect::<Vec<_>>())
+            (0..30).map(|_| one(random)).collect::<Vec<_>>()
         };
-        desk.put("shoulder.csv", log(random, &shoulder, 35.0)).put("shoulder.toml", shoulder.rig());
-        desk.put("wrist.csv", log(random, &wrist, 25.0)).put("wrist.toml", wrist.rig());
+        let raised = log(random, &shoulder, 35.0);
+        desk.put("shoulder.csv", csv(&raised)).put("shoulder.toml", shoulder.rig());
+        let waved = log(random, &wrist, 25.0);
+        desk.put("wrist.csv", csv(&waved)).put("wrist.toml", wrist.rig());
         let flexions = flexions_rad(random, 30, bends_to_deg);
         let bent: Vec<_> = elbow.readings_mm(random, &flexions).iter().map(|four| four.to_vec()).collect();
         desk.put("elbow.csv", csv(&bent)).put("elbow.toml", include_str!("../../../examples/elbow.toml"));
+        let logs = [raised, bent, waved];
 
         let (raised, flexion, waved) = (turned(random, 30.0), -1.1_f64, turned(random, 20.0));
         let posture = [shoulder.lengths_mm(random, &raised), wrist.lengths_mm(random, &waved)];
@@ -138,17 +153,21 @@ impl Scene {
         let distance =
             |point: &Vector3<f64>, on_axis: &Vector3<f64>, axis: &Vector3<f64>| (point - on_axis).cross(axis).norm();
         Self {
-            desk,
-            arm,
             hand_mm: on_base(&wrist.at_mm(&waved, &Vector3::from(HAND_MM))),
             wrist_mm: on_base(&wrist.centre_mm),
             upper_arm_mm: distance(&shoulder_on_upper_arm, hinge.foot_mm(), hinge.axis()),
             forearm_mm: distance(&wrist_on_forearm, hinge.foot_in_platform_mm(), elbow.axis_in_platform()),
+            desk,
+            arm,
+            shoulder,
+            elbow,
+            wrist,
+            logs,
         }
     }
 
     /// Runs the command on the arm's file.
-    fn run(&self, arm: &str, options: &str) -> Ran {
+    pub fn run(&self, arm: &str, options: &str) -> Ran {
         self.desk.put("arm.toml", arm).arm(&format!("arm.toml {options}"))
     }
 }
@@ -204,6 +223,8 @@ fn the_hand_is_where_three_logs_and_a_posture_say() {
         let whole = numbers(&found["hand"], "sigma_mm");
         let squares = |numbers: &[f64]| numbers.iter().map(|x| x * x).sum::<f64>();
         assert!((squares(&parts) / squares(&whole) - 1.0).abs() < 1e-6, "{parts:?} {whole:?}");
+        let shares = numbers(&found, "hand_share_by_module");
+        assert!((shares[1] / (parts[1] * parts[1] / squares(&parts)) - 1.0).abs() < 1e-9, "{shares:?} {parts:?}");
         let further = numbers(&found["most_useful_pose"], "hand_sigma_mm");
         assert!((further[0] / squares(&whole).sqrt() - 1.0).abs() < 1e-6 && further[1] < further[0], "{further:?}");
         assert_eq!(numbers(&found["most_useful_pose"], "elbow_mm").len(), 4);

@@ -2,6 +2,7 @@
 
 mod architecture;
 mod arm;
+mod arm_poses;
 mod board_lines;
 mod built_machine;
 mod commission;

@@ -361,7 +361,7 @@ fn one_more_pose_narrows_a_carried_point_as_predicted() {
     before.run(&mut set).unwrap();
     let now = before.carry(&posture, &point).unwrap().covariance_mm2;
     for (pose, reading) in set.iter().zip(readings.clone()) {
-        let predicted = before.carry_with_one_more(&posture, &point, pose.angle_rad).unwrap().covariance_mm2;
+        let predicted = before.carry_with(&posture, &point, &[pose.angle_rad]).unwrap().covariance_mm2;
         readings.push(reading);
         let mut after = HingeEstimator::new(&rig, HingeSettings::for_rig(&rig));
         after.run(&mut poses(&readings)).unwrap();

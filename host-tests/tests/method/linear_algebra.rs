@@ -50,6 +50,27 @@ impl Problem {
 }
 
 #[test]
+fn a_row_added_to_the_factor_is_as_one_added_before() {
+    let mut rng = rng(5510);
+    for trial in 0..200 {
+        let unknowns = 1 + trial % 9;
+        let mut problem = Problem::new(&mut rng, unknowns);
+        let mut row = [0.0; 9];
+        row.iter_mut().take(unknowns).for_each(|entry| *entry = rng.random_range(-2.0..2.0));
+        let added = DVector::from_column_slice(&row[..unknowns]);
+        let expected = (problem.normal_matrix() + &added * added.transpose()).try_inverse().unwrap();
+        problem.equations.factor().expect("a regular problem");
+        problem.equations.add_row_to_factor(&row);
+        for column in 0..unknowns {
+            let found = problem.equations.covariance_column(column, 0);
+            let found = DVector::from_column_slice(&found[..unknowns]);
+            let difference = (found - expected.column(column)).amax();
+            assert!(difference < 1e-8 * expected.amax(), "{unknowns}: {difference}");
+        }
+    }
+}
+
+#[test]
 fn the_step_is_the_least_squares_solution() {
     let mut rng = rng(5504);
     for trial in 0..500 {

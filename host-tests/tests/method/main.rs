@@ -14,6 +14,7 @@ mod estimator_outliers;
 mod estimator_refusals;
 mod estimator_sigma;
 mod excitation;
+mod further_poses;
 mod geometry;
 mod held_noise;
 mod hinge;

@@ -316,8 +316,9 @@ fn serial_number() -> u32 {
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    ccm_code::load();
+    // Before the code is read: a word of it that reads wrongly stops the board, and the start after that must find why.
     let restart = retained_ram::take(Some(reset_cause()));
+    ccm_code::load();
     stack::paint();
     let Some(assembled) = Board::assemble(restart) else { give_up("started twice") };
     run(assembled, &restart)

@@ -67,6 +67,23 @@ pub struct ArmPose<T: Real> {
     pub wrist: Pose<T>,
 }
 
+/// Poses that the modules' sets might have further.
+#[derive(Clone, Copy, Debug)]
+pub struct FurtherPoses<'a, T: Real> {
+    /// The shoulder's, placed.
+    pub shoulder: &'a [Pose<T>],
+    /// The elbow's: their angles from the hinge's own zero, rad.
+    pub elbow_rad: &'a [T],
+    /// The wrist's, placed.
+    pub wrist: &'a [Pose<T>],
+}
+
+impl<T: Real> Default for FurtherPoses<'_, T> {
+    fn default() -> Self {
+        Self { shoulder: &[], elbow_rad: &[], wrist: &[] }
+    }
+}
+
 /// Where the arm is, in the shoulder's base.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ArmPosition<T> {
@@ -95,13 +112,7 @@ impl<T: Real> Arm<'_, T> {
     /// # Errors
     /// The module whose lengths fit no pose.
     pub fn position(&self, pose: &ArmPose<T>, hand_mm: &Vector3<T>) -> Result<ArmPosition<T>, Module> {
-        let hand = CarriedPoint::exact(*hand_mm);
-        let on_wrist_base = self.wrist.carry(&pose.wrist, &hand).ok_or(Module::Wrist)?;
-        let on_forearm = self.forearm.carry(&on_wrist_base);
-        let on_elbow_base = self.elbow.carry(&pose.elbow_mm, &on_forearm).ok_or(Module::Elbow)?;
-        let on_upper_arm = self.upper_arm.carry(&on_elbow_base);
-        let in_base = self.shoulder.carry(&pose.shoulder, &on_upper_arm).ok_or(Module::Shoulder)?;
-
+        let way @ [.., in_base] = self.way_of_hand(pose, hand_mm, &FurtherPoses::default())?;
         let wrist = self.forearm.carry(&self.wrist.centre());
         let wrist = self.elbow.carry(&pose.elbow_mm, &wrist).ok_or(Module::Elbow)?;
         let wrist = self.shoulder.carry(&pose.shoulder, &self.upper_arm.carry(&wrist)).ok_or(Module::Shoulder)?;
@@ -109,32 +120,44 @@ impl<T: Real> Arm<'_, T> {
         let elbow = self.shoulder.carry(&pose.shoulder, &elbow).ok_or(Module::Shoulder)?;
 
         // A rotation leaves the summed variances as they are.
-        let sum = |point: &CarriedPoint<T>| point.covariance_mm2.trace();
-        let added = |after: &CarriedPoint<T>, before: &CarriedPoint<T>| sum(after) - sum(before);
-        let mounts = added(&on_forearm, &on_wrist_base) + added(&on_upper_arm, &on_elbow_base);
-        let by_module_mm =
-            [added(&in_base, &on_upper_arm), added(&on_elbow_base, &on_forearm), added(&on_wrist_base, &hand), mounts]
-                .map(non_negative_root);
+        let [hand, on_wrist_base, on_forearm, on_elbow_base, on_upper_arm, _] =
+            way.map(|point| point.covariance_mm2.trace());
+        let mounts = on_forearm - on_wrist_base + on_upper_arm - on_elbow_base;
+        let shoulder = in_base.covariance_mm2.trace() - on_upper_arm;
+        let by_module_mm = [shoulder, on_elbow_base - on_forearm, on_wrist_base - hand, mounts].map(non_negative_root);
         Ok(ArmPosition { elbow, wrist, hand: in_base, by_module_mm })
     }
 
-    /// Which of some further poses of the elbow, by their angles from the hinge's own zero (rad), would leave the smallest σ of
-    /// the hand in this posture: its index, and that σ, root of the summed variances, mm. `None` without angles, or where the
-    /// lengths fit no pose.
-    pub fn most_useful_bend(&self, pose: &ArmPose<T>, hand_mm: &Vector3<T>, angles_rad: &[T]) -> Option<(usize, T)> {
-        let hand = self.position(pose, hand_mm).ok()?.hand;
-        let on_wrist_base = self.wrist.carry(&pose.wrist, &CarriedPoint::exact(*hand_mm))?;
+    /// The hand with the covariance that it would have with further poses in the modules' sets. Their lengths need not be known:
+    /// what a pose adds to what is known of a module depends on where it is alone.
+    ///
+    /// # Errors
+    /// The module whose lengths fit no pose, or whose further poses determine no rotation.
+    pub fn hand_with(
+        &self,
+        pose: &ArmPose<T>,
+        hand_mm: &Vector3<T>,
+        further: &FurtherPoses<'_, T>,
+    ) -> Result<CarriedPoint<T>, Module> {
+        self.way_of_hand(pose, hand_mm, further).map(|[.., in_base]| in_base)
+    }
+
+    /// The hand in the wrist's platform and base, in the elbow's, in the shoulder's.
+    fn way_of_hand(
+        &self,
+        pose: &ArmPose<T>,
+        hand_mm: &Vector3<T>,
+        further: &FurtherPoses<'_, T>,
+    ) -> Result<[CarriedPoint<T>; 6], Module> {
+        let hand = CarriedPoint::exact(*hand_mm);
+        let on_wrist_base = self.wrist.carry_with(&pose.wrist, &hand, further.wrist).ok_or(Module::Wrist)?;
         let on_forearm = self.forearm.carry(&on_wrist_base);
-        let now = self.elbow.carry(&pose.elbow_mm, &on_forearm)?.covariance_mm2.trace();
-        let mut best: Option<(usize, T)> = None;
-        for (index, angle) in angles_rad.iter().enumerate() {
-            let then = self.elbow.carry_with_one_more(&pose.elbow_mm, &on_forearm, *angle)?.covariance_mm2.trace();
-            if best.is_none_or(|(_, least)| then < least) {
-                best = Some((index, then));
-            }
-        }
-        // A rotation leaves the summed variances as they are, and the other modules theirs.
-        best.map(|(index, then)| (index, non_negative_root(hand.covariance_mm2.trace() - now + then)))
+        let on_elbow_base =
+            self.elbow.carry_with(&pose.elbow_mm, &on_forearm, further.elbow_rad).ok_or(Module::Elbow)?;
+        let on_upper_arm = self.upper_arm.carry(&on_elbow_base);
+        let in_base =
+            self.shoulder.carry_with(&pose.shoulder, &on_upper_arm, further.shoulder).ok_or(Module::Shoulder)?;
+        Ok([hand, on_wrist_base, on_forearm, on_elbow_base, on_upper_arm, in_base])
     }
 
     /// The lengths of the limbs: what a therapist can compare with a tape.
@@ -151,6 +174,10 @@ impl<T: Real> Arm<'_, T> {
 impl<T: Real> Ball<'_, T> {
     fn carry(&self, pose: &Pose<T>, point: &CarriedPoint<T>) -> Option<CarriedPoint<T>> {
         self.estimator.carry(self.machine, pose, point)
+    }
+
+    fn carry_with(&self, pose: &Pose<T>, point: &CarriedPoint<T>, further: &[Pose<T>]) -> Option<CarriedPoint<T>> {
+        self.estimator.carry_with(self.machine, pose, point, further)
     }
 
     /// The centre in the base.

@@ -6,7 +6,7 @@ use super::fit::Fit;
 use crate::identification::carried_point::CarriedPoint;
 use crate::identification::joint::Joint;
 use crate::identification::machine::Machine;
-use crate::identification::parameters::{CENTRE_UNKNOWNS, Column, MAX_UNKNOWNS, PoseAt, Rows};
+use crate::identification::parameters::{CENTRE_UNKNOWNS, Column, Equations, MAX_UNKNOWNS, PoseAt, Rows};
 use crate::identification::pose::Pose;
 use crate::kinematics::LengthJacobian;
 use crate::linear_algebra::{column, inverse_of_positive_definite, rounding};
@@ -20,6 +20,32 @@ impl<T: Real> Estimator<T> {
     /// X = O + R (Y − C), R from the lengths about the centre: ω = G⁺ (δL − U (δO − R δC) − M δm) for errors of the lengths,
     /// the centre and the machine, and δX = δO − R δC + ω × (X − O).
     pub fn carry(&self, machine: &Machine<T>, pose: &Pose<T>, point: &CarriedPoint<T>) -> Option<CarriedPoint<T>> {
+        self.carry_by(machine, pose, point, &self.fit.equations)
+    }
+
+    /// The same as it would be with further poses in the set, which are placed: of their lengths only the samples that they are
+    /// the mean of count.
+    pub fn carry_with(
+        &self,
+        machine: &Machine<T>,
+        pose: &Pose<T>,
+        point: &CarriedPoint<T>,
+        further: &[Pose<T>],
+    ) -> Option<CarriedPoint<T>> {
+        let mut equations = self.fit.equations;
+        for pose in further {
+            self.fit.learn(machine, pose, &mut equations)?;
+        }
+        self.carry_by(machine, pose, point, &equations)
+    }
+
+    fn carry_by(
+        &self,
+        machine: &Machine<T>,
+        pose: &Pose<T>,
+        point: &CarriedPoint<T>,
+        equations: &Equations<T>,
+    ) -> Option<CarriedPoint<T>> {
         let fit = &self.fit;
         if matches!(fit.joint, Joint::Moving(_)) {
             return None;
@@ -39,7 +65,7 @@ impl<T: Real> Estimator<T> {
         let at = PoseAt { rotation: &rotation, lengths: &lengths, jacobian: &jacobian };
         let rows = fit.carrying_rows(machine, &at, &(by_turn * turn));
         let variance = fit.result.noise_mm * fit.result.noise_mm * machine.relative_variance(pose.samples);
-        let own = by_turn * turn * by_turn.transpose() * variance + fit.covariance_of(&rows);
+        let own = by_turn * turn * by_turn.transpose() * variance + fit.covariance_by(equations, &rows);
         let mut carried = point.moved(&rotation, fit.centre.in_base_mm + arm);
         carried.covariance_mm2 += own;
         Some(carried)
@@ -60,6 +86,17 @@ impl<T: Real> Estimator<T> {
 }
 
 impl<T: Real> Fit<T> {
+    /// Adds a placed pose, its rotation eliminated, to factored equations. `None` where it determines no rotation.
+    fn learn(&self, machine: &Machine<T>, pose: &Pose<T>, equations: &mut Equations<T>) -> Option<()> {
+        let seen = self.seen(machine, pose)?;
+        let weight = (T::one() / machine.relative_variance(pose.samples)).root();
+        for mut row in self.equations_of(machine, &seen) {
+            row.iter_mut().for_each(|entry| *entry *= weight);
+            equations.add_row_to_factor(&row);
+        }
+        Some(())
+    }
+
     /// Derivative of the point with the unknowns. `by_gradient`: with Gᵀ δL.
     fn carrying_rows(&self, machine: &Machine<T>, at: &PoseAt<'_, T>, by_gradient: &Matrix3<T>) -> Rows<T> {
         let mut rows = [[T::zero(); MAX_UNKNOWNS]; 3];

@@ -8,7 +8,7 @@ use crate::identification::machine::Machine;
 use crate::identification::marginal_information::{MarginalInformation, own_centre};
 use crate::identification::parameters::Rows;
 use crate::identification::pose::Pose;
-use crate::identification::pose_in_work::sensitivity;
+use crate::identification::pose_in_work::{equations_of, sensitivity};
 use crate::scalar::Real;
 
 impl<T: Real> Fit<T> {
@@ -50,5 +50,11 @@ impl<T: Real> Fit<T> {
         let at = seen.at();
         let features = self.joint.features(at.rotation);
         sensitivity(&Model { machine, estimate: &self.estimate, joint: &self.joint, features }, &at, &seen.marginal)
+    }
+    /// The pose's three equations: three rows, one column for each unknown.
+    pub fn equations_of(&self, machine: &Machine<T>, seen: &SeenPose<T>) -> Rows<T> {
+        let at = seen.at();
+        let features = self.joint.features(at.rotation);
+        equations_of(&Model { machine, estimate: &self.estimate, joint: &self.joint, features }, &at, &seen.marginal)
     }
 }

@@ -7,7 +7,7 @@ use super::seen_pose::SeenPose;
 use crate::identification::joint::Joint;
 use crate::identification::machine::Machine;
 use crate::identification::marginal_information::MarginalInformation;
-use crate::identification::parameters::{CENTRE_UNKNOWNS, MAX_UNKNOWNS, Rows};
+use crate::identification::parameters::{CENTRE_UNKNOWNS, Equations, MAX_UNKNOWNS, Rows};
 use crate::identification::pose::Pose;
 use crate::identification::verification::{CentrePrediction, VerifiedPose};
 use crate::kinematics::rotation::{rotation_of, turned};
@@ -226,8 +226,13 @@ impl<T: Real> Fit<T> {
 
     /// Covariance of three linear functions of the unknowns, mm².
     pub(super) fn covariance_of(&self, rows: &Rows<T>) -> Matrix3<T> {
+        self.covariance_by(&self.equations, rows)
+    }
+
+    /// The same by equations that know more.
+    pub(super) fn covariance_by(&self, equations: &Equations<T>, rows: &Rows<T>) -> Matrix3<T> {
         let mut whitened = *rows;
-        whitened.iter_mut().for_each(|row| self.equations.whiten(row));
+        whitened.iter_mut().for_each(|row| equations.whiten(row));
         self.covariance_of_rows(&whitened)
     }
 

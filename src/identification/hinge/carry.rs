@@ -2,6 +2,7 @@
 //! it: the lengths of the pose, the hinge, the machine's constants.
 
 use super::estimator::HingeEstimator;
+use super::fit::Equations;
 use super::joint::{AXIS, AXIS_IN_PLATFORM, FOOT, across};
 use super::pose::{AngleSearch, MAX_UNKNOWNS, PoseAt};
 use super::rig::MAX_CABLES;
@@ -22,24 +23,26 @@ impl<T: Real> HingeEstimator<T> {
     ///
     /// The angle follows from the lengths: δθ = D⁺ (δL − J δξ) for errors of the lengths and of the unknowns ξ.
     pub fn carry(&self, lengths_mm: &[T; MAX_CABLES], point: &CarriedPoint<T>) -> Option<CarriedPoint<T>> {
-        self.carry_knowing(lengths_mm, point, None)
+        self.carry_by(lengths_mm, point, &self.work.fit.equations)
     }
 
-    /// The same as it would be with one more pose in the set, at this angle from the hinge's own zero, rad.
-    pub fn carry_with_one_more(
+    /// The same as it would be with further poses in the set, at these angles from the hinge's own zero, rad.
+    pub fn carry_with(
         &self,
         lengths_mm: &[T; MAX_CABLES],
         point: &CarriedPoint<T>,
-        angle_rad: T,
+        further_rad: &[T],
     ) -> Option<CarriedPoint<T>> {
-        self.carry_knowing(lengths_mm, point, Some(angle_rad))
+        let mut equations = self.work.fit.equations;
+        further_rad.iter().for_each(|angle| self.learn(&mut equations, *angle));
+        self.carry_by(lengths_mm, point, &equations)
     }
 
-    fn carry_knowing(
+    fn carry_by(
         &self,
         lengths_mm: &[T; MAX_CABLES],
         point: &CarriedPoint<T>,
-        one_more_rad: Option<T>,
+        equations: &Equations<T>,
     ) -> Option<CarriedPoint<T>> {
         let fit = &self.work.fit;
         let hinge = &fit.hinge;
@@ -65,7 +68,7 @@ impl<T: Real> HingeEstimator<T> {
         let variance = self.work.found.noise_mm * self.work.found.noise_mm;
         let mut carried = point.moved(&rotation, hinge.platform_foot_mm() + rotation * arm);
         carried.covariance_mm2 += turning * turning.transpose() * (variance / information);
-        carried.covariance_mm2 += self.covariance_of(&carrying, one_more_rad);
+        carried.covariance_mm2 += self.covariance_by(equations, &carrying);
         Some(carried)
     }
 
@@ -81,7 +84,7 @@ impl<T: Real> HingeEstimator<T> {
             put(&mut rows, AXIS + k, &(e * along));
             put(&mut rows, FOOT + k, e);
         }
-        CarriedPoint { at_mm: hinge.nearest_mm(&middle), covariance_mm2: self.covariance_of(&rows, None) }
+        CarriedPoint { at_mm: hinge.nearest_mm(&middle), covariance_mm2: self.covariance_of(&rows) }
     }
 
     /// Distance of a point from the axis, mm, and its 1σ; `in_platform`: a point of the platform, else of the base.
@@ -102,17 +105,19 @@ impl<T: Real> HingeEstimator<T> {
             put(&mut rows, first + k, &(e * along));
             put(&mut rows, first + 2 + k, e);
         }
-        let covariance = point.covariance_mm2 + self.covariance_of(&rows, None);
+        let covariance = point.covariance_mm2 + self.covariance_of(&rows);
         (distance, non_negative_root(direction.dot(&(covariance * direction))))
     }
 
-    /// Covariance of three linear functions of the unknowns, mm²; with one more pose at an angle, if one is given.
-    fn covariance_of(&self, rows: &Rows<T>, one_more_rad: Option<T>) -> Matrix3<T> {
+    /// Covariance of three linear functions of the unknowns, mm².
+    fn covariance_of(&self, rows: &Rows<T>) -> Matrix3<T> {
+        self.covariance_by(&self.work.fit.equations, rows)
+    }
+
+    /// The same by equations that know more.
+    fn covariance_by(&self, equations: &Equations<T>, rows: &Rows<T>) -> Matrix3<T> {
         let mut whitened = *rows;
-        whitened.iter_mut().for_each(|row| self.work.fit.equations.whiten(row));
-        if let Some(angle) = one_more_rad {
-            self.learn(&mut whitened, angle);
-        }
+        whitened.iter_mut().for_each(|row| equations.whiten(row));
         let [x, y, z] = &whitened;
         let axes = [x, y, z];
         Matrix3::from_fn(|i, j| match (axes.get(i), axes.get(j)) {
@@ -121,25 +126,14 @@ impl<T: Real> HingeEstimator<T> {
         }) * (self.work.found.noise_mm * self.work.found.noise_mm)
     }
 
-    /// What a pose at an angle takes off whitened functions: each of its rows v leaves (I + v vᵀ)^(-1/2) of them.
-    fn learn(&self, whitened: &mut Rows<T>, angle_rad: T) {
+    /// Adds a pose at an angle, its angle eliminated, to factored equations.
+    fn learn(&self, equations: &mut Equations<T>, angle_rad: T) {
         let fit = &self.work.fit;
         let at = PoseAt::new(&fit.hinge, &fit.machine);
         let mut rows = at.rows(&[T::zero(); MAX_CABLES], angle_rad, fit.constants);
         let by_angle = rows.by_angle;
         rows.eliminate(&by_angle, fit.unknowns());
-        rows.jacobian.iter_mut().for_each(|row| fit.equations.whiten(row));
-        let mut rest = &mut rows.jacobian[..];
-        while let Some((row, after)) = rest.split_first_mut() {
-            let squares = dot(row, row);
-            // (I + v vᵀ)^(-1/2) = I − v vᵀ (1 − 1/√(1 + v²)) / v²
-            let share = (T::one() - T::one() / (T::one() + squares).root()) / squares.max(T::of(1e-12));
-            for other in after.iter_mut().chain(whitened.iter_mut()) {
-                let along = dot(row, other) * share;
-                other.iter_mut().zip(row.iter()).for_each(|(other, v)| *other -= *v * along);
-            }
-            rest = after;
-        }
+        rows.jacobian.iter().for_each(|row| equations.add_row_to_factor(row));
     }
 }
 

@@ -54,7 +54,9 @@ impl BallModule {
         options: &Options,
     ) -> Result<Self, String> {
         let module = ArmModule::new(which, machine.told.unwrap_or_default())?;
-        let wearer = Wearer::new(machine.double, settings);
+        let error_mm = machine.double.tolerance().base_mm;
+        let built = machine.as_built((error_mm > 0.0).then_some(error_mm), settings.seed)?;
+        let wearer = Wearer::new(built, settings);
         let options = Options { tilt: settings.tilt_rad.to_degrees(), ..options.clone() };
         Ok(Self { module, machine, board, at: wearer.home(), wearer, options })
     }

@@ -19,10 +19,10 @@ const GOLDEN_RATIO: f64 = 0.618_033_988_749_895;
 
 /// Somebody's elbow in the machine of a rig: as far from the drawn one as the drawing says, or as anybody's is. `None` where
 /// the rig has no drawing.
-pub fn somebodys_elbow(random: &mut ChaCha8Rng, rig: &HingeRig<f64>) -> Option<Elbow> {
+pub fn somebodys_elbow(random: &mut ChaCha8Rng, rig: &HingeRig<f64>, tolerance: &Tolerance<f64>) -> Option<Elbow> {
     let drawing = rig.drawing()?;
     let step = drawing.sigma.unwrap_or(ANYBODY).map(|sigma| sigma * normal(random));
-    Some(Elbow::of_rig(random, rig.cables().to_vec(), &drawing.hinge.moved(&step), &Tolerance::exact()))
+    Some(Elbow::of_rig(random, rig.cables().to_vec(), &drawing.hinge.moved(&step), tolerance))
 }
 
 /// Somebody's elbow in the module's machine.
@@ -54,7 +54,8 @@ impl ElbowWearer {
     /// The angle of a pose, rad.
     pub fn flexion_rad(&self, pose: &Pose) -> f64 {
         let turned = pose.rotation * self.elbow.rotation(0.0).inverse();
-        turned.scaled_axis().dot(self.elbow.hinge().axis())
+        let turned = turned.scaled_axis();
+        turned.norm() * turned.dot(self.elbow.hinge().axis()).signum()
     }
 
     /// The pose at an angle. Two of the six encoders have no cable and rest.

@@ -3,8 +3,10 @@
 use super::chain::{Hand, Limb};
 use super::elbow_report::ElbowReport;
 use super::module::{name, serialize_name};
+use crate::rehearse::options::Options;
 use crate::rehearse::report::{Report, Status};
 use glenoid::identification::arm::Module;
+use glenoid::rig::Tolerance;
 use serde::Serialize;
 use std::fmt;
 
@@ -21,6 +23,8 @@ pub struct ArmReport {
     pub poses: u8,
     /// Every length is wrong by up to this, uniformly, mm.
     pub noise_mm: f64,
+    /// The machines are off by the tolerances that their boards are told.
+    pub machine_tolerance: bool,
     /// The shoulder and the wrist.
     pub balls: Vec<BallReport>,
     /// The elbow.
@@ -47,13 +51,14 @@ pub struct BallReport {
 
 impl ArmReport {
     /// An arm of which nothing is known yet.
-    pub fn empty(seed: u64, poses: u8, noise_mm: f64) -> Self {
+    pub fn empty(options: &Options) -> Self {
         Self {
             status: Status::Right,
             reasons: Vec::new(),
-            seed,
-            poses,
-            noise_mm,
+            seed: options.seed,
+            poses: options.poses,
+            noise_mm: options.noise,
+            machine_tolerance: options.machine_tolerance,
             balls: Vec::new(),
             elbow: None,
             limbs: None,
@@ -78,6 +83,11 @@ impl ArmReport {
 impl fmt::Display for ArmReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f)?;
+        if self.machine_tolerance {
+            let Tolerance { base_mm, edges_mm, offset_mm, drum } = Tolerance::<f64>::hand_built();
+            let off = format!("base {base_mm}, edges {edges_mm}, zeros {offset_mm} mm, drums {} %", drum * 100.0);
+            line(f, "machines", &format!("off by these, 1σ, which their boards are told: {off}"))?;
+        }
         for ball in &self.balls {
             ball.fmt(f)?;
         }

@@ -39,6 +39,24 @@ fn three_boards_on_one_bus_find_the_hand() {
 }
 
 #[test]
+fn machines_that_are_not_as_drawn_find_the_hand() {
+    let report = rehearsed("--machine-tolerance --seed 1");
+    assert_eq!(report.status, Status::Right, "{report}");
+    assert!(report.host_agrees(), "{report}");
+    // Three degrees of freedom; beyond 30 lies one hand in a million.
+    assert!(report.hand.len() == 3 && report.hand.iter().all(|hand| hand.chi_square < 30.0), "{report}");
+    assert!(report.to_string().contains("machines             off by these"), "{report}");
+}
+
+/// An elbow in a machine with tolerances and a vague drawing is refused now and then.
+#[test]
+fn an_elbow_that_two_axes_fit_is_named() {
+    let reason = failure("--machine-tolerance --seed 4");
+    assert!(reason.starts_with("the elbow: the board wants more poses: two different axes fit the poses"), "{reason}");
+    assert!(reason.contains("What to do: capture more poses"), "{reason}");
+}
+
+#[test]
 fn a_missing_board_is_named() {
     let reason = failure("--arm-fault missing");
     assert!(reason.starts_with("no board at 0x740, where the wrist's should be. What to do:"), "{reason}");

@@ -31,7 +31,7 @@ struct Arguments {
     #[arg(long, value_name = "DOCUMENT")]
     document: Option<PathBuf>,
     /// Print where the instructions of this path go, by function, line and symbol, instead of the table
-    #[arg(long, value_name = "PATH")]
+    #[arg(long, value_name = "PATH", conflicts_with_all = ["keep", "check", "document"])]
     profile: Option<String>,
     /// With --profile: of its dearest count alone, such as the longest slice or tick
     #[arg(long, requires = "profile")]

@@ -27,8 +27,8 @@ pub const ERROR_LIMIT_OF_SHOULDER_NM: u64 = 10_000_000;
 /// The same of the foot point of an elbow's axis, from 30 poses: five standard deviations.
 pub const ERROR_LIMIT_OF_ELBOW_NM: u64 = 1_000_000;
 
-/// Most estimated cycles of an event of the device and of a slice of the estimator, however hard the set: what shares the
-/// main loop with them waits so long, 59 µs at 170 MHz.
+/// Most estimated cycles of an event of the device and of a slice of the estimator, however hard the set: 59 µs at 170 MHz. A
+/// turn of the board's main loop has several: up to four commands, a sample and a tick.
 pub const EVENT_LIMIT_CYCLES: u64 = 10_000;
 
 /// The limit of the longest piece of a path, if it has one beside the growth.

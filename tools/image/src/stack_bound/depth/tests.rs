@@ -62,5 +62,5 @@ fn an_ending_is_counted_apart_from_those_who_call_it() {
     whole.functions.get_mut(&2).unwrap().masks_first = true;
     assert_eq!(whole.ending(), Some(2));
     assert_eq!(bounds(&whole.without_callees_of(2)).unwrap()[0].bytes, 8 + 30);
-    assert_eq!(depth(&whole, 2), MOST_ROUNDS * (16 + 100));
+    assert_eq!(depth(&whole, 2).0, MOST_ROUNDS * (16 + 100));
 }
