@@ -1,6 +1,6 @@
 //! A person whose joint is a ball, or a centre that moves with the arm: a shoulder or a wrist.
 
-use super::patient::{Person, PersonKind};
+use super::person::{Person, PersonKind};
 use super::sitter::{Now, Sample, Sitter, Truth};
 use crate::wearer::{Wearer, WearerSettings};
 use glenoid::rig::Rig;

@@ -1,6 +1,6 @@
 //! A person whose joint is a hinge: an elbow.
 
-use super::patient::{Person, PersonKind};
+use super::person::{Person, PersonKind};
 use super::sitter::{Now, Sample, Sitter, Truth};
 use crate::identify::rig_file::default_rig;
 use crate::rehearse::Person as _;

@@ -1,6 +1,6 @@
 //! The rig link of a person: samples of the encoders and the button, and cables that are pulled.
 
-use super::patient::{Order, PERIOD_MS};
+use super::person::{Order, PERIOD_MS};
 use glenoid::rig::CABLES;
 use std::collections::VecDeque;
 use std::io::{self, Write};
