@@ -25,7 +25,9 @@ fn told(line: &str) -> Option<[u32; 5]> {
 
 #[test]
 fn a_control_loop_keeps_its_time() {
-    let path = firmware::build(firmware::Image::CONTROL_LOOP, Consent::Given).unwrap();
+    let toolchain = firmware::choose_toolchain(Consent::Given).unwrap();
+    let log = [("DEFMT_LOG", Some("warn"))];
+    let path = firmware::build_with_environment(toolchain, firmware::Image::CONTROL_LOOP, &log).unwrap();
     let image = Rc::new(Image::read(&path).unwrap());
     let mut board = Board::new(Rc::clone(&image), 7);
     board.pass(50).unwrap();

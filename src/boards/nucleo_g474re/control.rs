@@ -125,7 +125,8 @@ pub fn measure_anew() {
 /// Says in the log what was measured.
 pub fn tell() {
     let get = |place: &AtomicU32| place.load(Ordering::Relaxed);
-    defmt::info!(
+    // Whatever the log's level: beside the loop there is room for warnings only.
+    defmt::println!(
         "control: {=u32} steps, {=u32} of them with a rotation; {=u32} to {=u32} cycles from step to step; a step takes {=u32} at most",
         get(&STEPS),
         get(&FOLLOWED),
