@@ -7,7 +7,7 @@ import assert from "node:assert/strict";
 import { mkdirSync } from "node:fs";
 import { connect } from "node:net";
 import { join } from "node:path";
-import { browser, launch, press, root, says, view } from "./browsing.mjs";
+import { browser, launch, play, press, root, says, view } from "./browsing.mjs";
 
 const pictures = process.argv[2] ?? join(root, "target", "page");
 /** What docs/page.md shows. */
@@ -271,7 +271,8 @@ if (browser === undefined) {
   process.exit(process.env.GLENOID_REQUIRE_BROWSER ? 1 : 0);
 }
 mkdirSync(pictures, { recursive: true });
-const { context, close } = await launch();
+const launched = await launch();
+const { context } = launched;
 const errors = [];
 const watched = async () => {
   const page = await context.newPage();
@@ -280,7 +281,7 @@ const watched = async () => {
   return page;
 };
 const board = await view("--person", person, "--hold", "400");
-try {
+await play(board, launched, pictures, errors, async () => {
   const page = await watched();
   await firstDrawing(page, board);
   await parameters(page);
@@ -297,16 +298,4 @@ try {
     await scene(other, board);
     await other.close();
   }
-  assert.deepEqual(errors, [], "the browser reports errors");
-  console.log(`pictures in ${pictures}`);
-} catch (error) {
-  for (const page of context.pages()) {
-    console.log(`the page said: ${await page.locator("body").innerText({ timeout: 5_000 }).catch(() => "nothing")}`);
-    await page.screenshot({ path: join(pictures, "failed.png") }).catch(() => undefined);
-  }
-  throw error;
-} finally {
-  board.end();
-  await close();
-}
-process.exit(0);
+});

@@ -1,5 +1,6 @@
 // What the tests in a browser share: a board with a person, the browser, looking and pressing.
 
+import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { existsSync, mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -55,6 +56,25 @@ const where = (child) => ask(child, "where", /true centre, with the arm where it
 
 export const says = (page, text, timeout = 300_000) => page.getByText(text).first().waitFor({ timeout });
 export const press = (page, name) => page.getByRole("button", { name, exact: true }).click();
+
+/** Runs the scenes with a board; of what fails a picture stays, and what the page said. Ends the process. */
+export async function play(board, { context, close }, pictures, errors, scenes) {
+  try {
+    await scenes();
+    assert.deepEqual(errors, [], "the browser reports errors");
+    console.log(`pictures in ${pictures}`);
+  } catch (error) {
+    for (const page of context.pages()) {
+      console.log(`the page said: ${await page.locator("body").innerText({ timeout: 5_000 }).catch(() => "nothing")}`);
+      await page.screenshot({ path: join(pictures, "failed.png") }).catch(() => undefined);
+    }
+    throw error;
+  } finally {
+    board.end();
+    await close();
+  }
+  process.exit(0);
+}
 
 /** A browser with a profile of its own, which goes with it. */
 export async function launch() {

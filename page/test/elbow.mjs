@@ -5,7 +5,7 @@
 import assert from "node:assert/strict";
 import { mkdirSync, readFileSync } from "node:fs";
 import { join } from "node:path";
-import { browser, launch, press, root, says, view } from "./browsing.mjs";
+import { browser, launch, play, press, root, says, view } from "./browsing.mjs";
 
 const pictures = process.argv[2] ?? join(root, "target", "page");
 const snap = async (page, name) => {
@@ -108,28 +108,17 @@ if (browser === undefined) {
   process.exit(process.env.GLENOID_REQUIRE_BROWSER ? 1 : 0);
 }
 mkdirSync(pictures, { recursive: true });
-const { context, close } = await launch();
+const launched = await launch();
+const { context } = launched;
+const errors = [];
 const rig = join(root, "examples", "elbow.toml");
 const board = await view("--rig", rig, "--hold", "600");
-try {
+await play(board, launched, pictures, errors, async () => {
   const page = await context.newPage();
-  const errors = [];
   page.on("pageerror", (error) => errors.push(String(error)));
   await page.goto(board.address);
   await tell(page, ofTheFile(readFileSync(rig, "utf8")));
   await calibrate(page);
   await isTheTrueAxis(page, board);
   await numbering(page, board);
-  assert.deepEqual(errors, [], "the browser reports errors");
-  console.log(`pictures in ${pictures}`);
-} catch (error) {
-  for (const page of context.pages()) {
-    console.log(`the page said: ${await page.locator("body").innerText({ timeout: 5_000 }).catch(() => "nothing")}`);
-    await page.screenshot({ path: join(pictures, "failed.png") }).catch(() => undefined);
-  }
-  throw error;
-} finally {
-  board.end();
-  await close();
-}
-process.exit(0);
+});

@@ -14,7 +14,7 @@ use crate::identification::hinge::HingeAngles;
 use crate::identification::joint::Joint;
 use crate::identification::{Identified, Machine};
 use crate::kinematics::CableLengths;
-use crate::monitor::{DetectorState, HingeWatch, SlipDetector, Warning};
+use crate::monitor::{DetectorState, HingeSlipDetector, SlipDetector, Warning};
 use crate::procedure::elbow::ElbowProcedure;
 use crate::procedure::{Candidate, ModuleProcedure, Reason, StateName};
 use crate::rig::CABLES;
@@ -29,7 +29,7 @@ const PERIOD_MS: u32 = 5;
 #[derive(Debug, Clone)]
 enum Detector {
     Ball(SlipDetector<f32>),
-    Hinge(HingeWatch<f32>),
+    Hinge(HingeSlipDetector<f32>),
 }
 
 /// Asks the detector that there is.
@@ -205,9 +205,9 @@ fn detector_of(machine: &Machine<f32>, live: &Candidate) -> SlipDetector<f32> {
     SlipDetector::new(machine, deviation, parameters, offsets_mm, noise_mm, joint)
 }
 
-fn watch_over(procedure: &ElbowProcedure) -> Option<HingeWatch<f32>> {
+fn watch_over(procedure: &ElbowProcedure) -> Option<HingeSlipDetector<f32>> {
     let noise_mm = procedure.rig().hinge().length_noise_mm().max(procedure.live()?.found.noise_mm);
-    Some(HingeWatch::new(procedure.rig().cables().into(), noise_mm))
+    Some(HingeSlipDetector::new(procedure.rig().cables().into(), noise_mm))
 }
 
 impl Device {
@@ -230,19 +230,16 @@ impl Device {
             return;
         }
         self.slip_monitor.looked_at_ms = Some(now_ms);
-        let has_begun = match (detector, &self.procedure) {
+        let begun = match (detector, &self.procedure) {
             (Detector::Ball(detector), ModuleProcedure::Ball(procedure)) => {
-                CableLengths::from_counts(procedure.rig(), counts).map(|lengths| detector.begin(&lengths)).is_ok()
+                CableLengths::from_counts(procedure.rig(), counts).ok().map(|lengths| detector.begin(&lengths))
             }
             (Detector::Hinge(detector), ModuleProcedure::Hinge(procedure)) => {
-                procedure.lengths_of(counts).is_some_and(|lengths| {
-                    detector.begin(&lengths);
-                    true
-                })
+                procedure.lengths_of(counts).map(|lengths| detector.begin(&lengths))
             }
-            _ => false,
+            _ => None,
         };
-        self.slip_monitor.is_looking |= has_begun;
+        self.slip_monitor.is_looking |= begun.is_some();
     }
 
     /// Goes on with the sample that is being looked at, a slice a tick.

@@ -177,6 +177,11 @@ impl<T: Real> PoseInWork<T> {
         self.rows(|column| self.translation.tr_mul(column))
     }
 
+    /// The three equations themselves, once all columns are known: three rows, one column for each unknown.
+    pub fn equations(&self) -> Rows<T> {
+        self.rows(|column| *column)
+    }
+
     /// Three rows of what is made of each unknown's column.
     fn rows(&self, of: impl Fn(&Vector3<T>) -> Vector3<T>) -> Rows<T> {
         let mut rows = [[T::zero(); MAX_UNKNOWNS]; 3];
@@ -209,24 +214,13 @@ pub fn add_pose<T: Real>(
     sums.move_to(equations);
 }
 
-/// Derivative of S δ̂ of a pose with the unknowns: three rows, one column for each unknown.
-pub fn sensitivity<T: Real>(
+/// A pose all of whose columns are known.
+pub fn with_all_columns<T: Real>(
     block: &impl ParameterBlock<T>,
     at: &PoseAt<'_, T>,
     pose: &MarginalInformation<T>,
-) -> Rows<T> {
+) -> PoseInWork<T> {
     let mut in_work = PoseInWork::new(at, pose, T::one());
     while !in_work.add_columns(block) {}
-    in_work.sensitivity()
-}
-
-/// The three equations of a pose: three rows, one column for each unknown.
-pub fn equations_of<T: Real>(
-    block: &impl ParameterBlock<T>,
-    at: &PoseAt<'_, T>,
-    pose: &MarginalInformation<T>,
-) -> Rows<T> {
-    let mut in_work = PoseInWork::new(at, pose, T::one());
-    while !in_work.add_columns(block) {}
-    in_work.rows(|column| *column)
+    in_work
 }

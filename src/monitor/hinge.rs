@@ -9,7 +9,7 @@ use super::MOVED_MM;
 use super::hinge_evidence::HingeEvidence;
 use super::suspicion::{Change, SUSPICIOUS, Suspicion};
 use super::warning::{Cause, Explanation, Warning};
-use crate::identification::hinge::{HingeAngles, MAX_CABLES};
+use crate::identification::hinge::{HingeAngles, HingeSample, MAX_CABLES};
 use crate::scalar::Real;
 use nalgebra::UnitQuaternion;
 
@@ -26,10 +26,10 @@ enum Look<T> {
     No,
     /// Its angle is looked for, from that of the sample before.
     Follow,
-    /// What it says of the hinge.
-    See,
+    /// What it says of the hinge, at this angle, rad.
+    See(T),
     /// It is added to the evidence.
-    Add,
+    Add(T),
     /// A slip of the base is looked for in the evidence.
     Strap,
     /// One of the cuff.
@@ -40,7 +40,7 @@ enum Look<T> {
 
 /// The slip detector of one accepted hinge. The hinge and its angle stay with the caller.
 #[derive(Clone, Debug)]
-pub struct HingeWatch<T> {
+pub struct HingeSlipDetector<T> {
     variance_mm2: T,
     /// The last sample that counted, mm.
     counted_mm: Option<[T; MAX_CABLES]>,
@@ -53,7 +53,7 @@ pub struct HingeWatch<T> {
     evidence: HingeEvidence<T>,
 }
 
-impl<T: Real> HingeWatch<T> {
+impl<T: Real> HingeSlipDetector<T> {
     /// A detector for the hinge of a rig with so many cables. `noise_mm`: standard deviation of a length.
     pub fn new(cables: usize, noise_mm: T) -> Self {
         Self {
@@ -104,8 +104,12 @@ impl<T: Real> HingeWatch<T> {
         None
     }
 
-    /// The same a slice at a time: begins with a sample, if the arm has moved since the last one that counted.
+    /// The same a slice at a time: begins with a sample, if the arm has moved since the last one that counted. One that is still
+    /// being looked at is given up, unless the evidence is being judged.
     pub fn begin(&mut self, lengths_mm: &[T; MAX_CABLES]) {
+        if let Look::Strap | Look::Cuff(_) | Look::Judge(_) = self.look {
+            return;
+        }
         self.look = Look::No;
         let has_moved = self.counted_mm.is_none_or(|before| {
             before.iter().zip(lengths_mm).any(|(before, now)| (*now - *before).abs() >= T::of(MOVED_MM))
@@ -128,17 +132,16 @@ impl<T: Real> HingeWatch<T> {
             Look::No => {}
             Look::Follow => {
                 // While the first angle is searched for, samples do not count.
-                angles.follow(&lengths_mm)?;
-                self.look = Look::See;
+                self.look = Look::See(angles.follow(&lengths_mm)?.angle_rad);
             }
-            Look::See => {
-                let spare = self.evidence.spare();
-                let chi_square = angles.sample(&lengths_mm)?.squares_mm2() / (self.variance_mm2 * T::of_integer(spare));
-                self.attitude = angles.attitude();
-                self.see(chi_square, angles.angle_rad()?);
+            Look::See(angle_rad) => {
+                let sample = HingeSample::new(angles, &lengths_mm, angle_rad)?;
+                let variance = self.variance_mm2 * T::of_integer(self.evidence.spare());
+                self.attitude = Some(angles.hinge().attitude(angle_rad));
+                self.see(sample.squares_mm2() / variance, angle_rad);
             }
-            Look::Add => {
-                self.evidence.add(&angles.sample(&lengths_mm)?);
+            Look::Add(angle_rad) => {
+                self.evidence.add(&HingeSample::new(angles, &lengths_mm, angle_rad)?);
                 if self.evidence.samples().is_multiple_of(SAMPLES) && self.span_rad >= T::of(SPAN_RAD) {
                     self.look = Look::Strap;
                 }
@@ -171,7 +174,7 @@ impl<T: Real> HingeWatch<T> {
             }
             Change::GoesOn => {
                 self.span_rad = self.span_rad.max((angle_rad - self.first_rad).abs());
-                self.look = Look::Add;
+                self.look = Look::Add(angle_rad);
             }
         }
     }

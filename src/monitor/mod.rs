@@ -26,7 +26,7 @@ mod hinge_evidence;
 mod suspicion;
 mod warning;
 
-pub use self::hinge::HingeWatch;
+pub use self::hinge::HingeSlipDetector;
 pub use self::warning::{Cause, Warning};
 
 use self::evidence::Evidence;

@@ -1,8 +1,9 @@
 //! The firmware can no longer be trusted: it restarts, and says why.
 
-use crate::scene::{calibrated, cause, hear, kept_board, last_stop, live, query};
+use crate::scene::{calibrated, cause, hear, image, kept_board, last_stop, live, query};
 use board_model::board::Board;
 use board_model::peripheral::rcc::Cause;
+use board_model::time::PS_A_US;
 use glenoid::restart::ResetCause;
 use unicorn_engine::RegisterARM;
 
@@ -79,4 +80,17 @@ fn a_bad_word_of_the_program_is_a_memory_error() {
     board.machine.chip_mut().spoil_program_word(0x0800_1000);
     let (cause, _) = restarts(board, 10, Cause::Software);
     assert_eq!(cause, Some(ResetCause::MemoryError));
+}
+
+/// The same while the board starts: the code for the core-coupled memory is read from the flash then, and the reset that follows is
+/// not taken for the power-up before it.
+#[test]
+fn a_bad_word_met_while_starting_is_a_memory_error() {
+    for us in [200, 500, 1_000, 2_000] {
+        let mut board = Board::power_on(image(), calibrated().0, 3);
+        board.machine.run_until(us * PS_A_US);
+        board.machine.chip_mut().spoil_program_word(0x0800_2000);
+        let (cause, _) = restarts(board, 50, Cause::Software);
+        assert_eq!(cause, Some(ResetCause::MemoryError), "at {us} us");
+    }
 }

@@ -17,6 +17,13 @@ pub fn root_mean_square(values: impl Iterator<Item = f64>) -> f64 {
     libm::sqrt(sum / count as f64)
 }
 
+/// How many events there may be at most where so many were seen, at 95 % confidence: for none the rule of three (Hanley and
+/// Lippman-Hand 1983), else generous.
+pub fn most_events(seen: usize) -> f64 {
+    let seen = seen as f64;
+    seen + 3.0 + 1.7 * libm::sqrt(seen)
+}
+
 /// Largest value; NaN of nothing.
 pub fn largest(values: impl Iterator<Item = f64>) -> f64 {
     // The maximum of a number and NaN is the number.

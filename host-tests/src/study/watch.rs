@@ -2,7 +2,7 @@
 
 use super::findings::{Findings, Plan, Problem, Table, Target, percent, short};
 use super::scene::normal;
-use super::statistics::quantile;
+use super::statistics::{most_events, quantile};
 use super::{Study, trials};
 use glenoid::monitor::{Cause, SlipDetector};
 use glenoid::rig::CABLES;
@@ -33,8 +33,6 @@ const SPAN_RAD: f64 = 0.349_065_850_398_865_9;
 const DIRECTION_DEG: f64 = 15.0;
 /// Each wearer also exercises for this long without any mishap, s.
 const THERAPY_S: f64 = 180.0;
-/// Events of which none was seen are still possible at this rate at 95 % confidence (Hanley and Lippman-Hand 1983).
-const RULE_OF_THREE: f64 = 3.0;
 
 /// What slips.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -125,8 +123,7 @@ fn run(plan: &Plan) -> Result<Findings, Problem> {
         let counts = outcomes.into_iter().collect::<Result<Vec<_>, Problem>>()?;
         let hours = counts.iter().flatten().count() as f64 * THERAPY_S / 3600.0;
         let seen: usize = counts.iter().flatten().sum();
-        // Poisson, 95 %, from above: exact for none, generous for more.
-        let most = (seen as f64 + RULE_OF_THREE + 1.7 * libm::sqrt(seen as f64)) / hours;
+        let most = most_events(seen) / hours;
         alarms.push([name.to_string(), short(hours), seen.to_string(), short(most)]);
         targets.push(Target::at_most(format!("zeros {name}: false alarms in 8 h"), 1.0, 8.0 * seen as f64 / hours));
     }

@@ -180,8 +180,9 @@ fn the_reset_flags_name_the_cause() {
         (1 << 25 | pin, ResetCause::OptionBytes),
         (pin, ResetCause::Pin),
         (0, ResetCause::Unknown),
-        // the flags of a power-up that nobody cleared stay the gravest
-        (1 << 27 | 1 << 29 | pin, ResetCause::PowerOn),
+        // a power-up clears the others: these came after it, before anybody had read them
+        (1 << 27 | 1 << 29 | pin, ResetCause::Watchdog),
+        (1 << 27 | 1 << 28 | pin, ResetCause::Requested),
     ] {
         assert_eq!(reset::cause(flags), cause, "{flags:#x}");
     }

@@ -1,7 +1,7 @@
 //! The watch over a hinge against elbows in which one known thing has slipped.
 
 use glenoid::identification::hinge::{Drawing, HingeAngles, HingeEstimator, HingeSettings, MAX_CABLES, MAX_CONSTANTS};
-use glenoid::monitor::{Cause, DetectorState, HingeWatch, Warning};
+use glenoid::monitor::{Cause, DetectorState, HingeSlipDetector, Warning};
 use glenoid::rig::Tolerance;
 use host_tests::study::elbow::RANGE_RAD;
 use host_tests::study::elbow::scene::{Elbow, NOISE_MM, NOISE_SIGMA_MM, drawn};
@@ -14,7 +14,7 @@ use rand_chacha::ChaCha8Rng;
 struct InUse {
     elbow: Elbow,
     angles: HingeAngles<f64>,
-    watch: HingeWatch<f64>,
+    watch: HingeSlipDetector<f64>,
     random: ChaCha8Rng,
     cables: usize,
 }
@@ -30,7 +30,7 @@ impl InUse {
         let estimator = HingeEstimator::new(&rig, HingeSettings::for_rig(&rig));
         Self {
             angles: estimator.angles_of(&drawn().moved(&step), &[0.0; MAX_CONSTANTS]),
-            watch: HingeWatch::new(cables, NOISE_SIGMA_MM),
+            watch: HingeSlipDetector::new(cables, NOISE_SIGMA_MM),
             elbow,
             random,
             cables,

@@ -11,7 +11,7 @@ use glenoid::identification::joint::{ArmFrame, FEATURES, Joint, MAX_JOINT, Movin
 use glenoid::identification::machine::MachineEstimate;
 use glenoid::identification::marginal_information::MarginalInformation;
 use glenoid::identification::parameters::{Column, Equations, ParameterBlock, PoseAt};
-use glenoid::identification::pose_in_work::{add_pose, sensitivity};
+use glenoid::identification::pose_in_work::{add_pose, with_all_columns};
 use glenoid::kinematics::{CableLengths, JointCentre, LengthJacobian};
 use glenoid::linear_algebra::packed_index;
 use glenoid::rig::{Rig, Tolerance};
@@ -266,7 +266,7 @@ fn scatter_and_rotation_are_eliminated_as_in_the_dense_problem() {
 
             // How S δ̂ changes with the unknowns: the rows of O of the normal matrix.
             let first = unknowns - 6;
-            for (axis, row) in sensitivity(&model, &at, &scattered).iter().enumerate() {
+            for (axis, row) in with_all_columns(&model, &at, &scattered).sensitivity().iter().enumerate() {
                 for j in 0..unknowns {
                     assert!((row[j] - expected[(first + axis, j)]).abs() < close, "sensitivity {axis}, {j}");
                 }

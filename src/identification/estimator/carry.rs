@@ -90,7 +90,7 @@ impl<T: Real> Fit<T> {
     fn learn(&self, machine: &Machine<T>, pose: &Pose<T>, equations: &mut Equations<T>) -> Option<()> {
         let seen = self.seen(machine, pose)?;
         let weight = (T::one() / machine.relative_variance(pose.samples)).root();
-        for mut row in self.equations_of(machine, &seen) {
+        for mut row in self.with_all_columns(machine, &seen).equations() {
             row.iter_mut().for_each(|entry| *entry *= weight);
             equations.add_row_to_factor(&row);
         }

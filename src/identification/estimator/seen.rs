@@ -8,7 +8,7 @@ use crate::identification::machine::Machine;
 use crate::identification::marginal_information::{MarginalInformation, own_centre};
 use crate::identification::parameters::Rows;
 use crate::identification::pose::Pose;
-use crate::identification::pose_in_work::{equations_of, sensitivity};
+use crate::identification::pose_in_work::{PoseInWork, with_all_columns};
 use crate::scalar::Real;
 
 impl<T: Real> Fit<T> {
@@ -47,14 +47,14 @@ impl<T: Real> Fit<T> {
 
     /// Derivative of S δ̂ with the unknowns: three rows, one column for each unknown.
     pub fn sensitivity(&self, machine: &Machine<T>, seen: &SeenPose<T>) -> Rows<T> {
-        let at = seen.at();
-        let features = self.joint.features(at.rotation);
-        sensitivity(&Model { machine, estimate: &self.estimate, joint: &self.joint, features }, &at, &seen.marginal)
+        self.with_all_columns(machine, seen).sensitivity()
     }
-    /// The pose's three equations: three rows, one column for each unknown.
-    pub fn equations_of(&self, machine: &Machine<T>, seen: &SeenPose<T>) -> Rows<T> {
+
+    /// The pose's equations with all their columns.
+    pub fn with_all_columns(&self, machine: &Machine<T>, seen: &SeenPose<T>) -> PoseInWork<T> {
         let at = seen.at();
         let features = self.joint.features(at.rotation);
-        equations_of(&Model { machine, estimate: &self.estimate, joint: &self.joint, features }, &at, &seen.marginal)
+        let model = Model { machine, estimate: &self.estimate, joint: &self.joint, features };
+        with_all_columns(&model, &at, &seen.marginal)
     }
 }

@@ -7,7 +7,6 @@ use super::pose::{AngleSearch, PoseAt};
 use super::rig::MAX_CABLES;
 use crate::linear_algebra::non_negative_root;
 use crate::scalar::Real;
-use nalgebra::UnitQuaternion;
 
 /// Angles of the search that a call adds.
 const ANGLES_A_CALL: usize = 4;
@@ -78,16 +77,6 @@ impl<T: Real> HingeAngles<T> {
         self.angle_rad = Some(angle_rad);
         let spare = T::of_integer(cables.saturating_sub(1).max(1) as i32);
         Some(FollowedAngle { angle_rad, residual_mm: non_negative_root(squares / spare) })
-    }
-
-    /// The angle of the last sample, rad; none while it is searched for.
-    pub fn angle_rad(&self) -> Option<T> {
-        self.angle_rad
-    }
-
-    /// The rotation of the platform ({P} to {B}) at it.
-    pub fn attitude(&self) -> Option<UnitQuaternion<T>> {
-        Some(self.hinge.attitude(self.angle_rad?))
     }
 
     /// The hinge.

@@ -18,21 +18,14 @@ pub struct HingeSample<T> {
 }
 
 impl<T: Real> HingeSample<T> {
-    /// Sum of the squared residuals, mm².
-    pub fn squares_mm2(&self) -> T {
-        self.residual_mm.iter().fold(T::zero(), |sum, residual| sum + *residual * *residual)
-    }
-}
-
-impl<T: Real> HingeAngles<T> {
-    /// What lengths, mm, say at the angle that was followed last; `None` while there is none.
-    pub fn sample(&self, lengths_mm: &[T; MAX_CABLES]) -> Option<HingeSample<T>> {
+    /// What lengths, mm, say of the hinge at their angle, rad; `None` when one of them is no number.
+    pub fn new(angles: &HingeAngles<T>, lengths_mm: &[T; MAX_CABLES], angle_rad: T) -> Option<Self> {
         let mut rows = PoseRows::none();
-        rows.set(&PoseAt::new(self.hinge(), self.machine()), lengths_mm, self.angle_rad()?, false);
+        rows.set(&PoseAt::new(angles.hinge(), angles.machine()), lengths_mm, angle_rad, false);
         let by_angle = rows.by_angle;
         rows.eliminate(&by_angle, HINGE_UNKNOWNS);
         let squares = by_angle.iter().fold(T::zero(), |sum, d| sum + *d * *d);
-        let mut sample = HingeSample {
+        let mut sample = Self {
             residual_mm: rows.residual_mm,
             by_hinge: [[T::zero(); HINGE_UNKNOWNS]; MAX_CABLES],
             left_of_cable: by_angle.map(|d| T::one() - d * d / squares),
@@ -41,5 +34,10 @@ impl<T: Real> HingeAngles<T> {
             own.iter_mut().zip(row).for_each(|(entry, of_row)| *entry = *of_row);
         }
         sample.squares_mm2().is_a_number().then_some(sample)
+    }
+
+    /// Sum of the squared residuals, mm².
+    pub fn squares_mm2(&self) -> T {
+        self.residual_mm.iter().fold(T::zero(), |sum, residual| sum + *residual * *residual)
     }
 }

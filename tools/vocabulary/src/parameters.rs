@@ -130,7 +130,7 @@ says. The same request within a second, with a nonce other than 0, is answered a
 | `List` | sends the first index that is assigned, from the given one on; `UnknownParameter` after the last |
 | `ReadDefault`, `ReadMinimum`, `ReadMaximum` | send what the table says |
 | `Check` | checks the prepared set as a whole; `ParametersContradict` carries the index of a parameter that does not fit |
-| `Save` | checks it, stores it, answers, and starts the board anew with it; not during a run |
+| `Save` | checks it, stores it, answers, and starts the board anew with it; not during a run, nor while the centre in use could not be stored (it would be lost) |
 | `Discard` | the prepared set becomes the one in use again |
 | `Reset` | the prepared set becomes the defaults; the key of the lock stays |
 | `Challenge`, `Unlock`, `Lock` | open and close the lock ([security.md](security.md)) |

@@ -4,12 +4,12 @@ use super::scene::{Elbow, NOISE_MM, NOISE_SIGMA_MM, drawn, flexions_rad};
 use super::{GOOD_DRAWING, RANGE_RAD};
 use crate::study::findings::{Findings, Plan, Problem, Table, Target, percent, short};
 use crate::study::scene::{normal, symmetric};
-use crate::study::statistics::quantile;
+use crate::study::statistics::{most_events, quantile};
 use crate::study::{Study, trials};
 use glenoid::identification::hinge::{
     Drawing, HingeAngles, HingeEstimator, HingePose, HingeSettings, MAX_CABLES, MAX_CONSTANTS,
 };
-use glenoid::monitor::{Cause, HingeWatch, Warning};
+use glenoid::monitor::{Cause, HingeSlipDetector, Warning};
 use glenoid::rig::Tolerance;
 use nalgebra::Vector3;
 use rand::Rng;
@@ -38,8 +38,6 @@ const EXERCISE_S: f64 = 120.0;
 const MIDDLE_RAD: f64 = -1.0;
 const BENDS_RAD: f64 = 0.9;
 const PERIOD_S: f64 = 6.0;
-/// Events of which none was seen are still possible at this rate at 95 % confidence (Hanley and Lippman-Hand 1983).
-const RULE_OF_THREE: f64 = 3.0;
 
 /// What slips.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -71,7 +69,7 @@ struct Report {
 struct Exercise {
     elbow: Elbow,
     angles: HingeAngles<f64>,
-    watch: HingeWatch<f64>,
+    watch: HingeSlipDetector<f64>,
     phase: f64,
 }
 
@@ -89,7 +87,7 @@ impl Exercise {
         let found = estimator.run(&mut poses).ok()?;
         Some(Self {
             angles: estimator.angles_of(&found.hinge, &[0.0; MAX_CONSTANTS]),
-            watch: HingeWatch::new(MAX_CABLES, NOISE_SIGMA_MM),
+            watch: HingeSlipDetector::new(MAX_CABLES, NOISE_SIGMA_MM),
             elbow,
             phase: random.random_range(0.0..TAU),
         })
@@ -142,7 +140,7 @@ fn run(plan: &Plan) -> Result<Findings, Problem> {
     let alarms = trials::run(plan.seed, "elbow watch exercise", plan.trials, |_, random| exercise(random));
     let hours = alarms.iter().flatten().count() as f64 * EXERCISE_S / 3600.0;
     let seen: usize = alarms.iter().flatten().sum();
-    let most = (seen as f64 + RULE_OF_THREE + 1.7 * libm::sqrt(seen as f64)) / hours;
+    let most = most_events(seen) / hours;
     let columns = ["hours", "alarms", "an hour, at most (95 %)"];
     let mut table = Table::new("elbow-watch-alarms", "Alarms without any slip", &columns);
     table.push([short(hours), seen.to_string(), short(most)]);

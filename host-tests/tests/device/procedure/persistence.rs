@@ -3,7 +3,7 @@
 use super::bench::Bench;
 use glenoid::can::health::{BusHealth, StopText};
 use glenoid::can::status::Fault;
-use glenoid::can::{Message, Opcode, Standing};
+use glenoid::can::{Message, Opcode, Operation, ParameterRequest, Standing};
 use glenoid::device::{BlinkPattern, Event, LogEntry, fingerprint};
 use glenoid::procedure::{Reason, StateName};
 use glenoid::record::{LoadError, RecordStore, StoreError};
@@ -167,6 +167,20 @@ fn a_store_that_fails_is_told_until_one_works() {
         let told = faults(&bench.take_messages());
         assert!(matches!(told[..], [Fault { code, active: false, .. }] if code == reason), "{told:?}");
     }
+}
+
+/// A save ends in a restart, from the record: the centre in use would be gone without a word.
+#[test]
+fn a_centre_that_could_not_be_stored_is_not_saved_away() {
+    let mut bench = accepted();
+    bench.event(Event::Stored(Err(StoreError::WriteRefused)));
+    let save = ParameterRequest { operation: Operation::Save as u8, index: 0, nonce: 9, value: 0 };
+    assert_eq!(bench.parameter(save).code, Reason::StoreRefused);
+    bench.pass(200);
+    assert_eq!((bench.stopped, bench.sets.len()), (None, 0));
+    assert!(bench.heartbeat().flags.live);
+    bench.event(Event::Stored(Ok(())));
+    assert_eq!(bench.save_parameters(Ok(())).unwrap().code, Reason::Fine);
 }
 
 /// The cause, the place and the whole text reach the bus, and a fault says that there is something to read.
