@@ -155,31 +155,31 @@ fn checksum<T: Real>(found: &Outcome<T>, poses: &[HingePose<T>]) -> u32 {
     sum
 }
 
-/// Checksums of what the estimator gave before it worked in slices, in double precision; in single precision as it is since sine
-/// and cosine are its own.
+/// Checksums of what the estimator gave before it worked in slices, kept since then but where sine and cosine became its own
+/// and where axes were given one direction: then the numbers were the same but for their signs and rounding.
 const IN_ONE_PIECE: [(&str, u32, u32); 22] = [
-    ("four cables", 0x5e3bb4b4, 0xe6f9f814),
-    ("four cables", 0xe33cb08c, 0x53fca5a2),
-    ("built by hand", 0xdcb5b029, 0xfa0a9727),
-    ("built by hand", 0xbc4a2c17, 0x2619e1e6),
+    ("four cables", 0xa9a09762, 0x8c2bd314),
+    ("four cables", 0xe33cb08c, 0xd8d50f6f),
+    ("built by hand", 0xdcb5b029, 0x9712f787),
+    ("built by hand", 0x7968d435, 0xf6a5d9c4),
     ("three cables", 0x76e5a0c7, 0x90a96fc3),
     ("two cables", 0xd27b4c6a, 0x6e0ffb95),
     ("two cables, no drawing", 0x075e7491, 0x075e7491),
     ("few poses", 0xf79995b1, 0x4d45f396),
-    ("little flexion", 0x9fc793ed, 0x720a1abc),
-    ("weak", 0xd6abcc2f, 0x6447e053),
+    ("little flexion", 0xa9b9754d, 0x6d908b66),
+    ("weak", 0xd6abcc2f, 0xded0b9a0),
     ("drawing that decides", 0xda593747, 0x4cf7414a),
     ("few, drawn", 0xbc8e3bae, 0x5f6d6d0c),
-    ("few, drawn", 0x89fac723, 0x089f39e2),
-    ("few, drawn", 0xe824006a, 0xf7ed2651),
-    ("few, drawn", 0xb849f246, 0x6d024625),
-    ("few, drawn", 0xae2cb5f5, 0x3dbe5b05),
-    ("few, drawn", 0x13250316, 0x431c6078),
-    ("outliers", 0xbd3a5b4a, 0xfbe1c4c9),
+    ("few, drawn", 0xcb33dca3, 0x16bd5962),
+    ("few, drawn", 0xe824006a, 0x1da72574),
+    ("few, drawn", 0xb849f246, 0x81837580),
+    ("few, drawn", 0x8f114375, 0x3dbe5b05),
+    ("few, drawn", 0xec457396, 0xba988ff8),
+    ("outliers", 0xbd3a5b4a, 0x77e890ef),
     ("many outliers", 0xc1d409e6, 0x251448b6),
     ("wild", 0x80458ded, 0x48e010ba),
     ("second axis", 0x998b773c, 0xa7006c72),
-    ("unknown noise", 0x58cdfbb2, 0x7c4d44f0),
+    ("unknown noise", 0x58cdfbb2, 0x8f906a67),
 ];
 
 /// All slices of a run.

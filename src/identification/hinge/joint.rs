@@ -199,6 +199,16 @@ impl<T: Real> Hinge<T> {
         self
     }
 
+    /// The same hinge with its axis in the direction of `drawn`, or, without one, with the largest component of its
+    /// direction positive: run for run the same joint has the same direction, and its angle the same sign.
+    #[must_use]
+    pub(super) fn named_as(self, drawn: Option<&Vector3<T>>) -> Self {
+        let larger = |one: T, other: T| if other.abs() > one.abs() { other } else { one };
+        let largest = || self.axis.iter().copied().fold(T::zero(), larger);
+        let forward = drawn.map_or_else(largest, |drawn| drawn.dot(&self.axis));
+        if forward < T::zero() { self.reversed() } else { self }
+    }
+
     /// The hinge moved by a step of its unknowns.
     #[must_use]
     pub fn moved(&self, step: &[T]) -> Self {

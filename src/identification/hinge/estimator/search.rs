@@ -1,6 +1,7 @@
 //! The candidates: the hinges that the starts and a drawing with priors lead to.
 
 use super::work::{CANDIDATES, Candidate, LAST_TRIALS, SAME, Starts, Work, are_near};
+use crate::identification::hinge::joint::Hinge;
 use crate::identification::hinge::machine::MAX_CONSTANTS;
 use crate::identification::hinge::pose::HingePose;
 use crate::identification::hinge::rig::MAX_CABLES;
@@ -63,7 +64,7 @@ impl<T: Real> Search<T> {
             }
             Step::GoOn => match work.starts.get(self.index) {
                 Some((hinge, _)) => {
-                    work.fit.hinge = *hinge;
+                    work.fit.hinge = named(work, hinge);
                     work.minimise(FIRST_TRIALS, true);
                     self.step = Step::IsOnItsWay;
                 }
@@ -137,7 +138,7 @@ impl<T: Real> Search<T> {
             None if index < STARTS => start(machine, mean, index),
             _ => return self.begin_at_the_first(Step::GoOn),
         };
-        work.fit.hinge = hinge;
+        work.fit.hinge = named(work, &hinge);
         work.minimise(FIRST_TRIALS, true);
         self.step = Step::IsOut;
     }
@@ -166,6 +167,11 @@ impl<T: Real> Search<T> {
     }
 }
 
+/// The hinge in the direction of the drawing, so that the drawing's angles are its angles.
+fn named<T: Real>(work: &Work<T>, hinge: &Hinge<T>) -> Hinge<T> {
+    hinge.named_as(work.fit.drawing.as_ref().map(|drawing| drawing.hinge.axis()))
+}
+
 fn is_known<T: Real>(work: &Work<T>) -> bool {
     work.candidates.iter().any(|known| are_near(&known.hinge, &work.fit.hinge, SAME))
 }
@@ -177,7 +183,7 @@ fn add<T: Real>(work: &mut Work<T>) {
 }
 
 /// Keeps the cheapest hinges, in order; of those on the way to the same one, the cheapest.
-fn insert<T: Real>(starts: &mut Starts<T>, new: (crate::identification::hinge::Hinge<T>, T)) {
+fn insert<T: Real>(starts: &mut Starts<T>, new: (Hinge<T>, T)) {
     if let Some(place) = starts.iter().position(|known| are_near(&known.0, &new.0, NEAR)) {
         if starts.get(place).is_some_and(|known| known.1 <= new.1) {
             return;
