@@ -17,7 +17,7 @@ SENT = {m.frame_id: m for m in DBC.messages if m.senders == ["Glenoid"] and not 
 class Client:
     def __init__(self, bus):
         self.bus, self.nonce = bus, int(time.time()) & 0xFFFF
-    def listen(self, silence=5, seconds=float("inf")):
+    def listen(self, silence=15, seconds=float("inf")):
         """Yields the device's messages as (name, fields), for so many seconds. The device owns every time limit of a run."""
         begin = heard = time.monotonic()
         while (now := time.monotonic()) < begin + seconds:

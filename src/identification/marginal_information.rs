@@ -14,7 +14,7 @@
 //! all that the pose knows, with the exact maximum-likelihood weight.
 
 use crate::kinematics::LengthJacobian;
-use crate::linear_algebra::{Singular, inverse_of_positive_definite, rounding};
+use crate::linear_algebra::{Singular, rounding, solve_positive_definite};
 use crate::rig::CABLES;
 use crate::scalar::Real;
 use nalgebra::{Matrix3, Vector3};
@@ -132,8 +132,7 @@ impl<T: Real> MarginalInformation<T> {
     pub fn become_own_centre(&mut self, ridge: T) {
         let information = self.information() + Matrix3::from_diagonal_element(ridge);
         let gradient_mm = self.gradient_mm();
-        self.residuals_mm =
-            inverse_of_positive_definite(&information, T::zero()).map_or(gradient_mm, |v| v * gradient_mm);
+        self.residuals_mm = solve_positive_definite(&information, &gradient_mm, T::zero()).unwrap_or(gradient_mm);
         self.translation = Matrix3::identity();
     }
 }
@@ -181,5 +180,5 @@ fn inverse_of_factor<T: Real>(m: &Matrix3<T>) -> Matrix3<T> {
 /// δ̂ = S⁻¹ g of a pose, mm; a small ridge bounds a direction that the pose does not determine.
 pub fn own_centre<T: Real>(information: &Matrix3<T>, gradient_mm: &Vector3<T>) -> Vector3<T> {
     let ridge = Matrix3::from_diagonal_element(T::of(1e-6));
-    inverse_of_positive_definite(&(information + ridge), T::zero()).map_or_else(Vector3::zeros, |v| v * gradient_mm)
+    solve_positive_definite(&(information + ridge), gradient_mm, T::zero()).unwrap_or_else(Vector3::zeros)
 }

@@ -7,7 +7,8 @@ use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 #[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
 pub fn turned<T: Real>(attitude: &UnitQuaternion<T>, turn: &Vector3<T>) -> UnitQuaternion<T> {
     let half = turn * T::of(0.5);
-    normalised(Quaternion::from_parts(T::one(), half) * attitude.quaternion())
+    let (w, v) = (attitude.w, attitude.imag());
+    normalised(Quaternion::from_parts(w - half.dot(&v), v + half * w + half.cross(&v)))
 }
 
 /// The rotation matrix of an attitude.

@@ -11,7 +11,7 @@ pub use axes::{triad, unit};
 pub use eigen::{Eigen, EigenSearch, largest_eigenpair, symmetric_eigen};
 pub use normal_equations::{NormalEquations, Singular, packed_index};
 pub use parts::{block, column};
-pub use positive_definite::{inverse_of_eliminated, inverse_of_positive_definite};
+pub use positive_definite::{inverse_of_eliminated, inverse_of_positive_definite, solve_positive_definite};
 
 use crate::scalar::Real;
 

@@ -1,7 +1,7 @@
-//! The inverse of a symmetric positive definite 3x3 matrix, refused when a pivot vanishes.
+//! The inverse of a symmetric positive definite 3x3 matrix, and the solution with one: refused when a pivot vanishes.
 
 use crate::scalar::Real;
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 
 /// The inverse, by the adjugate. `smallest`: the smallest pivot that counts as regular, as a share of the diagonal
 /// entry that it came from; `None` below it and for NaN.
@@ -9,10 +9,27 @@ pub fn inverse_of_positive_definite<T: Real>(matrix: &Matrix3<T>, smallest: T) -
     inverse_of_eliminated(matrix, matrix, smallest)
 }
 
+/// The solution x of `matrix` x = `right`, refused as the inverse is.
+// Not inlined: one copy for all that turn a pose (`cargo footprint --sections`).
+#[inline(never)]
+#[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
+pub fn solve_positive_definite<T: Real>(matrix: &Matrix3<T>, right: &Vector3<T>, smallest: T) -> Option<Vector3<T>> {
+    let (adjugate, determinant) = regular_adjugate(matrix, matrix, smallest)?;
+    Some(adjugate * right * (T::one() / determinant))
+}
+
 /// The same for a Schur complement: its pivots are compared with the diagonal of `original`, the matrix before the
 /// elimination.
 #[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
 pub fn inverse_of_eliminated<T: Real>(matrix: &Matrix3<T>, original: &Matrix3<T>, smallest: T) -> Option<Matrix3<T>> {
+    let (adjugate, determinant) = regular_adjugate(matrix, original, smallest)?;
+    Some(adjugate * (T::one() / determinant))
+}
+
+/// The adjugate and the determinant of a matrix whose pivots are large enough.
+// Inlined: two callers, which keep it in registers.
+#[inline(always)]
+fn regular_adjugate<T: Real>(matrix: &Matrix3<T>, original: &Matrix3<T>, smallest: T) -> Option<(Matrix3<T>, T)> {
     let m = matrix;
     let c11 = m.m22 * m.m33 - m.m32 * m.m32;
     let c21 = m.m31 * m.m32 - m.m21 * m.m33;
@@ -25,9 +42,5 @@ pub fn inverse_of_eliminated<T: Real>(matrix: &Matrix3<T>, original: &Matrix3<T>
     let regular = m.m11 > original.m11 * smallest
         && c33 > original.m22 * smallest * m.m11
         && determinant > original.m33 * smallest * c33;
-    if !regular {
-        return None;
-    }
-    let s = T::one() / determinant;
-    Some(Matrix3::new(c11 * s, c21 * s, c31 * s, c21 * s, c22 * s, c32 * s, c31 * s, c32 * s, c33 * s))
+    regular.then(|| (Matrix3::new(c11, c21, c31, c21, c22, c32, c31, c32, c33), determinant))
 }

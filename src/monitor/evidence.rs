@@ -2,7 +2,7 @@
 
 use super::warning::{Cause, Explanation, Squares, Warning, best_cable};
 use crate::identification::marginal_information::MarginalInformation;
-use crate::linear_algebra::{NormalEquations, dot, inverse_of_positive_definite};
+use crate::linear_algebra::{NormalEquations, dot, solve_positive_definite};
 use crate::rig::CABLES;
 use crate::scalar::Real;
 use nalgebra::{Matrix3, Vector3};
@@ -107,7 +107,7 @@ impl<T: Real> Evidence<T> {
 
 /// The displacement that fits best, mm, and the squares that it explains, mm².
 fn moved<T: Real>(information: &Matrix3<T>, gradient: &Vector3<T>) -> Option<(Vector3<T>, T)> {
-    let moved = inverse_of_positive_definite(information, T::default_epsilon())? * gradient;
+    let moved = solve_positive_definite(information, gradient, T::default_epsilon())?;
     Some((moved, moved.dot(gradient)))
 }
 

@@ -12,7 +12,7 @@ use crate::identification::pose::Pose;
 use crate::identification::verification::{CentrePrediction, VerifiedPose};
 use crate::kinematics::rotation::{rotation_of, turned};
 use crate::kinematics::{AttitudeSearch, AttitudeSolver, AttitudeTrack, CableLengths, CableSet};
-use crate::linear_algebra::{dot, inverse_of_positive_definite, rounding};
+use crate::linear_algebra::{dot, inverse_of_positive_definite, rounding, solve_positive_definite};
 use crate::scalar::Real;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
@@ -215,7 +215,7 @@ impl<T: Real> Fit<T> {
         let expected = information * (self.result_variance_mm2() * relative_variance)
             + covariance * factor
             + information * information * lack_of_fit;
-        let chi_square = g.dot(&(inverse_of_positive_definite(&expected, rounding())? * g));
+        let chi_square = g.dot(&solve_positive_definite(&expected, &g, rounding())?);
         Some(VerifiedPose { squares_mm2, chi_square })
     }
 

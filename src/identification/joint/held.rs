@@ -1,7 +1,7 @@
 //! The held phase: poses in which the shoulder blade was held fix the joint centre in the platform.
 
 use crate::identification::parameters::Equations;
-use crate::linear_algebra::{inverse_of_positive_definite, rounding};
+use crate::linear_algebra::{inverse_of_positive_definite, rounding, solve_positive_definite};
 use crate::scalar::Real;
 use nalgebra::{Matrix3, Vector3};
 
@@ -46,7 +46,7 @@ impl<T: Real> HeldCentre<T> {
     pub fn contradiction_mm(&self, both: &Self) -> Option<T> {
         let moved = self.in_platform_mm - both.in_platform_mm;
         let expected = self.covariance_mm2 - both.covariance_mm2;
-        let weighted = inverse_of_positive_definite(&expected, rounding())? * moved;
+        let weighted = solve_positive_definite(&expected, &moved, rounding())?;
         let too_far = moved.dot(&weighted) > T::of(MAX_SQUARED_DISTANCE);
         too_far.then(|| (self.covariance_mm2 * weighted).norm_squared().root())
     }
