@@ -14,11 +14,18 @@ use crate::wearer::Wearer;
 use glenoid::can::result::Parameter;
 use glenoid::identification::Refusal;
 use glenoid::kinematics::CableLengths;
+use glenoid::procedure::Settings;
 use glenoid::rig::{CABLES, Rig, Tolerance};
 use std::path::Path;
 
-/// A pose is the mean of the counts over a short time, in which the arm may still have crept by a few counts.
-const MAX_COUNTS_OFF: f64 = 3.0;
+/// How far a length may be off what the encoders showed in the end, counts: an eighth of the band in which the arm counts as
+/// still.
+///
+/// A pose is the mean of the counts since the arm came into the band. A minimum-jerk movement nears its end by a cube, and so
+/// is a quarter of the band off on average; the hold that follows is at least as long as what is left of the movement.
+fn most_counts_off(mm_per_count: f64) -> f64 {
+    f64::from(Settings::default().still_band_mm) / mm_per_count / 8.0
+}
 
 /// Judges a calibration, and writes the plots into the folder `plots`, if there is one.
 ///
@@ -58,7 +65,7 @@ pub fn judge(
     if host_difference_mm != 0.0 {
         reasons.push(format!("host and board differ by {host_difference_mm:.1e} mm over the same lengths"));
     }
-    if !(length_difference_counts <= MAX_COUNTS_OFF) {
+    if !(length_difference_counts <= most_counts_off(rig.drum().mm_per_count())) {
         let off = format!("{length_difference_counts:.2} counts");
         reasons.push(format!("the board used a length that is {off} off what the encoders showed"));
     }
