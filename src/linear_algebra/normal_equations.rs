@@ -104,13 +104,11 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
 
     /// Adds the equation `row · x = value`; `row` has as many entries as there are unknowns.
     pub fn add_row(&mut self, row: &[T], value: T) {
-        let mut entries = self.matrix.iter_mut();
-        for (i, a) in row.iter().enumerate().take(self.unknowns) {
-            for (b, entry) in row.iter().take(i + 1).zip(entries.by_ref()) {
-                *entry += *a * *b;
-            }
-        }
-        for (gradient, a) in self.gradient.iter_mut().zip(row).take(self.unknowns) {
+        let mut entries = self.matrix.as_mut_slice();
+        for (i, (a, gradient)) in row.iter().zip(&mut self.gradient).enumerate().take(self.unknowns) {
+            let Some((current, rest)) = entries.split_at_mut_checked(i + 1) else { return };
+            entries = rest;
+            current.iter_mut().zip(row).for_each(|(entry, b)| *entry += *a * *b);
             *gradient += *a * value;
         }
         self.squares += value * value;

@@ -198,18 +198,25 @@ impl<'a, T: Real> PoseAt<'a, T> {
     /// The equations of a pose at an angle; the angle is not eliminated yet. `constants`: do the machine's take part?
     pub fn rows(&self, lengths_mm: &[T; MAX_CABLES], angle_rad: T, constants: bool) -> PoseRows<T> {
         let mut rows = PoseRows::none();
-        self.fill(&mut rows, lengths_mm, angle_rad, constants);
+        self.fill(&mut rows, lengths_mm, angle_rad, constants, 0..MAX_CABLES);
         rows
     }
 
-    /// The same into rows that are all zero.
-    fn fill(&self, rows: &mut PoseRows<T>, lengths_mm: &[T; MAX_CABLES], angle_rad: T, constants: bool) {
+    /// The same into some of the rows, which are all zero.
+    fn fill(
+        &self,
+        rows: &mut PoseRows<T>,
+        lengths_mm: &[T; MAX_CABLES],
+        angle_rad: T,
+        constants: bool,
+        cables: Range<usize>,
+    ) {
         let zero = T::zero();
         let rotation = self.rotation(angle_rad);
         let outputs = rows.residual_mm.iter_mut().zip(&mut rows.by_angle).zip(&mut rows.jacobian);
         for (cable, ((residual, by_angle), row)) in outputs.enumerate() {
             let (Some(end), Some(measured)) = (self.end_mm.get(cable), lengths_mm.get(cable)) else { continue };
-            if !self.takes_part(cable) {
+            if !self.takes_part(cable) || !cables.contains(&cable) {
                 continue;
             }
             let arm = end - self.hinge.foot_in_platform_mm();
@@ -250,10 +257,19 @@ impl<T: Real> PoseRows<T> {
         }
     }
 
-    /// Those of [`PoseAt::rows`], in place.
-    pub fn set(&mut self, at: &PoseAt<'_, T>, lengths_mm: &[T; MAX_CABLES], angle_rad: T, constants: bool) {
-        *self = Self::none();
-        at.fill(self, lengths_mm, angle_rad, constants);
+    /// Those of [`PoseAt::rows`], in place and some at a time, the first ones first.
+    pub fn set(
+        &mut self,
+        at: &PoseAt<'_, T>,
+        lengths_mm: &[T; MAX_CABLES],
+        angle_rad: T,
+        constants: bool,
+        cables: Range<usize>,
+    ) {
+        if cables.start == 0 {
+            *self = Self::none();
+        }
+        at.fill(self, lengths_mm, angle_rad, constants, cables);
     }
 
     /// The same equations with another weight.

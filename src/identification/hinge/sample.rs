@@ -21,7 +21,7 @@ impl<T: Real> HingeSample<T> {
     /// What lengths, mm, say of the hinge at their angle, rad; `None` when one of them is no number.
     pub fn new(angles: &HingeAngles<T>, lengths_mm: &[T; MAX_CABLES], angle_rad: T) -> Option<Self> {
         let mut rows = PoseRows::none();
-        rows.set(&PoseAt::new(angles.hinge(), angles.machine()), lengths_mm, angle_rad, false);
+        rows.set(&PoseAt::new(angles.hinge(), angles.machine()), lengths_mm, angle_rad, false, 0..MAX_CABLES);
         let by_angle = rows.by_angle;
         rows.eliminate(&by_angle, HINGE_UNKNOWNS);
         let squares = by_angle.iter().fold(T::zero(), |sum, d| sum + *d * *d);

@@ -86,7 +86,7 @@ enum Stage<T: Real> {
     /// Another hinge that fits as well?
     Compare(Compare<T>),
     /// Is the covariance true?
-    Profile(Profile),
+    Profile(Profile<T>),
     /// Fault isolation.
     Isolate(Isolation),
     /// The result stands, or a refusal.

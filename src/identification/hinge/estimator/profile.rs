@@ -5,6 +5,7 @@
 //! estimate, and all others are fitted anew. A linear problem leaves 25 more there.
 
 use super::work::Work;
+use crate::identification::hinge::fit::Solve;
 use crate::identification::hinge::joint::HINGE_UNKNOWNS;
 use crate::identification::hinge::judge;
 use crate::identification::hinge::refusal::HingeRefusal;
@@ -19,25 +20,31 @@ const TRIALS: usize = 12;
 
 /// The profile under way.
 #[derive(Clone, Copy, Debug)]
-pub struct Profile {
+pub struct Profile<T> {
     unknown: usize,
     /// Below the estimate; above it comes first.
     is_below: bool,
-    step: Step,
+    step: Step<T>,
 }
 
 #[derive(Clone, Copy, Debug)]
-enum Step {
+enum Step<T> {
     /// The finished fit is to be kept.
     Begin,
-    /// An unknown is to be moved; the others have followed.
-    Move,
+    /// How all unknowns follow one, and that one is moved; they have followed.
+    Solve(Solve<T>),
     HasFollowed,
     /// The finished fit is there again.
     Return(Result<(), HingeRefusal>),
 }
 
-impl Profile {
+impl<T: Real> Step<T> {
+    fn solve(unknown: usize) -> Self {
+        Self::Solve(Solve::column(unknown))
+    }
+}
+
+impl<T: Real> Profile<T> {
     /// At the beginning.
     pub const fn new() -> Self {
         Self { unknown: 0, is_below: false, step: Step::Begin }
@@ -45,16 +52,16 @@ impl Profile {
 
     /// What follows the last minimisation; the outcome at the end: [`HingeRefusal::TwoAxesFit`] where another hinge, about
     /// 5 σ away, fits nearly as well.
-    pub fn advance<T: Real>(&mut self, work: &mut Work<T>) -> Option<Result<(), HingeRefusal>> {
-        match self.step {
+    pub fn advance(&mut self, work: &mut Work<T>) -> Option<Result<(), HingeRefusal>> {
+        match &mut self.step {
             Step::Begin => {
                 work.keep();
-                self.step = Step::Move;
+                self.step = Step::solve(0);
             }
-            Step::Move if self.unknown >= HINGE_UNKNOWNS => self.finish(work, Ok(())),
-            Step::Move => {
+            Step::Solve(_) if self.unknown >= HINGE_UNKNOWNS => self.finish(work, Ok(())),
+            Step::Solve(solve) => {
                 // How all unknowns follow this one on average.
-                let column = work.kept.equations.covariance_column(self.unknown, 0);
+                let column = solve.advance(&work.kept.equations)?;
                 let noise_mm = work.found.noise_mm;
                 let sigma = work.found.sigma(self.unknown);
                 let side = if self.is_below { -T::of(AT) } else { T::of(AT) };
@@ -65,12 +72,12 @@ impl Profile {
                 self.step = Step::HasFollowed;
             }
             Step::HasFollowed => self.judge(work),
-            Step::Return(outcome) => return Some(outcome),
+            Step::Return(outcome) => return Some(*outcome),
         }
         None
     }
 
-    fn judge<T: Real>(&mut self, work: &mut Work<T>) {
+    fn judge(&mut self, work: &mut Work<T>) {
         let (other, squares_mm2) = (work.fit.hinge, work.fit.squares_mm2);
         work.fit.held = None;
         work.fit.set_estimate(work.kept.estimate);
@@ -85,10 +92,10 @@ impl Profile {
         }
         self.unknown += usize::from(self.is_below);
         self.is_below = !self.is_below;
-        self.step = Step::Move;
+        self.step = Step::solve(self.unknown);
     }
 
-    fn finish<T: Real>(&mut self, work: &mut Work<T>, outcome: Result<(), HingeRefusal>) {
+    fn finish(&mut self, work: &mut Work<T>, outcome: Result<(), HingeRefusal>) {
         work.return_to_kept();
         self.step = Step::Return(outcome);
     }

@@ -1,7 +1,7 @@
 //! The result with its covariance, from a finished fit.
 
 use super::work::Work;
-use crate::identification::hinge::fit::Finish;
+use crate::identification::hinge::fit::{Finish, Solve};
 use crate::identification::hinge::joint::HINGE_UNKNOWNS;
 use crate::identification::hinge::judge::{self, Flexion};
 use crate::identification::hinge::pose::HingePose;
@@ -15,7 +15,7 @@ pub enum Report<T: Real> {
     /// The last step and the factor.
     Finish(Finish<T>),
     /// The next column of the covariance.
-    Column(usize),
+    Column(usize, Solve<T>),
     /// How far does the joint bend?
     Bend(Flexion<T>),
 }
@@ -35,20 +35,21 @@ impl<T: Real> Report<T> {
                 }
                 work.found.noise_mm =
                     judge::noise_of_result_mm(&work.fit, poses, work.settings.noise, work.rig.length_noise_mm());
-                *self = Self::Column(0);
+                *self = Self::Column(0, Solve::column(0));
             }
-            Self::Column(column) => {
+            Self::Column(column, solve) => {
+                let entries = solve.advance(&work.fit.equations)?;
                 let noise_mm = work.found.noise_mm;
-                let entries = work.fit.equations.covariance_column(*column, 0);
                 for (row, value) in entries.iter().enumerate() {
                     if let Some(entry) = work.found.covariance.get_mut((row, *column)) {
                         *entry = *value * noise_mm * noise_mm;
                     }
                 }
-                *column += 1;
-                if *column >= HINGE_UNKNOWNS {
-                    *self = Self::Bend(Flexion::new());
-                }
+                let next = *column + 1;
+                *self = match next < HINGE_UNKNOWNS {
+                    true => Self::Column(next, Solve::column(next)),
+                    false => Self::Bend(Flexion::new()),
+                };
             }
             Self::Bend(flexion) => {
                 let range = flexion.advance(poses)?;

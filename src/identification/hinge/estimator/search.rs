@@ -14,6 +14,8 @@ const FIRST_TRIALS: usize = 8;
 const START_TRIALS: usize = 60;
 /// Two starts on their way lead to one hinge when no direction differs by more than this, rad, and no place, mm.
 const NEAR: (f64, f64) = (0.1, 10.0);
+/// Hinges that a slice holds against another one.
+const COMPARED_A_SLICE: usize = 4;
 
 /// The search under way.
 #[derive(Clone, Copy, Debug)]
@@ -22,6 +24,8 @@ pub struct Search<T> {
     beside: bool,
     /// The start or candidate meant.
     index: usize,
+    /// Known hinges that the present one has been held against.
+    compared: usize,
     mean_length_mm: T,
     step: Step,
 }
@@ -48,7 +52,7 @@ enum Step {
 impl<T: Real> Search<T> {
     /// At the beginning.
     pub fn new() -> Self {
-        Self { beside: false, index: 0, mean_length_mm: T::zero(), step: Step::Begin }
+        Self { beside: false, index: 0, compared: 0, mean_length_mm: T::zero(), step: Step::Begin }
     }
 
     /// What follows the last minimisation; true when all candidates are there.
@@ -59,7 +63,11 @@ impl<T: Real> Search<T> {
             Step::IsOut if is_on_platform_side(&work.fit.machine, &work.fit.hinge) => self.step = Step::IsOnSide,
             Step::IsOut => self.next(Step::SetOut),
             Step::IsOnSide => {
-                insert(&mut work.starts, (work.fit.hinge, work.fit.squares_mm2));
+                let hinge = work.fit.hinge;
+                let Some(same) = self.look(&work.starts, |known| are_near(&known.0, &hinge, NEAR)) else {
+                    return false;
+                };
+                insert(&mut work.starts, (hinge, work.fit.squares_mm2), same);
                 self.next(Step::SetOut);
             }
             Step::GoOn => match work.starts.get(self.index) {
@@ -71,11 +79,14 @@ impl<T: Real> Search<T> {
                 None => return self.after_arrivals(work),
             },
             // Most starts lead to the same few hinges: there is no need to arrive once more.
-            Step::IsOnItsWay if is_known(work) => self.next(Step::GoOn),
-            Step::IsOnItsWay => {
-                work.minimise(START_TRIALS, false);
-                self.step = Step::HasArrived;
-            }
+            Step::IsOnItsWay => match self.look_for_candidate(work) {
+                None => {}
+                Some(None) => {
+                    work.minimise(START_TRIALS, false);
+                    self.step = Step::HasArrived;
+                }
+                Some(Some(_)) => self.next(Step::GoOn),
+            },
             Step::HasArrived => {
                 // A drawing that is a prior says on which side; two points have no plane.
                 let is_possible = work.fit.prior().is_some() || is_on_platform_side(&work.fit.machine, &work.fit.hinge);
@@ -86,7 +97,8 @@ impl<T: Real> Search<T> {
                 }
             }
             Step::IsPossible => {
-                if !is_known(work) {
+                let Some(same) = self.look_for_candidate(work) else { return false };
+                if same.is_none() {
                     add(work);
                 }
                 self.next(Step::GoOn);
@@ -110,6 +122,23 @@ impl<T: Real> Search<T> {
     fn next(&mut self, step: Step) {
         self.index += 1;
         self.step = step;
+    }
+
+    /// Looks through some more of the known ones for the first that is the present one: where it is, if at all; `None` before
+    /// the end.
+    fn look<X>(&mut self, known: &[X], is_same: impl Fn(&X) -> bool) -> Option<Option<usize>> {
+        let from = self.compared;
+        self.compared += COMPARED_A_SLICE;
+        let same = known.iter().skip(from).take(COMPARED_A_SLICE).position(is_same).map(|place| from + place);
+        (same.is_some() || self.compared >= known.len()).then(|| {
+            self.compared = 0;
+            same
+        })
+    }
+
+    /// The same among the candidates.
+    fn look_for_candidate(&mut self, work: &Work<T>) -> Option<Option<usize>> {
+        self.look(&work.candidates, |known| are_near(&known.hinge, &work.fit.hinge, SAME))
     }
 
     fn begin_at_the_first(&mut self, step: Step) {
@@ -172,19 +201,15 @@ fn named<T: Real>(work: &Work<T>, hinge: &Hinge<T>) -> Hinge<T> {
     hinge.named_as(work.fit.drawing.as_ref().map(|drawing| drawing.hinge.axis()))
 }
 
-fn is_known<T: Real>(work: &Work<T>) -> bool {
-    work.candidates.iter().any(|known| are_near(&known.hinge, &work.fit.hinge, SAME))
-}
-
 /// Adds the present estimate to the candidates, the best first.
 fn add<T: Real>(work: &mut Work<T>) {
     let new = work.candidate();
     put_in_order(&mut work.candidates, new, |candidate: &Candidate<T>| candidate.squares_mm2);
 }
 
-/// Keeps the cheapest hinges, in order; of those on the way to the same one, the cheapest.
-fn insert<T: Real>(starts: &mut Starts<T>, new: (Hinge<T>, T)) {
-    if let Some(place) = starts.iter().position(|known| are_near(&known.0, &new.0, NEAR)) {
+/// Keeps the cheapest hinges, in order; of those on the way to the same one, the cheapest. `same`: where that is already.
+fn insert<T: Real>(starts: &mut Starts<T>, new: (Hinge<T>, T), same: Option<usize>) {
+    if let Some(place) = same {
         if starts.get(place).is_some_and(|known| known.1 <= new.1) {
             return;
         }

@@ -3,6 +3,7 @@
 use super::equate::Equate;
 use super::place::Place;
 use super::scratch::{PRODUCTS_A_SLICE, Scratch};
+use super::solve::Solve;
 use super::{Estimate, Fit, take_angles};
 use crate::identification::hinge::pose::HingePose;
 use crate::linear_algebra::Singular;
@@ -16,10 +17,14 @@ const WORSE: f64 = 0.01;
 pub enum Finish<T: Real> {
     /// The equations for the step.
     Equate(Equate),
-    /// They are factored.
+    /// They are factored, solved, and the step is taken.
     Factor,
+    Solve(Solve<T>),
     /// The poses' angles after the step from this estimate.
-    Try { before: Estimate<T>, place: Place<T> },
+    Try {
+        before: Estimate<T>,
+        place: Place<T>,
+    },
     /// The same after it was taken back.
     Back(Place<T>),
     /// The next pose to get its χ².
@@ -52,13 +57,16 @@ impl<T: Real> Finish<T> {
             Self::Factor => match fit.equations.factor_some(PRODUCTS_A_SLICE) {
                 Err(Singular) => return Some(Err(Singular)),
                 Ok(()) if fit.equations.is_factored() => {
-                    let before = fit.estimate();
-                    let step = fit.equations.step();
-                    fit.take(&step);
-                    *self = Self::Try { before, place: Place::new(false) };
+                    *self = Self::Solve(Solve::new(*fit.equations.gradient()));
                 }
                 Ok(()) => {}
             },
+            Self::Solve(solve) => {
+                let step = solve.advance(&fit.equations)?;
+                let before = fit.estimate();
+                fit.take(step);
+                *self = Self::Try { before, place: Place::new(false) };
+            }
             Self::Try { before, place } => {
                 let squares = place.advance(fit, &mut scratch.angles, poses)?;
                 if squares <= fit.squares_mm2 + fit.noise_mm * fit.noise_mm * T::of(WORSE) {

@@ -3,6 +3,7 @@
 use super::equate::Equate;
 use super::place::Place;
 use super::scratch::{PRODUCTS_A_SLICE, Scratch};
+use super::solve::Solve;
 use super::{Estimate, Fit, take_angles};
 use crate::identification::hinge::pose::HingePose;
 use crate::linear_algebra::Singular;
@@ -34,11 +35,18 @@ enum Step<T: Real> {
     /// The poses' angles where it begins.
     Begin(Place<T>),
     /// The equations for the next step; `is_last`: for nothing more.
-    Equate { equate: Equate, is_last: bool },
-    /// The damped ones are factored.
+    Equate {
+        equate: Equate,
+        is_last: bool,
+    },
+    /// The damped ones are factored, solved, and the step is taken.
     Factor,
+    Solve(Solve<T>),
     /// The poses' angles after a step from this estimate.
-    Try { before: Estimate<T>, place: Place<T> },
+    Try {
+        before: Estimate<T>,
+        place: Place<T>,
+    },
 }
 
 impl<T: Real> Minimise<T> {
@@ -65,16 +73,19 @@ impl<T: Real> Minimise<T> {
             Step::Factor if !scratch.equations.is_factored() => {
                 scratch.equations.factor_some(PRODUCTS_A_SLICE) == Err(Singular) && self.more_damping(fit, scratch)
             }
-            Step::Factor => match Fit::limited_step(&scratch.equations) {
-                Some(step) => {
-                    let before = fit.estimate();
-                    fit.take(&step);
-                    let search = self.search && self.trial < SEARCHING_TRIALS;
-                    self.step = Step::Try { before, place: Place::new(search) };
-                    false
-                }
-                None => self.more_damping(fit, scratch),
-            },
+            Step::Factor => {
+                self.step = Step::Solve(Solve::new(*scratch.equations.gradient()));
+                false
+            }
+            Step::Solve(solve) => {
+                let Some(solution) = solve.advance(&scratch.equations) else { return false };
+                let Some(step) = Fit::limited(*solution) else { return self.more_damping(fit, scratch) };
+                let before = fit.estimate();
+                fit.take(&step);
+                let search = self.search && self.trial < SEARCHING_TRIALS;
+                self.step = Step::Try { before, place: Place::new(search) };
+                false
+            }
             Step::Try { before, place } => {
                 let Some(squares) = place.advance(fit, &mut scratch.angles, poses) else { return false };
                 let before = *before;

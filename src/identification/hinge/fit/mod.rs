@@ -6,11 +6,13 @@ mod finish;
 mod minimise;
 mod place;
 mod scratch;
+mod solve;
 
 pub(super) use self::finish::Finish;
 pub(super) use self::minimise::Minimise;
 pub(super) use self::place::Place;
 pub(super) use self::scratch::Scratch;
+pub(super) use self::solve::Solve;
 
 use super::joint::{HINGE_UNKNOWNS, Hinge, is_direction};
 use super::machine::{HingeMachine, MAX_CONSTANTS};
@@ -18,6 +20,7 @@ use super::pose::{HingePose, MAX_UNKNOWNS, PoseAt};
 use super::rig::{Drawing, HingeRig};
 use crate::linear_algebra::{NormalEquations, packed_index};
 use crate::scalar::Real;
+use core::ops::Range;
 
 /// Entries of the packed normal matrix.
 const PACKED: usize = MAX_UNKNOWNS * (MAX_UNKNOWNS + 1) / 2;
@@ -100,13 +103,16 @@ impl<T: Real> Fit<T> {
         constants.fold(squares, |sum, ((_, sigma), value)| sum + ratio(*value, *sigma))
     }
 
-    /// Adds the priors to the normal equations.
-    pub fn add_priors(&mut self) {
+    /// Adds some of the drawing's priors to the normal equations.
+    pub fn add_priors(&mut self, unknowns: Range<usize>) {
         let mut row = [T::zero(); MAX_UNKNOWNS];
         if let Some(Drawing { hinge: drawn, sigma: Some(sigma), .. }) = &self.drawing {
             let difference = drawn.difference(&self.hinge);
             let jacobian = drawn.difference_jacobian(&self.hinge);
             for (i, (value, sigma)) in difference.iter().zip(sigma).enumerate() {
+                if !unknowns.contains(&i) {
+                    continue;
+                }
                 let scale = self.noise_mm / *sigma;
                 for (j, entry) in row.iter_mut().enumerate().take(HINGE_UNKNOWNS) {
                     *entry = jacobian.get((i, j)).copied().unwrap_or_else(T::zero) * scale;
@@ -115,6 +121,10 @@ impl<T: Real> Fit<T> {
                 self.equations.add_row(row.get(..HINGE_UNKNOWNS).unwrap_or(&row), -*value * scale);
             }
         }
+    }
+
+    /// Adds the priors of the machine's constants.
+    pub fn add_priors_of_constants(&mut self) {
         if !self.constants {
             return;
         }
@@ -138,9 +148,8 @@ impl<T: Real> Fit<T> {
         }
     }
 
-    /// The solution of factored equations, shortened to what a step may be; `None` where it is no number.
-    pub fn limited_step(damped: &Equations<T>) -> Option<[T; MAX_UNKNOWNS]> {
-        let mut step = damped.step();
+    /// A solution shortened to what a step may be; `None` where it is no number.
+    pub fn limited(mut step: [T; MAX_UNKNOWNS]) -> Option<[T; MAX_UNKNOWNS]> {
         let mut shorter = T::one();
         for (k, x) in step.iter().enumerate().take(HINGE_UNKNOWNS) {
             let limit = T::of(if is_direction(k) { MAX_TURN } else { MAX_MOVE_MM });

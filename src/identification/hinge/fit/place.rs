@@ -52,9 +52,10 @@ impl<T: Real> Place<T> {
                 pose.trial_rad = if self.search { angles.nearest_rad(&pose.lengths_mm, cables) } else { last };
             }
             let at = PoseAt::new(&fit.hinge, &fit.machine);
-            pose.trial_rad = at.turned(&pose.lengths_mm, pose.trial_rad, 1);
-            self.round += 1;
-            if self.round >= rounds {
+            if self.round < rounds {
+                pose.trial_rad = at.turned(&pose.lengths_mm, pose.trial_rad, 1);
+                self.round += 1;
+            } else {
                 self.squares += at.squares(&pose.lengths_mm, pose.trial_rad) * pose.weight;
                 (self.next, self.round) = (self.next + 1, 0);
             }
