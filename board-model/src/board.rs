@@ -52,15 +52,21 @@ impl Board {
         Self::power_on(image, Cells::new(seed), seed)
     }
 
-    /// The supply goes away in the middle of whatever is done, and comes back. The encoders stand at 0 then.
+    /// The supply goes away in the middle of whatever is done, and comes back. The encoders stand at 0 then; what is wrong outside
+    /// of the chip stays.
     pub fn power_cycle(&mut self) {
         let flash = &mut self.machine.chip_mut().flash;
         flash.cut();
         let cells = flash.cells.clone();
-        let bus = self.machine.chip().can.bus.clone();
+        let chip = self.machine.chip();
+        let (lonely, shorted) = (chip.can.bus.lonely, chip.can.bus.shorted);
+        let faults = chip.ports.each_ref().map(|port| port.faults);
         self.switch_on(cells, self.seed + 1);
-        let here = &mut self.machine.chip_mut().can.bus;
-        (here.lonely, here.shorted) = (bus.lonely, bus.shorted);
+        let chip = self.machine.chip_mut();
+        (chip.can.bus.lonely, chip.can.bus.shorted) = (lonely, shorted);
+        for (port, faults) in chip.ports.iter_mut().zip(faults) {
+            port.faults = faults;
+        }
     }
 
     /// The supply comes on with these cells in the flash: another life of a board whose program is translated already.
@@ -85,6 +91,11 @@ impl Board {
     pub fn press(&mut self, down: bool) {
         let wire = if down { Wire::High } else { Wire::Open };
         self.machine.chip_mut().ports[2].connect(BUTTON, wire);
+    }
+
+    /// The wire at a pin is stuck, cut or mended: port (0 is A), number.
+    pub fn spoil(&mut self, (port, pin): (usize, u32), fault: Option<Wire>) {
+        self.machine.chip_mut().ports[port].faults[pin as usize] = fault;
     }
 
     /// The lamp is lit.

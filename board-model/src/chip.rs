@@ -6,6 +6,7 @@ use crate::core::nvic::{Nvic, exception};
 use crate::core::scb::Scb;
 use crate::core::systick::SysTick;
 use crate::peripheral::Env;
+use crate::peripheral::bus::Pins;
 use crate::peripheral::clocks::Supply;
 use crate::peripheral::fdcan::Fdcan;
 use crate::peripheral::flash::{BANK_2, BANK_LEN, Cells, Flash};
@@ -142,18 +143,20 @@ impl Chip {
             self.reset = Some(Cause::Watchdog);
         }
         if self.can.next_ps(now_ps).is_some_and(|at| now_ps >= at) {
-            let connected = self.is_can_connected();
+            let pins = self.can_pins();
             let (can, mut env) = (
                 &mut self.can,
                 Env { now_ps, clocks: self.supply.clocks, breaches: &mut self.breaches, nvic: &mut self.nvic },
             );
-            can.advance(connected, &mut env);
+            can.advance(pins, &mut env);
         }
     }
 
-    /// The controller's two pins are set up for it.
-    fn is_can_connected(&self) -> bool {
-        [11, 12].iter().all(|pin| self.ports[0].mode(*pin) == Mode::Alternate(9))
+    /// The controller's two pins: PA11 and PA12.
+    fn can_pins(&self) -> Pins {
+        let port = &self.ports[0];
+        let connected = [11, 12].iter().all(|pin| port.mode(*pin) == Mode::Alternate(9));
+        Pins { connected, receive: port.held(11), transmit: port.held(12) }
     }
 
     /// An interrupt handler has returned: what still asks for the interrupt gets it again.

@@ -4,6 +4,7 @@
 //! registers. Whatever the firmware does that these forbid is a [`breach::Breach`], told with the program counter.
 
 mod address_map;
+pub mod arguments;
 pub mod board;
 pub mod breach;
 pub mod by_button;

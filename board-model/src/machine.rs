@@ -19,7 +19,7 @@ pub const RETURNS: u32 = 0xFFFF_FF00;
 /// How long something took, and where it began.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Longest {
-    /// Cycles.
+    /// Cycles of the model: instructions.
     pub cycles: u64,
     /// The program counter at its beginning.
     pub pc: u32,

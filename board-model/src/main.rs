@@ -1,12 +1,13 @@
 //! `board-model/run run`: the real image, built and switched on, goes through a calibration over CAN and through one by the
 //! button, keeps the centre, and is restarted. Exits with 0 only when all of it was right and the chip had no complaint.
 
+use board_model::arguments;
 use board_model::board::Board;
 use board_model::by_button::ByButton;
 use board_model::image::Image;
 use board_model::machine::Longest;
-use clap::Parser;
 use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, Rig};
+use host_tests::command_line;
 use host_tests::firmware;
 use host_tests::packages::Consent;
 use host_tests::rehearse::{self, Display, KnownMachine, Options, Status};
@@ -17,22 +18,10 @@ use std::time::Instant;
 use std::{error, io};
 
 fn main() -> Result<ExitCode, Box<dyn error::Error>> {
+    let options = arguments::or_exit(arguments::rehearsal(command_line::arguments()));
     let path = firmware::build(firmware::Image::NUCLEO_G474RE, Consent::Given)?;
     let image = Rc::new(Image::read(&path)?);
     let known = KnownMachine::compiled_in()?;
-    let options = Options::parse();
-    let refused = [
-        ("--arm", options.arm),
-        ("--json", options.json),
-        ("--rig", options.rig.is_some()),
-        ("--rig-error", options.rig_error.is_some()),
-        ("--pulley", options.pulley.is_some()),
-        ("--shoulder", options.shoulder.is_some()),
-    ];
-    if let Some((name, _)) = refused.iter().find(|(_, is_given)| *is_given) {
-        eprintln!("board-model: {name} is not for the model of the chip; `cargo rehearse` has it");
-        return Ok(ExitCode::from(2));
-    }
     let mut wearer = Wearer::new(known.double, options.wearer());
     let mut board = Board::new(image, 1);
     let began = Instant::now();

@@ -1,5 +1,6 @@
 //! The example of a control loop, ten times a millisecond in an interrupt beside the device: on the model, through a whole
-//! calibration and its store. Prints its jitter and latency.
+//! calibration and its store. Prints its jitter and latency, in cycles of the model: each instruction takes one there, and the
+//! entry of an exception twelve. They settle what holds the loop up, not how long its steps take on the chip.
 
 use board_model::board::Board;
 use board_model::image::Image;
@@ -11,7 +12,7 @@ use host_tests::rehearse::{Bench, Display, Session};
 use host_tests::wearer::{Wearer, WearerSettings};
 use std::rc::Rc;
 
-/// Cycles from step to step: 170 MHz, 10 kHz.
+/// Cycles from step to step: 170 MHz, 10 kHz. The core's timer counts them, on the model as on the chip.
 const PERIOD: u32 = 17_000;
 /// What may hold a step up: another part that masks the interrupts for a moment, and the exception's entry.
 const MOST_JITTER: u32 = 200;
@@ -45,9 +46,10 @@ fn a_control_loop_keeps_its_time() {
     let of = |index: usize| seconds.iter().map(move |second| second[index]);
     let (shortest, longest, step) = (of(2).min().unwrap(), of(3).max().unwrap(), of(4).max().unwrap());
     let masked = board.machine.state().longest_masked;
-    println!("{} seconds with 10 000 steps each: {shortest} to {longest} cycles from step to step,", seconds.len());
+    println!("in cycles of the model, which are instructions:");
+    println!("{} seconds with 10 000 steps each: {shortest} to {longest} from step to step,", seconds.len());
     println!(
-        "a step takes {step} at most; interrupts masked for {} at most, from {}",
+        "a step takes {step} instructions at most; interrupts masked for {} instructions at most, from {}",
         masked.cycles,
         image.name_of(masked.pc)
     );

@@ -1,9 +1,11 @@
 //! One description against the other, register by register and field by field.
 //!
-//! What counts is where a field lies: a field whose bits the other description does not have as one field is a
-//! difference. Names are compared only where a name stands at different bits, since the two spell many names otherwise.
+//! A field whose bits the other description does not have as one field is a difference. So is a name that both have, but at other
+//! bits: two fields of one width that change places leave the same bits in use. A name that only one has says nothing, since
+//! the two spell many names otherwise.
 
 use crate::{Bits, Block, Register, mask};
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
 /// One difference.
@@ -63,24 +65,48 @@ pub fn compare(peripheral: &str, vendor: &Block, driver: &Block) -> (Vec<Differe
             differ(What::OnlyVendor);
             continue;
         };
+        let moved = moved(register, other);
+        let is_moved = |name: &str| moved.iter().any(|(moved, ..)| moved == name);
         let only = |one: &Register, other: &Register| -> Vec<(Bits, String)> {
             let missing = one.fields.iter().filter(|(bits, _)| !is_in(**bits, one, other));
-            missing.map(|(bits, names)| (*bits, names.iter().next().cloned().unwrap_or_default())).collect()
+            let named = missing.map(|(bits, names)| (*bits, names.iter().next().cloned().unwrap_or_default()));
+            named.filter(|(_, name)| !is_moved(name)).collect()
         };
-        let (of_vendor, mut of_driver) = (only(register, other), only(other, register));
-        for (bits, field) in of_vendor {
-            match of_driver.iter().position(|(_, name)| *name == field) {
-                Some(at) => differ(What::Moved(field, bits, of_driver.remove(at).0)),
-                None => differ(What::VendorField(bits, field)),
-            }
-        }
-        for (bits, field) in of_driver {
-            differ(What::DriverField(bits, field));
-        }
-        alike += register.fields.keys().filter(|bits| is_in(**bits, register, other)).count();
+        let (of_vendor, of_driver) = (only(register, other), only(other, register));
+        of_vendor.into_iter().for_each(|(bits, field)| differ(What::VendorField(bits, field)));
+        of_driver.into_iter().for_each(|(bits, field)| differ(What::DriverField(bits, field)));
+        let is_alike = |bits: Bits, names: &BTreeSet<String>| {
+            is_in(bits, register, other) && !names.iter().any(|name| is_moved(name))
+        };
+        alike += register.fields.iter().filter(|(bits, names)| is_alike(**bits, names)).count();
+        moved.into_iter().for_each(|(name, vendor, driver)| differ(What::Moved(name, vendor, driver)));
     }
     differences.sort();
     (differences, alike)
+}
+
+/// Names that both have, at other bits: the name, the vendor's place and the driver's. A row of fields may share its name with one of
+/// them, so a place within the other one is the same place if the row is complete.
+fn moved(vendor: &Register, driver: &Register) -> Vec<(String, Bits, Bits)> {
+    let (of_vendor, of_driver) = (places(vendor), places(driver));
+    let differs = |one: &[Bits], other: &[Bits]| {
+        let both = |bits: &Bits, of: &[Bits]| of.iter().any(|place| mask(*place) & mask(*bits) != 0);
+        let is_row = one.iter().all(|bits| is_in(*bits, vendor, driver) && both(bits, other))
+            && other.iter().all(|bits| is_in(*bits, driver, vendor) && both(bits, one));
+        !one.iter().any(|bits| other.contains(bits)) && !is_row
+    };
+    let in_both = of_vendor.iter().filter_map(|(name, one)| Some((name, one, of_driver.get(name)?)));
+    let moved = in_both.filter(|(_, one, other)| differs(one, other));
+    moved.map(|(name, one, other)| ((*name).to_owned(), one[0], other[0])).collect()
+}
+
+/// Where each name stands.
+fn places(register: &Register) -> BTreeMap<&str, Vec<Bits>> {
+    let mut places = BTreeMap::<&str, Vec<Bits>>::new();
+    for (bits, names) in &register.fields {
+        names.iter().for_each(|name| places.entry(name).or_default().push(*bits));
+    }
+    places
 }
 
 /// The field of `one` is a field of `other` as well. One description may have a row of fields where the other has them as
@@ -116,6 +142,36 @@ mod tests {
         assert_eq!(differences(&[(8, 1, "A")], &[(0, 1, "A")]), ["P.R.A: the vendor has bit 8, the driver bit 0"]);
     }
 
+    /// All bits are in use on both sides, so that only the names tell.
+    #[test]
+    fn two_fields_of_one_width_that_changed_places_are_told() {
+        let exchanged =
+            ["P.R.A: the vendor has bit 3, the driver bit 7", "P.R.B: the vendor has bit 7, the driver bit 3"];
+        assert_eq!(differences(&[(3, 1, "A"), (7, 1, "B")], &[(3, 1, "B"), (7, 1, "A")]), exchanged);
+        let (vendor, driver) = ([(0, 4, "A"), (8, 4, "B")], [(0, 4, "B"), (8, 4, "A")]);
+        let exchanged = [
+            "P.R.A: the vendor has bits 0:3, the driver bits 8:11",
+            "P.R.B: the vendor has bits 8:11, the driver bits 0:3",
+        ];
+        assert_eq!(differences(&vendor, &driver), exchanged);
+        // none of them counts as alike
+        assert_eq!(compare("P", &register(&vendor), &register(&driver)).1, 0);
+    }
+
+    #[test]
+    fn a_name_that_only_one_has_says_nothing() {
+        assert!(differences(&[(3, 1, "A"), (7, 1, "B")], &[(3, 1, "X"), (7, 1, "B")]).is_empty());
+        // three in a ring: the name that both have tells
+        let ring = differences(&[(0, 1, "A"), (1, 1, "B"), (2, 1, "C")], &[(0, 1, "X"), (1, 1, "A"), (2, 1, "C")]);
+        assert_eq!(ring, ["P.R.A: the vendor has bit 0, the driver bit 1"]);
+    }
+
+    /// The capture and the compare mode of a timer lie at one address, and so in one register with several names a field.
+    #[test]
+    fn a_name_may_stand_at_several_places() {
+        assert!(differences(&[(0, 1, "A"), (4, 1, "A")], &[(0, 1, "A"), (4, 1, "B")]).is_empty());
+    }
+
     #[test]
     fn a_field_of_another_width_is_told() {
         assert_eq!(
@@ -133,6 +189,8 @@ mod tests {
     #[test]
     fn a_row_of_bits_is_the_field_that_they_make_up() {
         let row = [(0, 1, "A0"), (1, 1, "A1"), (2, 1, "A2")];
+        // a row may have the field's own name first
+        assert!(differences(&[(0, 3, "A")], &[(0, 1, "A"), (1, 1, "B"), (2, 1, "C")]).is_empty());
         assert!(differences(&[(0, 3, "A")], &row).is_empty());
         assert!(differences(&row, &[(0, 3, "A")]).is_empty());
         // one of them is missing

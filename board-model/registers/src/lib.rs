@@ -5,6 +5,8 @@
 
 pub mod compare;
 pub mod driver;
+pub mod known;
+pub mod lists;
 pub mod touched;
 pub mod vendor;
 

@@ -1,25 +1,26 @@
 //! The two descriptions of every register that the image touches, held against each other. Exits with 1 for a difference
 //! that `differences.txt` does not have, and for a line there that is no difference any more.
 
-use registers::{PERIPHERALS, compare, driver, touched, vendor};
-use std::collections::BTreeSet;
+use registers::{PERIPHERALS, compare, driver, known, touched, vendor};
+use std::io;
 use std::process::ExitCode;
-use std::{fs, io};
 
-/// One difference a line, the reason for which it does not matter behind ` # `.
-const KNOWN: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/differences.txt");
-
-fn main() -> io::Result<ExitCode> {
-    let folder = vendor::folder()?;
-    let known = fs::read_to_string(KNOWN)?;
-    let mut unused = BTreeSet::new();
-    for (number, line) in known.lines().enumerate().filter(|(_, line)| !line.is_empty() && !line.starts_with('#')) {
-        match line.split_once(" # ") {
-            Some((difference, reason)) if !reason.trim().is_empty() => unused.insert(difference.trim().to_owned()),
-            _ => return Err(io::Error::other(format!("differences.txt, line {}: no reason", number + 1))),
-        };
+fn main() -> ExitCode {
+    match compare_all() {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
+        Err(error) => {
+            eprintln!("registers: {error}");
+            ExitCode::FAILURE
+        }
     }
-    let mut touched = touched::names()?;
+}
+
+/// True when every difference is known, and every line of both lists is used.
+fn compare_all() -> io::Result<bool> {
+    let folder = vendor::folder()?;
+    let mut unused = known::list()?;
+    let mut touched = touched::list()?;
     let (mut alike, mut listed, mut unlisted) = (0, 0, 0);
     for peripheral in PERIPHERALS {
         if driver::address(peripheral.name).is_some_and(|address| address != peripheral.from) {
@@ -33,12 +34,12 @@ fn main() -> io::Result<ExitCode> {
         };
         let mut by_vendor = vendor::block(&folder, peripheral.block)?;
         // what only the driver describes is no register that the image can have touched by the vendor's name
-        by_vendor.retain(|_, register| touched.remove(&format!("{}.{}", peripheral.name, register.name)));
+        by_vendor.retain(|_, register| touched.remove(&format!("{}.{}", peripheral.name, register.name)).is_some());
         let (differences, same) = compare::compare(peripheral.name, &by_vendor, &by_driver);
         alike += same;
         for difference in differences {
             let line = difference.to_string();
-            if unused.remove(&line) {
+            if unused.remove(&line).is_some() {
                 listed += 1;
             } else {
                 println!("{line}");
@@ -46,12 +47,12 @@ fn main() -> io::Result<ExitCode> {
             }
         }
     }
-    for name in &touched {
-        println!("touched.txt: the vendor has no register {name}");
+    for (name, number) in &touched {
+        println!("touched.txt, line {number}: the vendor has no register {name}");
     }
-    for line in &unused {
-        println!("differences.txt: no difference any more: {line}");
+    for (line, number) in &unused {
+        println!("differences.txt, line {number}: no difference any more: {line}");
     }
     println!("{alike} fields alike, {listed} differences with a reason, {unlisted} without");
-    Ok(if unlisted == 0 && unused.is_empty() && touched.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    Ok(unlisted == 0 && unused.is_empty() && touched.is_empty())
 }

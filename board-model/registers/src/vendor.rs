@@ -33,7 +33,8 @@ pub fn folder() -> io::Result<PathBuf> {
 /// # Errors
 /// The text is not there, or is not what svd2rust writes.
 pub fn block(folder: &Path, name: &str) -> io::Result<Block> {
-    let text = read(&folder.join(name).with_extension("rs"))?;
+    let path = folder.join(name).with_extension("rs");
+    let text = read(&path)?;
     let mut block = Block::new();
     let mut place = None;
     for line in text.lines().map(str::trim) {
@@ -45,16 +46,19 @@ pub fn block(folder: &Path, name: &str) -> io::Result<Block> {
             && let Some((function, of_type)) = declared.split_once("(&self) -> &")
         {
             let module = of_type.trim_end_matches([' ', '{']).to_lowercase();
-            let text = read(&folder.join(path_of(&text, name, &module)).with_extension("rs"))?;
+            let path = folder.join(path_of(&text, name, &module)).with_extension("rs");
+            let found = register(&read(&path)?).map_err(|error| in_file(&path, &error))?;
             let entry: &mut Register = block.entry(at).or_default();
             if entry.name.is_empty() {
                 entry.name = function.to_uppercase();
-                entry.reset = Some(reset_value(&text)?);
+                entry.reset = found.reset;
             }
-            add_fields(entry, &text);
+            for (bits, names) in found.fields {
+                entry.fields.entry(bits).or_default().extend(names);
+            }
         }
     }
-    if block.is_empty() { Err(io::Error::other(format!("no register in the text of {name}"))) } else { Ok(block) }
+    if block.is_empty() { Err(in_file(&path, "no register in it")) } else { Ok(block) }
 }
 
 /// Where a register's module lies: it may be another name of a module of this block or of another one.
@@ -72,42 +76,51 @@ fn path_of(text: &str, block: &str, module: &str) -> PathBuf {
 }
 
 fn read(path: &Path) -> io::Result<String> {
-    fs::read_to_string(path).map_err(|error| io::Error::other(format!("{}: {error}", path.display())))
+    fs::read_to_string(path).map_err(|error| in_file(path, &error.to_string()))
 }
 
-/// Each field has a line with its bits above the function of its name.
-fn add_fields(register: &mut Register, text: &str) {
+fn in_file(path: &Path, error: &str) -> io::Error {
+    io::Error::other(format!("{}: {error}", path.display()))
+}
+
+/// What the text of a register's module says of it, but for its name. Each field has a line with its bits above the function of its
+/// name; the value after a reset is 0 where there is no line with it: svd2rust leaves it out then.
+///
+/// # Errors
+/// A line that is not what svd2rust writes, by its number.
+pub fn register(text: &str) -> Result<Register, String> {
+    let mut register = Register { reset: Some(0), ..Register::default() };
     let mut bits = None;
-    for line in text.lines().map(str::trim) {
+    for (index, line) in text.lines().map(str::trim).enumerate() {
+        let in_line = |wrong: &str| format!("line {}: {wrong}: {line}", index + 1);
         if let Some(comment) = line.strip_prefix("///Bit") {
-            bits = parse_bits(comment);
+            bits = Some(parse_bits(comment).ok_or_else(|| in_line("no bits of a register"))?);
         } else if let Some(declared) = line.strip_prefix("pub fn ").or_else(|| line.strip_prefix("pub const fn "))
             && let Some(bits) = bits.take()
             && let Some((name, _)) = declared.split_once('(')
         {
             register.fields.entry(bits).or_default().insert(name.trim_end_matches('_').to_uppercase());
+        } else if let Some(value) = line.strip_prefix("const RESET_VALUE: u32 = ") {
+            register.reset = Some(parse_value(value).ok_or_else(|| in_line("no reset value"))?);
         }
     }
+    Ok(register)
 }
 
 /// ` 8 - text` or `s 2:3 - text`.
 fn parse_bits(comment: &str) -> Option<Bits> {
     let (place, _) = comment.trim_start_matches('s').trim_start().split_once(' ')?;
-    match place.split_once(':') {
-        None => Some(Bits { from: place.parse().ok()?, width: 1 }),
-        Some((from, to)) => {
-            let (from, to): (u32, u32) = (from.parse().ok()?, to.parse().ok()?);
-            Some(Bits { from, width: to.checked_sub(from)? + 1 })
-        }
-    }
+    let (from, to): (u32, u32) = match place.split_once(':') {
+        None => (place.parse().ok()?, place.parse().ok()?),
+        Some((from, to)) => (from.parse().ok()?, to.parse().ok()?),
+    };
+    (from <= to && to < 32).then(|| Bits { from, width: to - from + 1 })
 }
 
-/// 0 where the text gives none: svd2rust leaves it out then.
-fn reset_value(text: &str) -> io::Result<u32> {
-    let Some((_, value)) = text.split_once("const RESET_VALUE: u32 = ") else { return Ok(0) };
-    let value = value.split(';').next().unwrap_or_default().replace('_', "");
-    let parsed = value.strip_prefix("0x").map_or_else(|| value.parse().ok(), |digits| digits.parse_hex());
-    parsed.ok_or_else(|| io::Error::other(format!("no reset value: {value}")))
+/// `0x1fff_ffff;` or `0;`.
+fn parse_value(value: &str) -> Option<u32> {
+    let value = value.strip_suffix(';')?.replace('_', "");
+    value.strip_prefix("0x").map_or_else(|| value.parse().ok(), |digits| digits.parse_hex())
 }
 
 trait ParseHex {

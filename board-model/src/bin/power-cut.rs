@@ -1,11 +1,14 @@
-//! `board-model/run run --bin power-cut -- 10000`: cuts the power so often in the flash operations of the real image, on
+//! `board-model/run run --release --bin power-cut -- 10000`: cuts the power so often in the flash operations of the real image, on
 //! all processors of the host.
 
+use board_model::arguments::{self, PowerCuts};
 use board_model::board::Board;
 use board_model::by_button::ByButton;
 use board_model::image::Image;
 use board_model::power_cuts::{self, Tally};
+use clap::Parser;
 use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, Rig};
+use host_tests::command_line;
 use host_tests::firmware;
 use host_tests::packages::Consent;
 use host_tests::wearer::{Wearer, WearerSettings};
@@ -13,17 +16,17 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::rc::Rc;
 use std::time::Instant;
-use std::{env, error, io, thread};
+use std::{error, io, thread};
 
 fn main() -> Result<ExitCode, Box<dyn error::Error>> {
-    let cuts = env::args().nth(1).map_or(Ok(1_000), |number| number.parse::<u32>())?;
-    let seed = env::args().nth(2).map_or(Ok(1), |number| number.parse::<u64>())?;
+    let PowerCuts { cuts, seed } = arguments::or_exit(PowerCuts::try_parse_from(command_line::arguments()));
     let path = firmware::build(firmware::Image::NUCLEO_G474RE, Consent::Given)?;
     let began = Instant::now();
     let threads = thread::available_parallelism().map_or(1, |count| count.get() as u32);
     let tallies = thread::scope(|scope| {
         let path = path.as_path();
-        let start = |thread| scope.spawn(move || cut(path, cuts.div_ceil(threads), seed + u64::from(thread)));
+        let start =
+            |thread: u32| scope.spawn(move || cut(path, cuts.div_ceil(threads), seed.wrapping_add(thread.into())));
         let started: Vec<_> = (0..threads).map(start).collect();
         started
             .into_iter()

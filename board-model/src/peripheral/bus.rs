@@ -1,4 +1,4 @@
-//! The CAN bus outside: who is on it, and what it does to the line.
+//! The CAN bus outside: who is on it, what it does to the line, and how the controller is connected to it.
 
 use super::message_ram::BusFrame;
 use std::collections::VecDeque;
@@ -17,8 +17,31 @@ pub struct CanBus {
     pub sent: Vec<(u64, BusFrame)>,
     /// Nobody else is there to acknowledge.
     pub lonely: bool,
-    /// CANH and CANL touch.
+    /// CANH and CANL touch: whatever is sent, all see a recessive line.
     pub shorted: bool,
+}
+
+/// The controller's two pins.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Pins {
+    /// Both are set up for it.
+    pub connected: bool,
+    /// The level at which the receive pin is stuck; high is recessive.
+    pub receive: Option<bool>,
+    /// The level at which the transmit pin is stuck.
+    pub transmit: Option<bool>,
+}
+
+impl Pins {
+    /// The controller sees a dominant line whatever is sent: a transmit pin that is stuck low holds the bus itself.
+    pub fn dominant(self) -> bool {
+        self.receive == Some(false) || self.transmit == Some(false)
+    }
+
+    /// What the controller sends is not what it sees.
+    pub fn garbles(self) -> bool {
+        self.receive.is_some() || self.transmit.is_some()
+    }
 }
 
 /// Bits of a frame on the line with the space behind it: a standard frame has 44 and its data, an extended one 64; of

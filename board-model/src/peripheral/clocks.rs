@@ -75,3 +75,28 @@ impl Supply {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn is_enough(mhz: u32, boost: bool, wait_states: u32) -> bool {
+        let hz = mhz * 1_000_000;
+        let clocks = Clocks { system: hz, ahb: hz, apb1: hz, apb2: hz, apb1_timers: hz, apb2_timers: hz, fdcan: hz };
+        let supply = Supply { clocks, boost, wait_states };
+        let mut breaches = Breaches::default();
+        supply.check(&supply, 0, &mut None, &mut breaches);
+        !breaches.all().iter().any(|breach| breach.rule == Rule::WaitStates)
+    }
+
+    /// RM0440, "Number of wait states according to CPU clock (HCLK) frequency": the highest frequency for each number.
+    #[test]
+    fn the_wait_states_are_those_of_the_manual() {
+        for (boost, highest_mhz) in [(true, [34, 68, 102, 136, 170]), (false, [30, 60, 90, 120, 150])] {
+            for (wait_states, mhz) in (0..).zip(highest_mhz) {
+                assert!(is_enough(mhz, boost, wait_states), "{mhz} MHz, {wait_states}, boost {boost}");
+                assert!(!is_enough(mhz + 1, boost, wait_states), "{mhz} MHz, {wait_states}, boost {boost}");
+            }
+        }
+    }
+}

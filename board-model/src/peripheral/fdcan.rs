@@ -1,7 +1,7 @@
 //! The first FDCAN controller (RM0440, "FD controller area network").
 
 use super::Env;
-use super::bus::{BIT_HZ, CanBus, TOLERANCE_PERMILLE, bits};
+use super::bus::{BIT_HZ, CanBus, Pins, TOLERANCE_PERMILLE, bits};
 use super::message_ram::{BusFrame, MessageRam, Verdict};
 use crate::breach::Rule;
 use crate::register_file::RegisterFile;
@@ -16,6 +16,8 @@ const ELEMENTS: u32 = 3;
 const CONFIGURATION: [&str; 8] = ["DBTP", "NBTP", "TSCC", "TOCC", "RXGFC", "XIDAM", "TXBC", "TEST"];
 /// Sequences of eleven recessive bits that end a bus-off.
 const RECOVERY_BITS: u64 = 128 * 11;
+/// A line that stays dominant behind an error flag counts as an error more after so many bits (ISO 11898-1).
+const DOMINANT_BITS: u64 = 8;
 
 /// What is on the line.
 #[derive(Debug, Clone, Copy)]
@@ -24,8 +26,10 @@ enum Line {
     Theirs(BusFrame),
     /// A frame of the board, from this buffer.
     Ours(u32, BusFrame),
-    /// The board waits for an idle bus.
-    Recovery,
+    /// The line stays dominant for another eight bits; the board was sending when that began.
+    Dominant(bool),
+    /// Whoever wants to send cannot.
+    Blocked,
 }
 
 /// The peripheral.
@@ -37,7 +41,11 @@ pub struct Fdcan {
     pub ram: MessageRam,
     /// What it is connected to.
     pub bus: CanBus,
+    /// Frames that passed the filters, whether there was room for them or not.
+    pub accepted: u64,
     line: Option<(Line, u64)>,
+    /// When a bus-off ends, ps: as many recessive bits must have been seen by then.
+    recovers_ps: Option<u64>,
     /// Buffers in the order in which they were handed over.
     queue: VecDeque<u32>,
 }
@@ -46,13 +54,14 @@ impl Fdcan {
     /// As the supply finds it.
     pub fn new(seed: u64) -> Self {
         let file = RegisterFile::new("FDCAN1");
-        Self { file, ram: MessageRam::new(seed), bus: CanBus::default(), line: None, queue: VecDeque::new() }
+        let (ram, bus) = (MessageRam::new(seed), CanBus::default());
+        Self { file, ram, bus, accepted: 0, line: None, recovers_ps: None, queue: VecDeque::new() }
     }
 
     /// A reset: the memory stays.
     pub fn reset(&mut self) {
         self.file.reset();
-        self.line = None;
+        (self.line, self.recovers_ps) = (None, None);
         self.queue.clear();
     }
 
@@ -106,11 +115,11 @@ impl Fdcan {
         self.file.put("CCCR", "CSA", asked_to_stop);
         if !sets_init {
             self.file.put("CCCR", "CCE", 0);
-            if self.file.is("PSR", "BO") && self.line.is_none() {
-                self.line = Some((Line::Recovery, env.now_ps + RECOVERY_BITS * self.bit_ps(env)));
+            if self.file.is("PSR", "BO") {
+                self.recovers_ps.get_or_insert(env.now_ps + RECOVERY_BITS * self.bit_ps(env));
             }
         } else {
-            self.line = None;
+            (self.line, self.recovers_ps) = (None, None);
         }
     }
 
@@ -166,73 +175,115 @@ impl Fdcan {
     pub fn next_ps(&self, now_ps: u64) -> Option<u64> {
         let on_bus = !self.file.is("CCCR", "INIT") && !self.file.is("PSR", "BO");
         let wants = !self.bus.waiting.is_empty() || on_bus && !self.queue.is_empty();
-        self.line.map(|(_, until)| until).or(wants.then_some(now_ps))
+        let line = self.line.map(|(_, until)| until).or(wants.then_some(now_ps));
+        line.into_iter().chain(self.recovers_ps).min()
     }
 
     /// Lets time pass on the line.
-    pub fn advance(&mut self, connected: bool, env: &mut Env) {
+    pub fn advance(&mut self, pins: Pins, env: &mut Env) {
         if let Some((line, until)) = self.line
             && env.now_ps >= until
         {
             self.line = None;
             match line {
-                Line::Theirs(frame) => self.hear(&frame, connected, env),
-                Line::Ours(buffer, frame) => self.finish(buffer, frame, env),
-                Line::Recovery if self.bus.shorted => {
-                    self.line = Some((Line::Recovery, env.now_ps + RECOVERY_BITS * self.bit_ps(env)));
-                }
-                Line::Recovery => {
-                    self.file.put("PSR", "BO", 0);
-                    self.file.put("PSR", "EP", 0);
-                    self.file.put("ECR", "TEC", 0);
-                    self.file.put("IR", "BO", 1);
-                }
+                Line::Theirs(frame) => self.hear(&frame, pins, env),
+                Line::Ours(buffer, frame) => self.finish(buffer, frame, pins, env),
+                Line::Dominant(was_sending) if pins.dominant() => self.bear(was_sending, pins, env),
+                Line::Dominant(_) | Line::Blocked => {}
             }
             self.raise(env);
         }
+        if self.recovers_ps.is_some_and(|at| env.now_ps >= at) {
+            self.recover(pins, env);
+        }
         if self.line.is_none() {
-            self.begin(connected, env);
+            self.begin(pins, env);
+        }
+    }
+
+    fn recover(&mut self, pins: Pins, env: &mut Env) {
+        if pins.dominant() {
+            // no recessive bit has been seen
+            self.recovers_ps = Some(env.now_ps + RECOVERY_BITS * self.bit_ps(env));
+            return;
+        }
+        self.recovers_ps = None;
+        self.file.put("PSR", "BO", 0);
+        self.file.put("ECR", "TEC", 0);
+        self.show_passive();
+        self.file.put("IR", "BO", 1);
+        self.raise(env);
+    }
+
+    /// Another eight dominant bits behind an error flag (ISO 11898-1, "Fault confinement"): eight errors more for whoever
+    /// sent, and for whoever received.
+    fn bear(&mut self, was_sending: bool, pins: Pins, env: &mut Env) {
+        if was_sending {
+            self.fail(self.file.get("ECR", "TEC") + 8, env);
+        } else {
+            self.note_receive_errors(8);
+        }
+        if pins.transmit != Some(false) {
+            // only this board cannot see it: what others say meanwhile passes unheard
+            self.bus.waiting.clear();
+        }
+        if !self.file.is("PSR", "BO") {
+            self.line = Some((Line::Dominant(was_sending), env.now_ps + DOMINANT_BITS * self.bit_ps(env)));
         }
     }
 
     /// The most urgent frame takes the line: of two, the lower identifier.
-    fn begin(&mut self, connected: bool, env: &mut Env) {
-        let on_bus = connected && !self.file.is("CCCR", "INIT") && !self.file.is("PSR", "BO");
+    fn begin(&mut self, pins: Pins, env: &mut Env) {
+        let on_bus = pins.connected && !self.file.is("CCCR", "INIT") && !self.file.is("PSR", "BO");
+        if on_bus && pins.dominant() {
+            // the first dominant bits begin a frame that breaks the rule of stuffing
+            return self.bear(false, pins, env);
+        }
         let first = self.queue.front().filter(|_| on_bus).copied();
         let ours = first.map(|buffer| (buffer, self.ram.to_send(buffer as usize, &mut *env.breaches)));
-        let theirs = self.bus.waiting.front().copied().filter(|_| !self.bus.shorted);
+        let is_free = !self.bus.shorted && pins.transmit != Some(false);
+        let theirs = self.bus.waiting.front().copied().filter(|_| is_free);
         let duration = |frame: &BusFrame| bits(frame) * PS_A_SECOND / BIT_HZ;
+        // a frame of others has no eleven recessive bits in a row but at its end
+        self.recovers_ps = self.recovers_ps.map(|at| at + theirs.as_ref().map_or(0, duration));
         self.line = match (ours, theirs) {
             (Some((_, ours)), Some(theirs)) if theirs.id < ours.id => {
                 Some((Line::Theirs(theirs), env.now_ps + duration(&theirs)))
             }
             (Some((buffer, frame)), _) => Some((Line::Ours(buffer, frame), env.now_ps + duration(&frame))),
             (None, Some(theirs)) => Some((Line::Theirs(theirs), env.now_ps + duration(&theirs))),
-            (None, None) => None,
+            (None, None) => {
+                (!self.bus.waiting.is_empty()).then_some((Line::Blocked, env.now_ps + PS_A_SECOND / BIT_HZ))
+            }
         };
     }
 
-    fn hear(&mut self, frame: &BusFrame, connected: bool, env: &mut Env) {
+    fn hear(&mut self, frame: &BusFrame, pins: Pins, env: &mut Env) {
         self.bus.waiting.pop_front();
-        if !connected || self.file.is("CCCR", "INIT") || self.file.is("PSR", "BO") {
+        let is_off = !pins.connected || self.file.is("CCCR", "INIT") || self.file.is("PSR", "BO");
+        if is_off || pins.receive.is_some() || pins.dominant() {
             return;
         }
         if !self.keeps_time(env) {
-            let errors = (self.file.get("ECR", "REC") + 1).min(127);
-            self.file.put("ECR", "REC", errors);
+            self.note_receive_errors(1);
             return;
         }
-        let errors = self.file.get("ECR", "REC").saturating_sub(1);
+        // beyond 127 a good frame brings the counter back to where it may count (ISO 11898-1)
+        let errors = if self.file.is("ECR", "RP") { 127 } else { self.file.get("ECR", "REC").saturating_sub(1) };
         self.file.put("ECR", "REC", errors);
+        self.file.put("ECR", "RP", 0);
+        self.show_passive();
         let get = |field| self.file.get("RXGFC", field);
         let rejects_remote = if frame.extended { get("RRFE") } else { get("RRFS") };
         if frame.remote && rejects_remote != 0 {
             return;
         }
-        // the image keeps no extended filters that match: what it says of the others counts
-        let verdict =
-            if frame.extended { Verdict::NoMatch } else { self.ram.judge(get("LSS") as usize, frame.id, env.breaches) };
-        let others = if frame.extended { get("ANFE") } else { get("ANFS") };
+        let (verdict, others) = if frame.extended {
+            let mask = self.file.get("XIDAM", "EIDM");
+            (self.ram.judge_extended(get("LSE") as usize, frame.id, mask, env.breaches), get("ANFE"))
+        } else {
+            (self.ram.judge_standard(get("LSS") as usize, frame.id, env.breaches), get("ANFS"))
+        };
         match (verdict, others) {
             (Verdict::Fifo(fifo), _) => self.store(fifo, frame),
             (Verdict::NoMatch, 0) => self.store(0, frame),
@@ -241,7 +292,23 @@ impl Fdcan {
         }
     }
 
+    fn note_receive_errors(&mut self, more: u32) {
+        let errors = self.file.get("ECR", "REC") + more;
+        self.file.put("ECR", "REC", errors.min(127));
+        if errors > 127 {
+            self.file.put("ECR", "RP", 1);
+        }
+        self.show_passive();
+    }
+
+    /// One of the counters is beyond 127.
+    fn show_passive(&mut self) {
+        let is_passive = self.file.is("ECR", "RP") || self.file.get("ECR", "TEC") > 127;
+        self.file.put("PSR", "EP", is_passive.into());
+    }
+
     fn store(&mut self, fifo: usize, frame: &BusFrame) {
+        self.accepted += 1;
         let [status, level, get, put, full, lost] =
             [["RXF0S", "F0FL", "F0GI", "F0PI", "F0F", "RF0L"], ["RXF1S", "F1FL", "F1GI", "F1PI", "F1F", "RF1L"]][fifo];
         let filled = self.file.get(status, level);
@@ -260,9 +327,12 @@ impl Fdcan {
         self.file.put("IR", if fifo == 0 { "RF0N" } else { "RF1N" }, 1);
     }
 
-    fn finish(&mut self, buffer: u32, frame: BusFrame, env: &mut Env) {
+    fn finish(&mut self, buffer: u32, frame: BusFrame, pins: Pins, env: &mut Env) {
         let errors = self.file.get("ECR", "TEC");
-        if self.bus.shorted || !self.keeps_time(env) {
+        if pins.dominant() {
+            return self.bear(true, pins, env);
+        }
+        if self.bus.shorted || pins.garbles() || !self.keeps_time(env) {
             return self.fail(errors + 8, env);
         }
         if self.bus.lonely {
@@ -272,8 +342,7 @@ impl Fdcan {
         self.queue.pop_front();
         self.bus.sent.push((env.now_ps, frame));
         self.file.put("ECR", "TEC", errors.saturating_sub(1));
-        let is_passive = self.file.get("ECR", "TEC") > 127;
-        self.file.put("PSR", "EP", is_passive.into());
+        self.show_passive();
         let done = self.file.get("TXBTO", "TO") | 1 << buffer;
         self.file.put("TXBTO", "TO", done);
         if self.file.get("TXBTIE", "TIE") >> buffer & 1 == 1 {
@@ -284,7 +353,7 @@ impl Fdcan {
 
     fn fail(&mut self, errors: u32, env: &mut Env) {
         self.file.put("ECR", "TEC", errors.min(255));
-        self.file.put("PSR", "EP", u32::from(errors > 127));
+        self.show_passive();
         if errors > 255 {
             self.file.put("PSR", "BO", 1);
             self.file.put("CCCR", "INIT", 1);

@@ -34,12 +34,14 @@ pub struct Gpio {
     /// Its registers.
     pub file: RegisterFile,
     wires: [Wire; 16],
+    /// Pins whose wiring is at fault: whatever is connected to them, this is what they get.
+    pub faults: [Option<Wire>; 16],
 }
 
 impl Gpio {
     /// As a reset leaves it, with nothing connected.
     pub fn new(name: &'static str) -> Self {
-        Self { file: RegisterFile::new(name), wires: [Wire::Open; 16] }
+        Self { file: RegisterFile::new(name), wires: [Wire::Open; 16], faults: [None; 16] }
     }
 
     /// Connects a pin.
@@ -65,12 +67,18 @@ impl Gpio {
         self.file.at(self.file.offset("PUPDR")) >> (2 * pin) & 3 == 1
     }
 
-    /// The level that an output drives, and any other pin has.
+    /// The level of a pin whose wiring is at fault; None while what is connected to it decides.
+    pub fn held(&self, pin: u32) -> Option<bool> {
+        self.faults[pin as usize].map(|_| self.level(pin, None))
+    }
+
+    /// The level that a pin has: a wire that is stuck is stronger than an output.
     pub fn level(&self, pin: u32, breaches: Option<&mut crate::breach::Breaches>) -> bool {
         let drives = self.file.at(self.file.offset("ODR")) >> pin & 1 == 1;
         let pulled = self.file.at(self.file.offset("PUPDR")) >> (2 * pin) & 3;
-        match (self.mode(pin), self.wires[pin as usize], pulled) {
-            (Mode::Output, ..) => drives,
+        let fault = self.faults[pin as usize];
+        match (self.mode(pin), fault.unwrap_or(self.wires[pin as usize]), pulled) {
+            (Mode::Output, wire, _) if fault.is_none() || wire == Wire::Open => drives,
             (_, Wire::High, _) | (_, Wire::Open, 1) => true,
             (_, Wire::Low, _) | (_, Wire::Open, 2) => false,
             (mode, Wire::Open, _) => {

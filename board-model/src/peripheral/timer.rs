@@ -42,12 +42,16 @@ pub struct Timer {
     pub wired: [Channel; 2],
     /// It is on the second peripheral bus.
     pub on_apb2: bool,
+    /// Where the encoder stands, counts.
+    position: i64,
+    /// The levels behind the filters; None before the encoder has turned at all.
+    seen: Option<[bool; 2]>,
 }
 
 impl Timer {
     /// As a reset leaves it.
     pub fn new(name: &'static str, wired: [Channel; 2], on_apb2: bool) -> Self {
-        Self { file: RegisterFile::new(name), wired, on_apb2 }
+        Self { file: RegisterFile::new(name), wired, on_apb2, position: 0, seen: None }
     }
 
     /// The timer has 32 bits.
@@ -92,17 +96,53 @@ impl Timer {
         divider * samples * sampling * PS_A_SECOND / u64::from(clock_hz)
     }
 
-    /// The encoder turns by so many counts, each level of a channel (two counts long) lasting so long.
+    /// The encoder turns by so many counts, each level of a channel (two counts long) lasting so long. A channel whose wire is at fault
+    /// keeps its level meanwhile.
     pub fn turn(&mut self, counts: i32, level_ps: u64, clock_hz: u32, ports: &Ports) -> Result<(), String> {
         if let Some(objection) = self.objection(ports) {
             return Err(objection);
         }
-        if level_ps >= self.filter_ps(clock_hz) {
-            let counter = self.file.offset("CNT");
-            let top = u64::from(self.file.at(self.file.offset("ARR"))) + 1;
-            let now = (u64::from(self.file.at(counter)) as i64 + i64::from(counts)).rem_euclid(top as i64);
-            self.file.put_at(counter, now as u32);
+        let held = self.wired.map(|(port, pin, _)| ports[port].held(pin));
+        let levels = |position: i64| {
+            let driven = channels(position);
+            [0, 1].map(|channel| held[channel].unwrap_or(driven[channel]))
+        };
+        let before = self.position;
+        self.position += i64::from(counts);
+        self.seen.get_or_insert_with(|| levels(before));
+        if level_ps < self.filter_ps(clock_hz) {
+            return Ok(());
         }
+        // first what has changed since, then step by step
+        let mut counted = self.see(levels(before));
+        for step in 1..=i64::from(counts.unsigned_abs()) {
+            counted += self.see(levels(before + step * i64::from(counts.signum())));
+        }
+        let counter = self.file.offset("CNT");
+        let top = i64::from(self.file.at(self.file.offset("ARR"))) + 1;
+        let now = (i64::from(self.file.at(counter)) + counted).rem_euclid(top);
+        self.file.put_at(counter, now as u32);
         Ok(())
     }
+
+    /// What the edges to these levels count (RM0440, "Counting direction versus encoder signals", both inputs): channel 1
+    /// counts upwards when it rises while the other is low or falls while the other is high, channel 2 the other way round.
+    fn see(&mut self, levels: [bool; 2]) -> i64 {
+        let seen = self.seen.get_or_insert(levels);
+        let mut counted = 0;
+        for channel in 0..2 {
+            if levels[channel] != seen[channel] {
+                seen[channel] = levels[channel];
+                let is_up = (levels[channel] != seen[1 - channel]) == (channel == 0);
+                counted += if is_up { 1 } else { -1 };
+            }
+        }
+        counted
+    }
+}
+
+/// The levels of an encoder's channels A and B: a quarter of a period apart, A first when it counts upwards.
+fn channels(position: i64) -> [bool; 2] {
+    let quarter = position.rem_euclid(4);
+    [matches!(quarter, 1 | 2), matches!(quarter, 2 | 3)]
 }

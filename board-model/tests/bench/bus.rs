@@ -1,10 +1,11 @@
 //! The CAN bus: bit, filter, bus-off, loneliness, flood.
 
-use crate::scene::{health, hear, heartbeats, is_fault, new_board, query};
+use crate::scene::{counters, health, hear, heartbeats, is_fault, new_board, query};
 use board_model::peripheral::message_ram::BusFrame;
+use board_model::peripheral::rcc::Cause;
 use board_model::time::PS_A_SECOND;
+use glenoid::can::BaseId;
 use glenoid::can::message::BLOCK;
-use glenoid::can::{BaseId, Message};
 use glenoid::procedure::Reason;
 
 fn frame(id: u32, extended: bool, remote: bool) -> BusFrame {
@@ -71,25 +72,34 @@ fn it_survives_that_nobody_listens() {
     assert_eq!(board.complaints(), [""; 0]);
 }
 
-/// All other traffic is dropped by the filter; what somebody else sends in the device's name is counted.
+/// All other traffic is dropped by the filter; what somebody else sends in the device's name is counted. Before this program ran
+/// another one had filters in the controller's memory that let everything in.
 #[test]
 fn foreign_frames_are_dropped_by_the_hardware() {
     let mut board = new_board();
+    // RM0440, "FDCAN message RAM filter elements": by mask, no bit compared, into the first FIFO
+    let everything_standard = [2 << 30 | 1 << 27; 28];
+    let everything_extended = [1 << 29, 2 << 30].repeat(8);
+    board.machine.chip_mut().can.ram.leave(0, &everything_standard);
+    board.machine.chip_mut().can.ram.leave(28, &everything_extended);
+    board.machine.reset(Cause::Pin);
+    hear(&mut board, 50);
+    let before = board.machine.chip().can.accepted;
     for id in (0..0x800).filter(|id| !own().contains(id)) {
         board.machine.chip_mut().can.bus.waiting.push_back(frame(id, false, false));
     }
-    for id in [own().start, 0x1234_5678] {
+    for id in [0, own().start, 0x1234_5678, 0x1FFF_FFFF] {
         board.machine.chip_mut().can.bus.waiting.push_back(frame(id, true, false));
+        board.machine.chip_mut().can.bus.waiting.push_back(frame(id, true, true));
     }
     board.machine.chip_mut().can.bus.waiting.push_back(frame(own().start, false, true));
     hear(&mut board, 1_000);
+    assert!(board.machine.chip().can.bus.waiting.is_empty());
+    assert_eq!(board.machine.chip().can.accepted - before, 0);
     board.machine.chip_mut().can.bus.waiting.push_back(frame(own().end - 1, false, false));
     let said = query(&mut board);
-    let counters = said.iter().find_map(|message| match message {
-        Message::Counters(counters) => Some(*counters),
-        _ => None,
-    });
-    assert_eq!(counters.unwrap().foreign, 1, "{said:?}");
+    assert_eq!(counters(&said).unwrap().foreign, 1, "{said:?}");
+    assert_eq!(board.machine.chip().can.accepted - before, 2);
     assert_eq!(board.complaints(), [""; 0]);
 }
 

@@ -1,17 +1,22 @@
 //! The record's flash: option bytes, protection, torn words, and power cuts in every operation of a store.
 
-use crate::scene::{calibrate, calibrated, hear, heartbeats, image, is_fault, kept_board, live, new_board, query};
+use crate::scene::{
+    calibrate, calibrated, faults, hear, heartbeats, image, is_fault, kept_board, live, new_board, query,
+};
 use board_model::board::Board;
 use board_model::peripheral::words::Word;
 use board_model::power_cuts;
+use glenoid::can::{BaseId, Message, Operation, ParameterRequest};
 use glenoid::procedure::Reason;
+use host_tests::rehearse::Bench;
 
 const DBANK: u32 = 1 << 22;
 const BFB2: u32 = 1 << 20;
 /// The record's two pages in the second bank: the first two of the storage, which begins 500 KiB behind the flash's start.
 const PAGES: [usize; 2] = [122, 123];
 
-/// B13: wrong option bytes. The board says so, keeps nothing, and works on.
+/// B13: wrong option bytes. The board says so, begins without a centre, works on, and writes nothing, whatever is asked of it: a
+/// calibration's centre is in use until the supply goes, and a save is refused.
 #[test]
 fn wrong_option_bytes_are_told() {
     for wrong in [0xFFEF_F8AA & !DBANK, 0xFFEF_F8AA | BFB2] {
@@ -20,10 +25,27 @@ fn wrong_option_bytes_are_told() {
         let before = cells.words.clone();
         let mut board = Board::power_on(image(), cells, 3);
         let said = hear(&mut board, 3_000);
-        assert!(is_fault(&said, Reason::FlashLayout), "{wrong:#x}: {said:?}");
+        assert!(faults(&said).contains(&(Reason::FlashLayout, 0, true)), "{wrong:#x}: {said:?}");
         assert_eq!(live(&query(&mut board)), None);
-        assert!(board.machine.chip().flash.cells.words == before, "something was written");
+        let new = calibrate(&mut board, 5);
+        let said = hear(&mut board, 3_000);
+        assert!(faults(&said).contains(&(Reason::FlashLayout, 0, true)), "{wrong:#x}: {said:?}");
+        assert_eq!(live(&query(&mut board)), Some(new));
+        let saved = ParameterRequest { operation: Operation::Save as u8, index: 0, nonce: 1, value: 0 };
+        board.send(&saved.pack(BaseId::DEFAULT.parameters())).unwrap();
+        let said = hear(&mut board, 500);
+        let refused = |message: &Message| matches!(message, Message::Parameter(answer) if answer.code != Reason::Fine);
+        assert!(said.iter().any(refused), "{wrong:#x}: {said:?}");
+        assert_eq!(live(&query(&mut board)), Some(new));
+        assert_eq!(board.machine.chip().flash.operations, 0, "{wrong:#x}");
+        assert!(board.machine.chip().flash.cells.words == before, "{wrong:#x}: something was written");
+        assert_eq!(board.machine.resets, []);
         assert_eq!(board.complaints(), [""; 0]);
+        // set right, the old record is there as it was
+        board.machine.chip_mut().flash.cells.optr = 0xFFEF_F8AA;
+        board.power_cycle();
+        hear(&mut board, 50);
+        assert_eq!(live(&query(&mut board)), Some(calibrated().1));
     }
 }
 

@@ -2,6 +2,8 @@
 //! docs/safe-states.md promises of this board.
 
 mod bus;
+mod bus_pins;
+mod button;
 mod defects;
 mod encoders;
 mod flash;

@@ -4,8 +4,9 @@ use board_model::board::Board;
 use board_model::image::Image;
 use board_model::peripheral::flash::Cells;
 use glenoid::can::health::{BusHealth, LastStop};
+use glenoid::can::status::{Answer, Counters, Heartbeat};
 use glenoid::can::{BaseId, Frame, Message, Opcode, Request};
-use glenoid::procedure::Reason;
+use glenoid::procedure::{Reason, StateName};
 use glenoid::restart::ResetCause;
 use glenoid::rig::{ASSUMED_BASE_RADIUS_MM, Rig};
 use host_tests::firmware;
@@ -53,12 +54,26 @@ pub fn kept_board() -> Board {
 
 /// Plays a calibration of the wearer with this seed; the centre in use afterwards.
 pub fn calibrate(board: &mut Board, seed: u64) -> [u32; 3] {
-    let rig = Rig::shoulder(ASSUMED_BASE_RADIUS_MM).unwrap();
-    let settings = WearerSettings { seed, noise_mm: 0.1, ..WearerSettings::default() };
-    let mut wearer = Wearer::new(rig, settings);
+    let (rig, mut wearer) = (rig(), wearer(seed));
     let mut session = Session::new(board, &mut wearer, rig.drum().fastest_mm_per_s, &Display::Silent);
     let transcript = session.calibrate(12, 5, 0).unwrap();
     transcript.live_centre_mm.map(f32::to_bits)
+}
+
+fn rig() -> Rig<f64> {
+    Rig::shoulder(ASSUMED_BASE_RADIUS_MM).unwrap()
+}
+
+/// The wearer with this seed; the board of [`calibrated`] has the third one's centre.
+pub fn wearer(seed: u64) -> Wearer {
+    Wearer::new(rig(), WearerSettings { seed, noise_mm: 0.1, ..WearerSettings::default() })
+}
+
+/// Waits until the arm has been seen to rest, and starts a run in which poses are captured by command only.
+pub fn collect(board: &mut Board) {
+    hear(board, 1_000);
+    send(board, Opcode::Start, 0, 1);
+    assert_eq!(state(&hear(board, 200)), Some(StateName::Collecting));
 }
 
 /// Everything that the board says in so many milliseconds.
@@ -73,12 +88,13 @@ pub fn query(board: &mut Board) -> Vec<Message> {
     hear(board, 300)
 }
 
-/// Sends a command.
-pub fn send(board: &mut Board, opcode: Opcode, run_id: u16, argument: u16) {
+/// Sends a command; the nonce that its answer will have.
+pub fn send(board: &mut Board, opcode: Opcode, run_id: u16, argument: u16) -> u16 {
     // never the same one within a second, or it would not be obeyed
     let nonce = (board.now_ms() as u16).max(1);
     let frame = Request { opcode: opcode as u8, boot: 0, nonce, run_id, argument }.pack(BaseId::DEFAULT.command());
     board.send(&frame).unwrap();
+    nonce
 }
 
 /// The centre in use, to the bit; None if there is none.
@@ -118,10 +134,47 @@ pub fn health(said: &[Message]) -> Option<BusHealth> {
 
 /// A fault of this code was told, as there or as over.
 pub fn is_fault(said: &[Message], code: Reason) -> bool {
-    said.iter().any(|message| matches!(message, Message::Fault(fault) if fault.code == code))
+    faults_told(said).any(|fault| fault.0 == code)
+}
+
+/// The faults told, in order and without repetitions: the code, the cable, and whether it lasts. That nobody has saved parameters on this
+/// board is left out: it is told of every new board until somebody does.
+pub fn faults(said: &[Message]) -> Vec<(Reason, u8, bool)> {
+    let mut faults: Vec<_> = faults_told(said).filter(|fault| fault.0 != Reason::ParametersDamaged).collect();
+    faults.dedup();
+    faults
+}
+
+fn faults_told(said: &[Message]) -> impl Iterator<Item = (Reason, u8, bool)> {
+    said.iter().filter_map(|message| match message {
+        Message::Fault(fault) => Some((fault.code, fault.cable, fault.active)),
+        _ => None,
+    })
+}
+
+/// The answers to commands, in order.
+pub fn answers(said: &[Message]) -> Vec<Answer> {
+    let answer = |message: &Message| if let Message::Answer(answer) = message { Some(*answer) } else { None };
+    said.iter().filter_map(answer).collect()
+}
+
+/// The frames that were counted.
+pub fn counters(said: &[Message]) -> Option<Counters> {
+    said.iter().rev().find_map(|message| if let Message::Counters(counters) = message { Some(*counters) } else { None })
+}
+
+/// The heartbeats, in order.
+pub fn beats(said: &[Message]) -> Vec<Heartbeat> {
+    let beat = |message: &Message| if let Message::Heartbeat(heartbeat) = message { Some(*heartbeat) } else { None };
+    said.iter().filter_map(beat).collect()
+}
+
+/// The state, as last told.
+pub fn state(said: &[Message]) -> Option<StateName> {
+    beats(said).last().map(|heartbeat| heartbeat.state)
 }
 
 /// Heartbeats heard.
 pub fn heartbeats(said: &[Message]) -> usize {
-    said.iter().filter(|message| matches!(message, Message::Heartbeat(_))).count()
+    beats(said).len()
 }
