@@ -192,6 +192,9 @@ async function rejected(page, board) {
   const shown = (value) => `${value.value.toFixed(4)} ± ${value.sigma.toFixed(4)}`;
   assert.deepEqual(row.slice(0, 2), [shown(fresh[0]), shown(before[0])]);
   assert.deepEqual(await page.locator(".actions button:visible").allInnerTexts(), ["Accept", "Reject"]);
+  // nothing of it is cut off
+  const [wide, room] = await page.locator(".figures").evaluate((box) => [box.scrollWidth, box.clientWidth]);
+  assert.ok(wide <= room, `the figures want ${wide} px of ${room}`);
   await snap(page, "elbow-review");
   await press(page, "Reject");
   await says(page, "The new axis was rejected; the old one stays in use.");
