@@ -31,7 +31,7 @@ export const words = {
     direction: "direction",
     point: "point, mm",
     bodies: ["In the base", "In the forearm"],
-    between: "Along the axis, from the base's point to the forearm's",
+    between: "Along the axis, from base to forearm",
     along: "offset, mm",
     directionKnown: (base: number, forearm: number) => `The direction is known to ${base.toFixed(2)}° in the base, to ${forearm.toFixed(2)}° `
       + "in the forearm (one standard deviation).",

@@ -1,7 +1,7 @@
 // An elbow's board driven from the page in headless Chromium, with pictures: told of its rig, calibrated and accepted,
 // calibrated again and rejected, and the recording of it all opened.
 //
-//     node test/elbow.mjs [FOLDER]        the picture of docs/page.md goes there; without it, all of them into target/page
+//     node test/elbow.mjs [FOLDER]        the picture of the decision goes there; without it, all of them into target/page
 
 import assert from "node:assert/strict";
 import { mkdirSync, readFileSync } from "node:fs";
@@ -9,7 +9,7 @@ import { join } from "node:path";
 import { browser, launch, play, press, recorder, root, says, view } from "./browsing.mjs";
 
 const pictures = process.argv[2] ?? join(root, "target", "page");
-/** What docs/page.md shows. */
+/** The decision about an axis, beside the one in use. */
 const documented = "elbow-review";
 const snap = async (page, name) => {
   if (process.argv[2] === undefined || name === documented) await page.screenshot({ path: join(pictures, `${name}.png`) });
