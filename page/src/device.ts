@@ -6,6 +6,8 @@ import type { Library, Message } from "./library.ts";
  *  still for seconds. */
 const ANSWER_MS = 400;
 const TRIES = 30;
+/** The board obeys so many requests within a second and no more: then a while is waited before the next. */
+const TOO_MANY_MS = 200;
 
 export class Device {
   private nonce = Math.floor(Math.random() * 0xffff);
@@ -30,8 +32,12 @@ export class Device {
 
   /** The answer to a request about a parameter, or null when none came. */
   async parameter(operation: string, index = 0, bits = 0): Promise<Message | null> {
-    const nonce = (this.next() % 0xff) + 1;
-    return this.exchange(keyOf(index, nonce), this.library.parameterRequest(operation, index, nonce, bits));
+    for (;;) {
+      const nonce = (this.next() % 0xff) + 1;
+      const answer = await this.exchange(keyOf(index, nonce), this.library.parameterRequest(operation, index, nonce, bits));
+      if (answer === null || this.library.reason(Number(answer["code"])).name !== "TooManyCommands") return answer;
+      await new Promise((resolve) => setTimeout(resolve, TOO_MANY_MS));
+    }
   }
 
   private next(): number {

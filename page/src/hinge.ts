@@ -1,19 +1,22 @@
 // What the page shows of an elbow: the axis of its hinge with its bar, in words and in the picture.
 
-import { CylinderGeometry, DoubleSide, Group, LatheGeometry, Mesh, MeshLambertMaterial, Vector2, Vector3 } from "three";
+import {
+  CylinderGeometry, DoubleSide, Group, LatheGeometry, Mesh, MeshLambertMaterial, type Object3D, Vector2, Vector3,
+} from "three";
 import type { Model, Value } from "./model.ts";
-import { BLUE, ORANGE } from "./shapes.ts";
+import { BLUE, INK, ORANGE } from "./shapes.ts";
 import { words } from "./words.ts";
 
 /** How far the axis is drawn to either side of the limb, mm. */
 const REACH = 110;
+const OLD_REACH = 140;
 /** The bar is drawn so many times as large, as long as it stays within LARGEST, mm. */
 const MAGNIFICATIONS = [200, 100, 50, 20, 10, 5, 2];
 const LARGEST = 45;
 const AXES = ["x", "y", "z"];
 
 /** The numbers if all of them are there. */
-export function whole(numbers: (Value | null)[]): Value[] | null {
+function whole(numbers: (Value | null)[]): Value[] | null {
   return numbers.every((value) => value !== null) ? (numbers as Value[]) : null;
 }
 
@@ -33,7 +36,8 @@ export function hingeTable(model: Model): string {
   const bodies = words.hinge.bodies.map((body, index) =>
     `<tr><th scope="rowgroup" colspan="4">${body}</th></tr>`
     + AXES.map((axis, k) => row(`${words.hinge.direction} ${axis}`, 6 * index + k, 4)).join("")
-    + AXES.map((axis, k) => row(`${words.hinge.point} ${axis}`, 6 * index + 3 + k, 2)).join("")).join("");
+    + AXES.map((axis, k) => row(`${words.hinge.point} ${axis}`, 6 * index + 3 + k, 2)).join("")).join("")
+    + `<tr><th scope="rowgroup" colspan="4">${words.hinge.between}</th></tr>${row(words.hinge.along, 12, 2)}`;
   const best = fresh ?? live;
   const note = best === null ? words.centre.refused
     : words.hinge.directionKnown(directionSigma(best.slice(0, 3)), directionSigma(best.slice(6, 9)));
@@ -42,7 +46,15 @@ export function hingeTable(model: Model): string {
     + `${Number(model.verification["limit"]).toFixed(3)})</p>`;
   return `<table class="hinge"><caption>${words.hinge.title}</caption><thead><tr><td></td><th scope="col">${words.centre.fresh}</th>`
     + `<th scope="col">${words.centre.live}</th><th scope="col">${words.centre.difference}</th></tr></thead>`
-    + `<tbody>${bodies}${row(words.hinge.along, 12, 2)}</tbody></table><p class="small">± ${words.centre.standardDeviation}. ${note}</p>${verified}`;
+    + `<tbody>${bodies}</tbody></table><p class="small">± ${words.centre.standardDeviation}. ${note}</p>${verified}`;
+}
+
+/** The hinge to look at: a new one, beside the one in use, while it waits for a decision; else the one in use; null: the drawn. */
+export function inPicture(model: Model, state: string): { numbers: Value[] | null; old: Value[] | null; note: string } {
+  const [fresh, live] = [state === "Review" ? whole(model.candidateHinge) : null, whole(model.liveHinge)];
+  const [numbers, old] = fresh === null ? [live, null] : [fresh, live];
+  const note = numbers === null ? words.hinge.drawn : words.hinge.bar(magnification(numbers), old !== null);
+  return { numbers, old, note };
 }
 
 /** How far the joint bends now. */
@@ -66,19 +78,36 @@ function barAt(numbers: Value[], along: number): number {
 }
 
 /** How many times as large the bar is drawn. */
-export function magnification(numbers: Value[]): number {
+function magnification(numbers: Value[]): number {
   return MAGNIFICATIONS.find((factor) => factor * barAt(numbers, REACH) <= LARGEST) ?? 1;
 }
 
-/** The axis in the picture: a rod, and about it its bar. */
+/** A rod along y, to be laid along an axis. */
+function rod(radius: number, reach: number, colour: number): Mesh {
+  return new Mesh(new CylinderGeometry(radius, radius, 2 * reach, 10), new MeshLambertMaterial({ color: colour }));
+}
+
+function lay(shape: Object3D, axis: number[], point: number[]): void {
+  shape.position.fromArray(point);
+  shape.quaternion.setFromUnitVectors(new Vector3(0, 1, 0), new Vector3().fromArray(axis).normalize());
+}
+
+/** The axis in the picture: a rod, and about it its bar; and the one in use beside a new one: a thin rod that is longer. */
 export class AxisShape {
   readonly group = new Group();
+  readonly old = new Group();
 
   /** At a point of the base, mm; `numbers` as the board shows them, null for an axis that is only drawn. */
-  put(axis: number[], point: number[], numbers: Value[] | null): void {
+  put(axis: number[], point: number[], numbers: Value[] | null, old: Value[] | null): void {
+    this.old.clear();
+    if (old !== null) {
+      this.old.add(rod(1.5, OLD_REACH, INK));
+      const values = old.map(({ value }) => value);
+      lay(this.old, values.slice(0, 3), values.slice(3, 6));
+    }
     this.group.clear();
     const colour = numbers === null ? ORANGE : BLUE;
-    this.group.add(new Mesh(new CylinderGeometry(2.5, 2.5, 2 * REACH, 10), new MeshLambertMaterial({ color: colour })));
+    this.group.add(rod(2.5, REACH, colour));
     if (numbers !== null) {
       const factor = magnification(numbers);
       const profile = Array.from({ length: 21 }, (_, k) => {
@@ -90,7 +119,6 @@ export class AxisShape {
         new MeshLambertMaterial({ color: BLUE, transparent: true, opacity: 0.35, side: DoubleSide }),
       ));
     }
-    this.group.position.fromArray(point);
-    this.group.quaternion.setFromUnitVectors(new Vector3(0, 1, 0), new Vector3().fromArray(axis).normalize());
+    lay(this.group, axis, point);
   }
 }

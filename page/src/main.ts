@@ -3,14 +3,15 @@
 import { allowed, BUTTONS, isInSet, type Button } from "./buttons.ts";
 import { accuracyChart, residualChart } from "./charts.ts";
 import { Device } from "./device.ts";
-import { angleText, hingeTable, magnification as barMagnification, whole } from "./hinge.ts";
+import { angleText, hingeTable, inPicture } from "./hinge.ts";
 import { Library, type Identification, type Message } from "./library.ts";
-import { Model } from "./model.ts";
+import { BALL, Model } from "./model.ts";
 import { NumberingCheck } from "./numbering.ts";
-import { boardList, centreTable, element, faultList, guidance, sentence, stateLine, write, type Situation } from "./panel.ts";
+import { boardList, centreTable, element, explained, faultList, guidance, stateLine, write, type Situation } from "./panel.ts";
 import { ParameterTable } from "./parameters.ts";
 import { ArmScene } from "./scene.ts";
 import { magnification } from "./shapes.ts";
+import { jointOf } from "./source/joint.ts";
 import { framesUntil, readRecording, type Recording } from "./source/recording.ts";
 import type { Listener, Source } from "./source/source.ts";
 import { openSerial, type SerialLike } from "./source/webserial.ts";
@@ -29,6 +30,7 @@ class Page {
   private device: Device | null = null;
   private source: Source | null = null;
   private recording: Recording | null = null;
+  private recorded = BALL;
   private playing: number | null = null;
   private found: Identification | null = null;
   private computed = -1;
@@ -102,6 +104,7 @@ class Page {
       return;
     }
     this.recording = opened;
+    this.recorded = jointOf(opened, (id, data) => this.library.decode(id, data));
     this.situation.connected = this.situation.recording = true;
     this.notice = opened.cut ? words.sources.cut : "";
     const slider = element<HTMLInputElement>("slider");
@@ -185,7 +188,7 @@ class Page {
   private seek(seconds: number): void {
     const recording = this.recording;
     if (recording === null) return;
-    this.model = new Model();
+    this.model = new Model(this.recorded);
     this.library.forget();
     for (const index of framesUntil(recording, seconds)) {
       const data = recording.data.subarray(8 * index, 8 * index + recording.lengths[index]!);
@@ -232,19 +235,18 @@ class Page {
     return this.model.isHinge === (this.library.machine.joint === "hinge");
   }
 
-  /** The hinge that is known best: the new one, the one in use, the drawn one. */
+  /** The hinge in the picture, and how far it bends. */
   private showHinge(): void {
     write("angle", angleText(this.model));
-    const numbers = whole(this.model.candidateHinge) ?? whole(this.model.liveHinge);
-    const shown = JSON.stringify([numbers, this.isOfThisMachine()]);
+    const { numbers, old, note } = inPicture(this.model, this.library.state(Number(this.model.heartbeat?.["state"])));
+    const shown = JSON.stringify([numbers, old, this.isOfThisMachine()]);
     if (this.shown === shown) return;
     this.shown = shown;
-    const note = numbers === null ? words.hinge.drawn : words.hinge.bar(barMagnification(numbers));
     if (this.scene !== null) write("scene-note", this.isOfThisMachine() ? note : words.hinge.otherMachine);
     if (!this.isOfThisMachine()) return;
     this.library.turnAbout(numbers?.map(({ value }) => value) ?? []);
     this.scene?.setMachine(this.library.machine);
-    this.scene?.showHinge(numbers);
+    this.scene?.showHinge(numbers, old);
     this.placed = null;
   }
 
@@ -319,9 +321,9 @@ class Page {
       : device?.ask(name, run));
     if (device === null || answer === null || answer === undefined) this.notice = words.actions.noAnswer;
     else {
-      const reason = this.library.reason(Number(answer["code"]));
+      const reason = explained(this.model, this.library, answer["code"]);
       if (reason.name === "NumberingUnchecked") this.numbering.open(device);
-      const refused = `${words.actions.refused(words.actions[name])}: ${sentence(reason.text)} ${sentence(reason.remedy)}`;
+      const refused = `${words.actions.refused(words.actions[name])}: ${reason.text} ${reason.remedy}`;
       this.notice = reason.name === "Fine" ? "" : refused;
     }
   }

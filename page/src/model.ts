@@ -20,6 +20,14 @@ export interface Fault {
   active: boolean;
 }
 
+/** What is known of a joint before the board has said it. */
+export interface Joint {
+  /** An elbow. */
+  isHinge: boolean;
+  cables: number;
+}
+export const BALL: Joint = { isHinge: false, cables: 6 };
+
 /** Axis and foot point in the base, in the forearm, then the offset along the axis: numbers of a hinge. */
 export const HINGE_NUMBERS = 13;
 
@@ -30,9 +38,8 @@ function hingePlace(index: number, isAxis: boolean): number {
 }
 
 export class Model {
-  /** The joint is a hinge: an elbow. */
-  isHinge = false;
-  cables = 6;
+  isHinge: boolean;
+  cables: number;
   candidateHinge: (Value | null)[] = Array(HINGE_NUMBERS).fill(null);
   liveHinge: (Value | null)[] = Array(HINGE_NUMBERS).fill(null);
   /** How far the hinge in use bends, rad, and what the lengths leave there, mm. */
@@ -60,6 +67,10 @@ export class Model {
   evidence = 0;
   /** Grows with every change. */
   revision = 0;
+
+  constructor({ isHinge, cables }: Joint = BALL) {
+    [this.isHinge, this.cables] = [isHinge, cables];
+  }
 
   /** Takes a message. */
   take(message: Message): void {

@@ -8,6 +8,8 @@ import { words } from "./words.ts";
 export const UNCONFIRMED = 2;
 const NOT_TO_BE_USED = 3;
 
+/** What the library says of a code after which there is nothing to do. */
+const NO_REMEDY = "none";
 const AXES = ["x", "y", "z"];
 
 export function element<T extends HTMLElement>(id: string): T {
@@ -39,30 +41,40 @@ export function guidance(model: Model, library: Library, situation: Situation): 
   const heartbeat = model.heartbeat;
   if (situation.silent) return { text: words.guidance.silent, detail: words.guidance.silentRemedy };
   if (heartbeat === null) return { text: words.guidance.connecting, detail: "" };
-  const outcome = model.outcome === null ? null : library.reason(Number(model.outcome["reason"]));
+  const outcome = model.outcome === null ? null : explained(model, library, model.outcome["reason"]);
   const state = library.state(Number(heartbeat["state"]));
   if (state === "Failed" || (state === "Idle" && outcome !== null && outcome.name !== "Fine")) {
     if (outcome?.name === "Accepted") return { text: model.isHinge ? words.hinge.accepted : words.guidance.accepted, detail: "" };
-    const reason = outcome ?? library.reason(Number(heartbeat["reason"]));
-    return { text: sentence(reason.text), detail: sentence(reason.remedy) };
+    const reason = outcome ?? explained(model, library, heartbeat["reason"]);
+    return { text: reason.text, detail: reason.remedy };
   }
   if (state === "Idle") {
     const standing = Number(heartbeat["standing"]);
     const unconfirmed = model.isHinge ? words.hinge.unconfirmed : words.guidance.unconfirmed;
     if (standing === UNCONFIRMED) return { text: unconfirmed, detail: words.guidance.unconfirmedRemedy };
-    const reason = library.reason(Number(heartbeat["reason"]));
-    if (reason.name !== "Fine") return { text: sentence(reason.text), detail: sentence(reason.remedy) };
+    const reason = explained(model, library, heartbeat["reason"]);
+    if (reason.name !== "Fine") return { text: reason.text, detail: reason.remedy };
     const notToBeUsed = model.isHinge ? words.hinge.notToBeUsed : words.guidance.notToBeUsed;
     if (standing === NOT_TO_BE_USED) return { text: notToBeUsed, detail: "" };
     const idle = model.isHinge ? words.hinge.idleWithAxis : words.guidance.idleWithCentre;
     const text = Number(heartbeat["live"]) === 1 ? idle : words.guidance.idle;
     return { text: situation.recording ? words.guidance.recording : text, detail: "" };
   }
-  const reason = library.reason(Number(heartbeat["reason"]));
-  const detail = reason.name === "Fine" ? "" : `${sentence(reason.text)} ${sentence(reason.remedy)}`;
+  const reason = explained(model, library, heartbeat["reason"]);
+  const detail = reason.name === "Fine" ? "" : `${reason.text} ${reason.remedy}`;
   const advice = Number(heartbeat["guidance"]);
   const ofHinge = model.isHinge ? words.hinge.guidance[library.guidanceName(advice)] : undefined;
-  return { text: ofHinge ?? sentence(library.guidance(advice)), detail };
+  return { text: ofHinge ?? ofJoint(model, library.guidance(advice)), detail };
+}
+
+/** What a code says and what to do about it, in sentences; of a hinge they speak of its axis. */
+export function explained(model: Model, library: Library, code: unknown): { name: string; text: string; remedy: string } {
+  const { name, text, remedy } = library.reason(Number(code));
+  return { name, text: ofJoint(model, text), remedy: remedy === NO_REMEDY ? "" : ofJoint(model, remedy) };
+}
+
+function ofJoint({ isHinge }: Model, text: string): string {
+  return sentence(isHinge ? words.hinge.ofAxis(text) : text);
 }
 
 /** A sentence from the library's words. */
@@ -119,9 +131,9 @@ export function faultList(model: Model, library: Library): string {
   const faults = [...model.faults.values()].filter((fault) => fault.active);
   if (faults.length === 0) return `<p class="small">${words.faults.none}</p>`;
   return `<ul>${faults.map((fault) => {
-    const reason = library.reason(fault.code);
+    const { text, remedy } = explained(model, library, fault.code);
     const cable = fault.cable > 0 ? ` (${words.faults.cable} ${fault.cable})` : "";
-    return `<li><strong>${sentence(reason.text)}${cable}</strong> ${sentence(reason.remedy)}</li>`;
+    return `<li><strong>${text}${cable}</strong> ${remedy}</li>`;
   }).join("")}</ul>`;
 }
 

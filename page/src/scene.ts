@@ -70,7 +70,7 @@ export class ArmScene {
       this.scene.add(mesh, text);
     }
     this.cuff = [0, 1, 2, 3].map(() => rod(4, BLUE));
-    this.scene.add(...this.cuff, this.hinge.group);
+    this.scene.add(...this.cuff, this.hinge.group, this.hinge.old);
     this.arm = new Mesh(
       new CylinderGeometry(26, 34, ARM, 20).rotateX(Math.PI / 2).translate(0, 0, ARM / 2 + 20),
       new MeshLambertMaterial({ color: 0xd9a37f, transparent: true, opacity: 0.55 }),
@@ -113,7 +113,7 @@ export class ArmScene {
     this.cuff.forEach((side, index) => {
       side.visible = index < machine.platform.length;
     });
-    this.hinge.group.visible = isHinge;
+    this.hinge.group.visible = this.hinge.old.visible = isHinge;
     for (const shape of [this.centre, this.directions, this.path, this.ellipsoid]) shape.visible = !isHinge;
     if (isHinge) this.showHinge(null);
     this.baseGroup.clear();
@@ -139,9 +139,9 @@ export class ArmScene {
     return new Vector3().fromArray(mean(this.machine.platform)).sub(pivot).normalize().toArray();
   }
 
-  /** The axis of a hinge where the machine has it, with its bar; null: it is only drawn. */
-  showHinge(numbers: Value[] | null): void {
-    this.hinge.put(this.machine.axis!, this.machine.nominal, numbers);
+  /** The axis of a hinge where the machine has it, with its bar; null: it is only drawn. Beside a new one the one in use. */
+  showHinge(numbers: Value[] | null, old: Value[] | null = null): void {
+    this.hinge.put(this.machine.axis!, this.machine.nominal, numbers, old);
     this.dirty = true;
   }
 

@@ -19,6 +19,8 @@ export const words = {
   hinge: {
     states: { Identifying: "Computing the axis", Collecting: "Collecting angles", Verifying: "Collecting angles that verify" } as Record<string, string>,
     guidance: { MoveOn: "Go on to another angle and hold it.", MoveFurther: "Bend or straighten it further before holding it." } as Record<string, string>,
+    /** The library's words are about a ball's centre. */
+    ofAxis: (text: string) => text.replace(/(joint )?centre/g, "axis"),
     idleWithAxis: "An axis is in use. Press Start for a new calibration.",
     accepted: "Accepted. The new axis is in use.",
     notToBeUsed: "The axis is not to be used.",
@@ -28,13 +30,15 @@ export const words = {
     title: "Axis of the hinge",
     direction: "direction",
     point: "point, mm",
-    along: "offset along the axis, mm",
-    bodies: ["in the base", "in the forearm"],
+    bodies: ["In the base", "In the forearm"],
+    between: "Along the axis, from base to forearm",
+    along: "offset, mm",
     directionKnown: (base: number, forearm: number) => `The direction is known to ${base.toFixed(2)}° in the base, to ${forearm.toFixed(2)}° `
       + "in the forearm (one standard deviation).",
     angle: (degrees: number, left: number) => `Bent by <strong>${degrees.toFixed(1)}°</strong> now; the cables leave ${left.toFixed(3)} mm.`,
     noAngle: "The angle is shown once an axis is in use.",
-    bar: (factor: number) => `body about the axis: its error (one standard deviation), magnified ${factor} times`,
+    bar: (factor: number, beside: boolean) => `body about the axis: its error (one standard deviation), magnified ${factor} times`
+      + (beside ? "; thin dark rod: the axis in use" : ""),
     drawn: "The axis is shown as it is drawn: none has been found yet.",
     otherMachine: "The picture would be of another machine: a recording does not hold the board's parameters.",
     run: runOfHinge,

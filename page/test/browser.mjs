@@ -5,32 +5,14 @@
 
 import assert from "node:assert/strict";
 import { mkdirSync } from "node:fs";
-import { connect } from "node:net";
 import { join } from "node:path";
-import { browser, launch, play, press, root, says, view } from "./browsing.mjs";
+import { browser, launch, play, press, recorder, root, says, view } from "./browsing.mjs";
 
 const pictures = process.argv[2] ?? join(root, "target", "page");
 /** What docs/page.md shows. */
 const documented = ["collecting", "review", "refusal", "numbering", "parameters", "recording"];
 /** Who sits at the arm. */
 const person = process.env.GLENOID_PERSON ?? "moving";
-
-/** Records the bus as candump -l does, from now on. */
-function recorder(board) {
-  const lines = [];
-  const socket = connect(...board.bus, () => socket.write("C\rS6\rO\r"));
-  let waiting = "";
-  socket.on("error", () => undefined);
-  socket.on("data", (data) => {
-    const parts = (waiting + data).split("\r");
-    waiting = parts.pop();
-    for (const line of parts) {
-      const frame = /^\x07?t(...)(\d)([0-9A-F]*)/.exec(line);
-      if (frame) lines.push(`(${(Date.now() / 1000).toFixed(6)}) can0 ${frame[1]}#${frame[3].slice(0, 2 * frame[2])}`);
-    }
-  });
-  return { lines, end: () => socket.destroy() };
-}
 
 async function seconds(promise) {
   const begin = performance.now();

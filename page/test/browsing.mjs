@@ -1,8 +1,9 @@
-// What the tests in a browser share: a board with a person, the browser, looking and pressing.
+// What the tests in a browser share: a board with a person, the browser, its bus, looking and pressing.
 
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { existsSync, mkdtempSync, rmSync } from "node:fs";
+import { connect } from "node:net";
 import { tmpdir } from "node:os";
 import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
@@ -53,6 +54,23 @@ function ask(child, order, wanted) {
 /** The person's true centre with the arm where it is now, mm. */
 const where = (child) => ask(child, "where", /true centre, with the arm where it is now: (\S+) (\S+) (\S+) mm/)
   .then((truth) => truth.slice(1).map(Number));
+
+/** Records the bus as candump -l does, from now on. */
+export function recorder(board) {
+  const lines = [];
+  const socket = connect(...board.bus, () => socket.write("C\rS6\rO\r"));
+  let waiting = "";
+  socket.on("error", () => undefined);
+  socket.on("data", (data) => {
+    const parts = (waiting + data).split("\r");
+    waiting = parts.pop();
+    for (const line of parts) {
+      const frame = /^\x07?t(...)(\d)([0-9A-F]*)/.exec(line);
+      if (frame) lines.push(`(${(Date.now() / 1000).toFixed(6)}) can0 ${frame[1]}#${frame[3].slice(0, 2 * frame[2])}`);
+    }
+  });
+  return { lines, end: () => socket.destroy() };
+}
 
 export const says = (page, text, timeout = 300_000) => page.getByText(text).first().waitFor({ timeout });
 export const press = (page, name) => page.getByRole("button", { name, exact: true }).click();
