@@ -1,7 +1,7 @@
 //! The end of the line: a panic or a fault leaves its last words, and the board starts anew.
 
 use core::arch::naked_asm;
-use core::fmt::{self, Arguments, Display, Formatter};
+use core::fmt::Arguments;
 use core::panic::PanicInfo;
 
 use cortex_m::peripheral::SCB;
@@ -33,20 +33,11 @@ pub fn stop(cause: ResetCause, address: u32, line: u16, text: Arguments) -> ! {
     SCB::sys_reset()
 }
 
-/// A text as it is. A plain `&str` would bring its alignment into the image: 2 KB (`cargo footprint --sections`).
-pub struct AsItIs<'a>(pub &'a str);
-
-impl Display for AsItIs<'_> {
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        f.write_str(self.0)
-    }
-}
-
 #[panic_handler]
 fn on_panic(info: &PanicInfo) -> ! {
     let (file, line) = info.location().map_or(("?", 0), |location| (location.file(), location.line()));
     // no file of this project has that many lines
-    stop(ResetCause::Panic, 0, line as u16, format_args!("{}: {}", AsItIs(file), info.message()))
+    stop(ResetCause::Panic, 0, line as u16, format_args!("{file}: {}", info.message()))
 }
 
 // SAFETY: never returns, and touches nothing that the interrupted code could have left in pieces.

@@ -68,7 +68,7 @@ impl Outside {
             Action::Store(_) | Action::StoreParameters(_) | Action::EraseRecord | Action::Journal(_) => {
                 self.refused = self.keep(action);
             }
-            Action::Stop(cause) => faults::stop(cause, 0, 0, format_args!("{}", faults::AsItIs(cause.text()))),
+            Action::Stop(cause) => faults::stop(cause, 0, 0, format_args!("{}", cause.text())),
             Action::Log(entry) => {
                 self.measure |= matches!(entry, LogEntry::Identified { .. } | LogEntry::Stored { .. });
                 defmt::info!("device: {}", entry);
