@@ -230,6 +230,7 @@ impl<T: Real> AttitudeSolver<'_, T> {
         let turn = solve_positive_definite(&information, &gradient, rounding())?;
         // The squares after the step by the linear model, without another evaluation.
         let squares_mm2 = squares_mm2 - gradient.dot(&turn);
+        // Not `max`, which is a call of 14 cycles (`cargo cycles`).
         let squares_mm2 = if squares_mm2 > T::zero() { squares_mm2 } else { T::zero() };
         Some((AttitudeFit { attitude: turned(attitude, &turn), squares_mm2 }, turn))
     }

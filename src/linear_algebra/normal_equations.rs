@@ -106,7 +106,7 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
     pub fn add_row(&mut self, row: &[T], value: T) {
         let mut entries = self.matrix.as_mut_slice();
         for (i, (a, gradient)) in row.iter().zip(&mut self.gradient).enumerate().take(self.unknowns) {
-            let Some((current, rest)) = entries.split_at_mut_checked(i + 1) else { return };
+            let Some((current, rest)) = entries.split_at_mut_checked(i + 1) else { break };
             entries = rest;
             current.iter_mut().zip(row).for_each(|(entry, b)| *entry += *a * *b);
             *gradient += *a * value;

@@ -10,8 +10,6 @@ pub fn inverse_of_positive_definite<T: Real>(matrix: &Matrix3<T>, smallest: T) -
 }
 
 /// The solution x of `matrix` x = `right`, refused as the inverse is.
-// Not inlined: one copy for all that turn a pose (`cargo footprint --sections`).
-#[inline(never)]
 #[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
 pub fn solve_positive_definite<T: Real>(matrix: &Matrix3<T>, right: &Vector3<T>, smallest: T) -> Option<Vector3<T>> {
     let (adjugate, determinant) = regular_adjugate(matrix, matrix, smallest)?;

@@ -3,7 +3,7 @@
 use crate::common::rng;
 use glenoid::linear_algebra::{
     Eigen, NormalEquations, Singular, inverse_of_eliminated, inverse_of_positive_definite, largest_eigenpair,
-    packed_index, rounding, symmetric_eigen, triad, unit,
+    packed_index, rounding, solve_positive_definite, symmetric_eigen, triad, unit,
 };
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Rotation3, SMatrix, Vector3, Vector6};
 use rand::Rng;
@@ -246,6 +246,22 @@ fn inverses_are_those_of_full_matrices() {
         let inverse = inverse_of_positive_definite(&matrix, 1e-14).expect("positive definite");
         assert_close(&inverse, &matrix.try_inverse().expect("regular"));
     }
+}
+
+/// The lower triangle alone is read, so what stands above it does not matter.
+#[test]
+fn solutions_fulfil_their_equations() {
+    let mut rng = rng(5507);
+    for _ in 0..300 {
+        let matrix = positive(&mut rng);
+        let right: Vector3<f64> = Vector3::from_fn(|_, _| rng.random_range(-1.0..1.0));
+        let x = solve_positive_definite(&matrix.lower_triangle(), &right, 1e-14).expect("positive definite");
+        let exact = matrix.lu().solve(&right).expect("regular");
+        assert!((x - exact).amax() <= 1e-9 * exact.amax(), "{x} for {exact}");
+    }
+    assert!(
+        solve_positive_definite(&Matrix3::from_diagonal(&Vector3::new(1.0, 2.0, 0.0)), &Vector3::x(), 0.0).is_none()
+    );
 }
 
 #[test]

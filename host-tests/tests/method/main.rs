@@ -18,6 +18,7 @@ mod further_poses;
 mod geometry;
 mod held_noise;
 mod hinge;
+mod hinge_direction;
 mod hinge_slices;
 mod hinge_watch;
 mod joint_models;
