@@ -25,7 +25,6 @@ pub fn module_fingerprint(rig: &ModuleRig) -> u32 {
 }
 
 /// The numbers of an elbow's rig in their order: no ball's rig has so few.
-#[inline(never)]
 pub(super) fn for_each_number_of_elbow(rig: &ElbowRig, add: &mut impl FnMut(&[f32])) {
     let hinge = rig.hinge();
     add(&[hinge.cables().len() as f32]);

@@ -28,7 +28,6 @@ pub(super) fn seal_of_rig(rig: &ModuleRig, limits: &Limits) -> u32 {
 }
 
 /// The checksum of an elbow's rig and its limits.
-#[inline(never)]
 fn seal_of_elbow(rig: &ElbowRig, limits: &Limits) -> u32 {
     let mut sum = Sum(0x811C_9DC5);
     for_each_number_of_elbow(rig, &mut |numbers| sum.add_numbers(numbers));
@@ -38,7 +37,6 @@ fn seal_of_elbow(rig: &ElbowRig, limits: &Limits) -> u32 {
 }
 
 /// The checksum of a rig and its limits.
-#[inline(never)]
 fn seal_of_constants(rig: &Rig<f32>, limits: &Limits) -> u32 {
     let mut sum = Sum(0x811C_9DC5);
     for_each_number(rig, &mut |numbers| sum.add_numbers(numbers));

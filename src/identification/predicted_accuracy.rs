@@ -95,8 +95,6 @@ pub struct Prediction<T> {
 
 impl<T: Real> PredictedAccuracy<T> {
     /// No poses yet. The information of the first ones is computed at the nominal centre.
-    // Inlined so that it is built where it stays: 3 KB of stack otherwise (`cargo stack --ways`).
-    #[inline(always)]
     pub fn new(machine: &Machine<T>, nominal: &Parameters<T>) -> Self {
         Self {
             centre: JointCentre::from_parameters(nominal, machine.geometry()),

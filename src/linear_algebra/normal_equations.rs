@@ -307,11 +307,9 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
     }
 }
 
-// The functions below are for any number of unknowns, and not inlined: one copy of each instead of three, 4 KB of flash (`cargo
-// footprint --sections`).
+// The functions below are for any number of unknowns: one copy of each serves them all.
 
 /// These entries of row `i` before its diagonal become the factor's, where those before them and all rows above are it already.
-#[inline(never)]
 #[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
 fn factor_entries<T: Real>(matrix: &mut [T], i: usize, entries: Range<usize>) -> Result<(), Singular> {
     let (above, row) = matrix.split_at_mut_checked(packed_index(i, 0)).ok_or(Singular)?;
@@ -327,7 +325,6 @@ fn factor_entries<T: Real>(matrix: &mut [T], i: usize, entries: Range<usize>) ->
 }
 
 /// So does its diagonal, which is inverted. Gives the ratio of the diagonal entry to its pivot.
-#[inline(never)]
 #[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
 fn factor_diagonal<T: Real>(matrix: &mut [T], i: usize) -> Result<T, Singular> {
     let row = matrix.get_mut(packed_index(i, 0)..=packed_index(i, i)).ok_or(Singular)?;
@@ -343,7 +340,6 @@ fn factor_diagonal<T: Real>(matrix: &mut [T], i: usize) -> Result<T, Singular> {
 }
 
 /// L y = x, of these rows; y takes the place of x, which is zero before `from`.
-#[inline(never)]
 fn solve_forwards<T: Real>(factor: &[T], x: &mut [T], from: usize, rows: Range<usize>) {
     for i in rows {
         let Some((row, inverse)) = row_of_factor(factor, i) else { return };
@@ -355,7 +351,6 @@ fn solve_forwards<T: Real>(factor: &[T], x: &mut [T], from: usize, rows: Range<u
 }
 
 /// Lᵀ x = y, of these rows from the last to the first; x takes the place of y.
-#[inline(never)]
 fn solve_backwards<T: Real>(factor: &[T], x: &mut [T], from: usize, rows: Range<usize>) {
     for i in rows.rev() {
         let Some((row, inverse)) = row_of_factor(factor, i) else { return };

@@ -53,8 +53,6 @@ pub struct HingeMachine<T: Real> {
 
 impl<T: Real> HingeMachine<T> {
     /// The machine as stated.
-    // Not inlined: it is called twice where an estimator is made.
-    #[inline(never)]
     pub fn new(rig: &HingeRig<T>) -> Self {
         let (zero, one) = (T::zero(), T::one());
         let cables = rig.cables();

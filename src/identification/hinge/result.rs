@@ -31,7 +31,6 @@ pub struct IdentifiedHinge<T: Real> {
 
 impl<T: Real> IdentifiedHinge<T> {
     /// Nothing but places to fill: a hinge and a machine.
-    #[inline(always)]
     pub(super) fn at(hinge: &Hinge<T>, machine: HingeMachine<T>) -> Self {
         Self {
             hinge: *hinge,

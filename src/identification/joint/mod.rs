@@ -61,8 +61,6 @@ impl<T: Real> Joint<T> {
     }
 
     /// The Jacobian of a pose's lengths about this joint. For a moving centre its motion with the rotation is included.
-    // Not inlined: three copies would be 5 KB of flash (`cargo footprint --sections`).
-    #[inline(never)]
     #[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
     pub fn jacobian(
         &self,

@@ -103,8 +103,6 @@ impl<T: Real> Machine<T> {
     }
 
     /// Each constant's prior is its own tolerance.
-    // Not inlined: two copies are 1.6 KB of flash (`cargo footprint --sections`).
-    #[inline(never)]
     fn state_tolerances(&mut self) {
         self.precision.fill(T::zero());
         let tolerance = self.tolerance;

@@ -106,8 +106,6 @@ pub enum HingeProgress<'a, T: Real> {
 
 impl<T: Real> HingeEstimator<T> {
     /// An estimator at its beginning.
-    // Inlined so that it is built where it stays.
-    #[inline(always)]
     pub fn new(rig: &HingeRig<T>, settings: HingeSettings<T>) -> Self {
         Self { stage: Stage::Begin, work: Work::new(rig, settings) }
     }

@@ -70,8 +70,6 @@ enum Task<T: Real> {
 
 impl<T: Real> Work<T> {
     /// Nothing to do.
-    // Inlined, as what it is made of, so that it is built where it stays: 25 KB of temporary copies on the stack otherwise.
-    #[inline(always)]
     pub fn new(rig: &HingeRig<T>, settings: HingeSettings<T>) -> Self {
         let (x, nowhere) = (nalgebra::Vector3::x(), nalgebra::Vector3::zeros());
         let hinge = Hinge::through(&x, &nowhere, &x, &nowhere);

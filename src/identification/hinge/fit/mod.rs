@@ -52,7 +52,6 @@ pub(super) struct Fit<T: Real> {
 
 impl<T: Real> Fit<T> {
     /// At the drawing, or anywhere.
-    #[inline(always)]
     pub fn new(rig: &HingeRig<T>, hinge: Hinge<T>) -> Self {
         Self {
             hinge,

@@ -21,7 +21,6 @@ pub struct Scratch<T: Real> {
 
 impl<T: Real> Scratch<T> {
     /// Nothing.
-    #[inline(always)]
     pub fn new() -> Self {
         Self { equations: Equations::new(HINGE_UNKNOWNS), angles: AngleSearch::nowhere(), rows: PoseRows::none() }
     }
