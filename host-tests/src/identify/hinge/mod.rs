@@ -4,11 +4,11 @@ mod remedy;
 mod report;
 mod summary;
 
-pub use report::{HingeReport, RefusalReport};
+pub use report::{DrawingOff, HingeReport, RefusalReport};
 
 use super::input_error::InputError;
 use super::lengths_file::LengthsFile;
-use super::report::Precision;
+use super::report::{Precision, Status};
 use super::{MAX_TIMES_EXPECTED_NOISE, Request, rig_file, units};
 use glenoid::identification::Noise;
 use glenoid::identification::hinge::{
@@ -55,10 +55,13 @@ pub fn run(request: &Request) -> Result<Option<Finding>, InputError> {
     let rig = with_zeros(rig, request.zero_prior_mm)?;
     let noise_mm = request.noise_mm.unwrap_or(rig.length_noise_mm());
     let log = read_log(&request.lengths, &rig)?.with_repeated_rows_merged(noise_mm);
-    let report = match request.precision {
+    let mut report = match request.precision {
         Precision::F32 => report::of(&solve::<f32>(&rig, &log, request.noise_mm)?, &rig, request),
         Precision::F64 => report::of(&solve::<f64>(&rig, &log, request.noise_mm)?, &rig, request),
     };
+    if report.status == Status::Refused {
+        report.drawing_off = drawing_off(&rig, &log, request.noise_mm)?;
+    }
     let notes = log.notes().iter().map(|note| format!("{}: {note}", log.file())).collect();
     let summary = summary::of(&report, &log);
     Ok(Some(Finding { report, summary, warnings: unused(request), notes }))
@@ -106,6 +109,24 @@ pub fn solve<T: Real>(rig: &HingeRig<f64>, log: &LengthsFile, noise_mm: Option<f
     let mut estimator = HingeEstimator::new(&rig, settings);
     let outcome = estimator.run(&mut poses);
     Ok(Solved { estimator, poses, outcome })
+}
+
+/// How far the drawing is off, where the poses fit a hinge that its standard deviations exclude.
+fn drawing_off(
+    rig: &HingeRig<f64>,
+    log: &LengthsFile,
+    noise_mm: Option<f64>,
+) -> Result<Option<DrawingOff>, InputError> {
+    let Some(drawing) = rig.drawing().filter(|drawing| drawing.sigma.is_some()) else { return Ok(None) };
+    let vague = rig.clone().with_drawing(Drawing { sigma: None, ..*drawing });
+    let solved = solve::<f64>(&vague, log, noise_mm)?;
+    let Ok(found) = &solved.outcome else { return Ok(None) };
+    let (axis, at_mm) = (found.hinge.axis(), solved.estimator.axis_point().at_mm);
+    let cosine = axis.dot(drawing.hinge.axis()).abs();
+    Ok(Some(DrawingOff {
+        axis_deg: cosine.min(1.0).acos().to_degrees(),
+        place_mm: (at_mm - drawing.hinge.nearest_mm(&at_mm)).norm(),
+    }))
 }
 
 /// The rig with encoder offsets that are known to this only.

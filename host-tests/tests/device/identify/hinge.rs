@@ -237,3 +237,22 @@ fn a_rig_that_is_no_hinges_is_named_with_its_place() {
     let ran = desk.identify("log.csv --rig rig.toml --method paper --noise 0.0577");
     assert!(ran.stderr.contains("--method paper is not for a hinge"), "{}", ran.stderr);
 }
+
+/// The elbow is within 5 mm of the drawing; one that is drawn 100 mm further out, to 1 mm, contradicts it.
+#[test]
+fn a_wrong_drawing_is_named_and_not_the_joint() {
+    let desk = Desk::new("hinge_wrong_drawing");
+    let (elbow, csv) = log(1, 30, 4, 120.0);
+    let wrong = good_drawing().replace("0.0, 160.0]", "0.0, 260.0]").replace("_mm = 3.0", "_mm = 1.0");
+    desk.put("log.csv", csv).put("wrong.toml", wrong).put("right.toml", good_drawing());
+    let ran = desk.identify("log.csv --rig wrong.toml --noise 0.0577 --json");
+    assert_eq!(ran.code, Some(2), "{ran:?}");
+    let off_mm = ran.json()["drawing_off"]["place_mm"].as_f64().unwrap();
+    let drawn = nalgebra::Vector3::new(0.0, 0.0, 260.0);
+    assert!((off_mm - (elbow.hinge().nearest_mm(&drawn) - drawn).norm()).abs() < 3.0, "{off_mm}");
+    let words = desk.identify("log.csv --rig wrong.toml --noise 0.0577").words();
+    assert!(words.contains("remedy Correct the drawing in the section [hinge]"), "{words}");
+    assert!(!words.contains("pronation"), "{words}");
+    let ran = desk.identify("log.csv --rig right.toml --noise 0.0577 --json");
+    assert!(ran.code == Some(0) && ran.json()["drawing_off"].is_null(), "{ran:?}");
+}
