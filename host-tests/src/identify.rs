@@ -131,7 +131,10 @@ fn machine(path: Option<&Path>) -> Result<RigFile, InputError> {
 }
 
 /// A log in millimetres.
-fn log(path: &Path, rig: &Rig<f64>) -> Result<LengthsFile, InputError> {
+///
+/// # Errors
+/// [`InputError`] names the first place that cannot be read.
+pub fn log(path: &Path, rig: &Rig<f64>) -> Result<LengthsFile, InputError> {
     let log = LengthsFile::read(path)?;
     match (units::complaint_about_lengths(log.rows(), rig.base_mm()), log.rows().first()) {
         (Some(complaint), Some(row)) => Err(log.at(row.line, 0, complaint)),

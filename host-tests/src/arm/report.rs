@@ -1,6 +1,8 @@
 //! What `cargo arm` prints: one object as JSON, or the same for people.
 
+use super::posture::Contradiction;
 use crate::identify::report::Status;
+use crate::identify::summary::line;
 use crate::identify::wording::fixed;
 use glenoid::identification::arm::{ArmPosition, Module, Segments};
 use glenoid::identification::carried_point::CarriedPoint;
@@ -65,6 +67,10 @@ pub struct ArmReport {
     pub module: Option<&'static str>,
     /// Why.
     pub reason: Option<&'static str>,
+    /// What to do.
+    pub remedy: Option<String>,
+    /// How the lengths of the posture contradict the module, if they do.
+    pub posture: Option<Contradiction>,
     /// The elbow's axis next to the middle of its base.
     pub elbow: Option<Point>,
     /// The wrist's centre.
@@ -128,6 +134,8 @@ impl ArmReport {
             status: Status::Accepted,
             module: None,
             reason: None,
+            remedy: None,
+            posture: None,
             elbow: Some(Point::of(&position.elbow)),
             wrist: Some(Point::of(&position.wrist)),
             hand: Some(Point::of(&position.hand)),
@@ -140,12 +148,20 @@ impl ArmReport {
         }
     }
 
+    /// The lengths of the posture contradict a module.
+    pub fn contradicted(module: Module, contradiction: Contradiction, remedy: String) -> Self {
+        let reason = "the lengths of the posture contradict the joint that the log shows";
+        Self { posture: Some(contradiction), ..Self::refused(module, reason, remedy) }
+    }
+
     /// A module was refused.
-    pub fn refused(module: Module, reason: &'static str) -> Self {
+    pub fn refused(module: Module, reason: &'static str, remedy: String) -> Self {
         Self {
             status: Status::Refused,
             module: Some(name(module)),
             reason: Some(reason),
+            remedy: Some(remedy),
+            posture: None,
             elbow: None,
             wrist: None,
             hand: None,
@@ -164,8 +180,10 @@ impl ArmReport {
         if let (Some(module), Some(reason)) = (self.module, self.reason) {
             // Writing to a string cannot fail.
             let _ = writeln!(text, "REFUSED: the {module}: {reason}");
-            let _ =
-                writeln!(text, "  remedy          cargo identify -- LOG --rig RIG.toml of this module says what to do");
+            if let Some(posture) = &self.posture {
+                let _ = line(&mut text, "seen", &posture.seen());
+            }
+            let _ = line(&mut text, "remedy", self.remedy.as_deref().unwrap_or_default());
             return text;
         }
         let _ = writeln!(text, "ACCEPTED: the whole arm, in the shoulder's base");

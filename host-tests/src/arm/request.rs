@@ -1,9 +1,11 @@
 //! The arm's file: three modules with their logs, rigs and lengths in one posture, and how they stand on the limbs.
 
+use super::report;
 use crate::identify::input_error::{self, InputError};
 use crate::identify::rig_file::source::Source;
 use crate::identify::rig_file::{RigFile, default_rig, read_hinge};
-use glenoid::identification::arm::Mount;
+use crate::identify::wording::small;
+use glenoid::identification::arm::{Module, Mount};
 use glenoid::identification::hinge::{HingeRig, MAX_CABLES};
 use glenoid::kinematics::CableLengths;
 use glenoid::rig::CABLES;
@@ -21,10 +23,16 @@ const SECTIONS: [(&str, &[&str]); 5] = [
     ("forearm", &["rotation", "origin", "sigma_mm", "sigma_deg"]),
 ];
 
+/// The most that can be meant as a standard deviation of a mount: beyond that, turning is not linear any more.
+const MOST_DEG: f64 = 30.0;
+const MOST_MM: f64 = 100.0;
+
 /// A module that is a ball.
 pub struct BallFile {
     /// Its log.
     pub log: PathBuf,
+    /// The file of its rig, if it has one.
+    pub rig_path: Option<PathBuf>,
     /// Its rig.
     pub rig: RigFile,
     /// Its lengths in the posture.
@@ -35,6 +43,8 @@ pub struct BallFile {
 pub struct HingeFile {
     /// Its log.
     pub log: PathBuf,
+    /// The file of its rig.
+    pub rig_path: PathBuf,
     /// Its rig.
     pub rig: HingeRig<f64>,
     /// Its lengths in the posture, mm.
@@ -43,6 +53,8 @@ pub struct HingeFile {
 
 /// All of it.
 pub struct ArmFile {
+    /// Its name for messages.
+    pub file: String,
     /// Between trunk and upper arm.
     pub shoulder: BallFile,
     /// Between upper arm and forearm.
@@ -87,15 +99,53 @@ impl ArmFile {
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
         let section = |index: usize| Section::new(&source, table, SECTIONS[index], &folder);
         let hand = source.value(table, "hand", "[x, y, z]")?;
+        let (shoulder, elbow, wrist) = (section(0)?, section(1)?, section(2)?);
+        elbow.has_a_log_of_its_own(&[&shoulder])?;
+        wrist.has_a_log_of_its_own(&[&shoulder, &elbow])?;
         Ok(Self {
+            file: file.clone(),
             hand_mm: Vector3::from(source.numbers::<3>(hand, "hand")?),
-            shoulder: section(0)?.ball()?,
-            elbow: section(1)?.hinge()?,
-            wrist: section(2)?.ball()?,
+            shoulder: shoulder.ball()?,
+            elbow: elbow.hinge()?,
+            wrist: wrist.ball()?,
             upper_arm: section(3)?.mount()?,
             forearm: section(4)?.mount()?,
         })
     }
+}
+
+impl ArmFile {
+    /// What to do about lengths of a posture that cannot be.
+    pub fn read_again(&self, module: Module) -> String {
+        let section = report::name(module);
+        format!(
+            "Correct posture = [...] of [{section}] in {}: mm, in the order of the cables, all of them read while the arm holds \
+             one posture, with the encoders homed as for the log.",
+            self.file
+        )
+    }
+}
+
+impl BallFile {
+    /// The command that says what to do about its log: on the same lengths, with the same noise.
+    pub fn identify(&self) -> String {
+        // What the rig's file states is known to the command as well.
+        let noise_mm = self.rig.samples_a_row.is_none().then(|| self.rig.rig.length_noise_mm());
+        identify(&self.log, self.rig_path.as_deref(), noise_mm)
+    }
+}
+
+impl HingeFile {
+    /// The command that says what to do about its log: on the same lengths, with the same noise.
+    pub fn identify(&self) -> String {
+        identify(&self.log, Some(&self.rig_path), Some(self.rig.length_noise_mm()))
+    }
+}
+
+fn identify(log: &Path, rig: Option<&Path>, noise_mm: Option<f64>) -> String {
+    let rig = rig.map_or_else(String::new, |rig| format!(" --rig {}", rig.display()));
+    let noise = noise_mm.map_or_else(String::new, |noise_mm| format!(" --noise {}", small(noise_mm)));
+    format!("This says what to do: cargo identify -- {}{rig}{noise}", log.display())
 }
 
 impl<'s, 'a> Section<'s, 'a> {
@@ -125,29 +175,40 @@ impl<'s, 'a> Section<'s, 'a> {
         }
     }
 
+    /// Refuses a log that another module has: one recording shows one joint.
+    fn has_a_log_of_its_own(&self, others: &[&Self]) -> Result<(), InputError> {
+        let content = |section: &Self| std::fs::read(section.log().ok()?).ok();
+        let Some(own) = content(self) else { return Ok(()) };
+        let Some(other) = others.iter().find(|other| content(other).as_ref() == Some(&own)) else { return Ok(()) };
+        let place = self.table.get("log").map_or(self.place.clone(), Spanned::span);
+        Err(self.source.error(place, format!("{}: the log is that of the {}", self.name, other.name)))
+    }
+
     fn log(&self) -> Result<PathBuf, InputError> {
         let missing = || self.source.error(self.place.clone(), format!("{}: log = \"FILE.csv\" is missing", self.name));
         self.path("log")?.ok_or_else(missing)
     }
 
     fn ball(&self) -> Result<BallFile, InputError> {
-        let rig = match self.path("rig")? {
-            Some(path) if read_hinge(&path)?.is_some() => {
+        let rig_path = self.path("rig")?;
+        let rig = match &rig_path {
+            Some(path) if read_hinge(path)?.is_some() => {
                 return Err(self.other_joint("a hinge, where a ball is wanted"));
             }
-            Some(path) => RigFile::read(&path)?,
+            Some(path) => RigFile::read(path)?,
             None if self.name == "wrist" => return Err(self.other_joint("missing")),
             None => RigFile::of(default_rig()?),
         };
         let value = self.source.value_at(self.place.clone(), self.table, "posture", "[six lengths]")?;
         let posture = CableLengths::new(self.source.numbers::<CABLES>(value, "posture")?)
             .map_err(|error| self.source.error(value.span(), format!("posture: {}", error.fault.text())))?;
-        Ok(BallFile { log: self.log()?, rig, posture })
+        Ok(BallFile { log: self.log()?, rig_path, rig, posture })
     }
 
     fn hinge(&self) -> Result<HingeFile, InputError> {
-        let path = self.path("rig")?.ok_or_else(|| self.other_joint("missing"))?;
-        let rig = read_hinge(&path)?.ok_or_else(|| self.other_joint("no hinge: joint = \"hinge\" is wanted in it"))?;
+        let rig_path = self.path("rig")?.ok_or_else(|| self.other_joint("missing"))?;
+        let rig =
+            read_hinge(&rig_path)?.ok_or_else(|| self.other_joint("no hinge: joint = \"hinge\" is wanted in it"))?;
         let count = rig.cables().len();
         let value = self.source.value_at(self.place.clone(), self.table, "posture", "[a length a cable]")?;
         let items = value.get_ref().as_array().filter(|items| items.len() == count);
@@ -155,8 +216,11 @@ impl<'s, 'a> Section<'s, 'a> {
         let mut posture_mm = [0.0; MAX_CABLES];
         for (length, item) in posture_mm.iter_mut().zip(items.ok_or_else(message)?.iter()) {
             *length = self.source.number(item, "posture")?;
+            if *length <= 0.0 {
+                return Err(self.source.error(item.span(), "posture: a length is positive"));
+            }
         }
-        Ok(HingeFile { log: self.log()?, rig, posture_mm })
+        Ok(HingeFile { log: self.log()?, rig_path, rig, posture_mm })
     }
 
     fn other_joint(&self, what: &str) -> InputError {
@@ -178,14 +242,16 @@ impl<'s, 'a> Section<'s, 'a> {
             return Err(self.source.error(rotation.span(), "rotation: the rows are no rotation"));
         }
         let origin_mm = Vector3::from(self.source.numbers::<3>(value("origin", "[x, y, z]")?, "origin")?);
-        let sigma = |key: &str| match self.table.get(key) {
+        let sigma = |key: &str, most: f64| match self.table.get(key) {
             None => Ok(0.0),
             Some(value) => match self.source.number(value, key)? {
-                sigma if sigma >= 0.0 => Ok(sigma),
-                _ => Err(self.source.error(value.span(), format!("{key}: a standard deviation is not negative"))),
+                sigma if (0.0..=most).contains(&sigma) => Ok(sigma),
+                _ => Err(self
+                    .source
+                    .error(value.span(), format!("{key}: a standard deviation of 0 to {most} is wanted"))),
             },
         };
-        let sigma_rad = sigma("sigma_deg")?.to_radians();
-        Ok(Mount { rotation: matrix, origin_mm, sigma_mm: sigma("sigma_mm")?, sigma_rad })
+        let sigma_rad = sigma("sigma_deg", MOST_DEG)?.to_radians();
+        Ok(Mount { rotation: matrix, origin_mm, sigma_mm: sigma("sigma_mm", MOST_MM)?, sigma_rad })
     }
 }

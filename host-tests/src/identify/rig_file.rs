@@ -157,6 +157,7 @@ impl<'a> Source<'a> {
     fn rig_file(&self) -> Result<RigFile, InputError> {
         let table = self.table()?;
         let table = table.get_ref();
+        self.is_no_hinge(table)?;
         let drum = self.drum(table)?;
         let rig = match table.get("cable") {
             Some(cables) => self.cables(table, cables, drum)?,

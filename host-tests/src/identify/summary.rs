@@ -189,7 +189,7 @@ fn verified(found: &Verification, log: &LengthsFile) -> String {
 }
 
 /// One entry: its name, and its value in lines of a readable width beside it.
-pub(super) fn line(text: &mut String, name: &str, value: &str) -> std::fmt::Result {
+pub(crate) fn line(text: &mut String, name: &str, value: &str) -> std::fmt::Result {
     const WIDTH: usize = 92;
     write!(text, "  {name:16}")?;
     let mut column = 0;

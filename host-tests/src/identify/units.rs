@@ -10,6 +10,9 @@ const MIN_SIZE: f64 = 10.0;
 /// reaches that far.
 const LONGEST_REACH: f64 = 50.0;
 
+/// The size of an elbow's cables, mm.
+const TYPICAL_MM: f64 = 200.0;
+
 /// What people use instead of millimetres, and how many millimetres it is.
 const UNITS: [(&str, f64); 4] = [("metres", 1000.0), ("inches", 25.4), ("centimetres", 10.0), ("micrometres", 1e-3)];
 
@@ -28,8 +31,21 @@ pub fn complaint_about_lengths(rows: &[Row], base_mm: &[Vector3<f64>; 3]) -> Opt
     })
 }
 
-/// Tells a rig that is not in millimetres. `what` is what these three lengths are.
-pub fn complaint_about_rig(what: &str, lengths: &[f64; 3]) -> Option<String> {
+/// The longest of a hinge's cables at home is no longer than so many times the median of what its log holds, and no shorter.
+const HOME_WITHIN: f64 = 4.0;
+
+/// Tells lengths about a hinge that are not millimetres. Where the rig states lengths at home, most poses are of that size.
+pub fn complaint_about_hinge(lengths_mm: impl Iterator<Item = f64>, home_mm: &[f64]) -> Option<String> {
+    let (length, home) = (median(lengths_mm), home_mm.iter().fold(0.0_f64, |longest, home| longest.max(*home)));
+    let is_of_that_size = home == 0.0 || (home / HOME_WITHIN..=home * HOME_WITHIN).contains(&length);
+    (length < MIN_SIZE || !is_of_that_size).then(|| {
+        let unit = likely_unit(length, if home > 0.0 { home } else { TYPICAL_MM });
+        format!("the median length is {length:.4}: these look like {unit}; millimetres are wanted")
+    })
+}
+
+/// Tells a rig that is not in millimetres. `what` is what these lengths are.
+pub fn complaint_about_rig(what: &str, lengths: &[f64]) -> Option<String> {
     let longest = lengths.iter().fold(0.0, |longest: f64, length| longest.max(*length));
     (longest < MIN_SIZE).then(|| {
         let unit = if longest < 1.5 { "metres" } else { "inches" };
@@ -51,7 +67,7 @@ fn likely_unit(length: f64, side: f64) -> &'static str {
 }
 
 /// The median; of an even number of values the upper one, and zero of none.
-fn median(values: impl Iterator<Item = f64>) -> f64 {
+pub fn median(values: impl Iterator<Item = f64>) -> f64 {
     let mut values: Vec<f64> = values.collect();
     values.sort_unstable_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(0.0)

@@ -269,6 +269,9 @@ fn a_module_that_is_refused_is_named() {
         .replace("log = \"other.csv\"", "log = \"wrist.csv\"");
     let ran = scene.run(&exchanged, "--json");
     assert_eq!((ran.code, ran.json()["module"].as_str()), (Some(2), Some("shoulder")), "{ran:?}");
+    let words = scene.run(&exchanged, "").words();
+    assert!(words.starts_with("REFUSED: the shoulder: its log is that of the wrist"), "{words}");
+    assert!(words.contains("Exchange log = ... of [shoulder] and [wrist] in arm.toml"), "{words}");
 }
 
 #[test]
@@ -286,7 +289,7 @@ fn what_cannot_be_read_is_named_with_its_place() {
         (arm.replace("rig = \"shoulder.toml\"", "rig = \"elbow.toml\""), "shoulder: the rig is a hinge"),
         (arm.replace("log = \"elbow.csv\"\n", ""), "elbow: log = \"FILE.csv\" is missing"),
         (arm.replace("elbow.csv", "nowhere.csv"), "nowhere.csv"),
-        (arm.replace("log = \"shoulder.csv\"", "log = \"elbow.csv\""), "l5"),
+        (arm.replace("log = \"shoulder.csv\"", "log = \"elbow.csv\""), "elbow: the log is that of the shoulder"),
         (
             with_section(
                 arm,
@@ -305,7 +308,7 @@ fn what_cannot_be_read_is_named_with_its_place() {
             ),
             "posture: 4 lengths are wanted, one a cable",
         ),
-        (arm.clone() + "sigma_mm = -1.0\n", "sigma_mm: a standard deviation is not negative"),
+        (arm.clone() + "sigma_mm = -1.0\n", "sigma_mm: a standard deviation of 0 to 100 is wanted"),
     ] {
         let ran = scene.run(&text, "");
         assert_eq!(ran.code, Some(1), "{complaint}: {ran:?}");

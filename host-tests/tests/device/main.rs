@@ -3,6 +3,7 @@
 mod architecture;
 mod arm;
 mod arm_poses;
+mod arm_posture;
 mod board_lines;
 mod built_machine;
 mod commission;

@@ -4,18 +4,23 @@ mod remedy;
 mod report;
 mod summary;
 
-pub use report::{HingeReport, RefusalReport};
+pub use report::{DrawingOff, HingeReport, RefusalReport};
 
 use super::input_error::InputError;
 use super::lengths_file::LengthsFile;
-use super::report::Precision;
-use super::{MAX_TIMES_EXPECTED_NOISE, Request, rig_file};
+use super::report::{Precision, Status};
+use super::{MAX_TIMES_EXPECTED_NOISE, Request, rig_file, units};
 use glenoid::identification::Noise;
 use glenoid::identification::hinge::{
     Drawing, Hinge, HingeEstimator, HingePose, HingeRefusal, HingeRig, HingeSettings, IdentifiedHinge, MAX_CABLES,
 };
 use glenoid::rig::{CableEnds, Pulley, RigError, Tolerance};
 use glenoid::scalar::Real;
+use std::path::Path;
+
+/// A cable of an elbow that is so many times longer than most lengths of its log is none: one such length keeps the fit from all
+/// others.
+const MOST_TIMES_MEDIAN: f64 = 4.0;
 
 /// The outcome of a request about a hinge.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,14 +54,42 @@ pub fn run(request: &Request) -> Result<Option<Finding>, InputError> {
     let Some(rig) = rig_file::read_hinge(path)? else { return Ok(None) };
     let rig = with_zeros(rig, request.zero_prior_mm)?;
     let noise_mm = request.noise_mm.unwrap_or(rig.length_noise_mm());
-    let log = LengthsFile::read_of(&request.lengths, rig.cables().len())?.with_repeated_rows_merged(noise_mm);
-    let report = match request.precision {
+    let log = read_log(&request.lengths, &rig)?.with_repeated_rows_merged(noise_mm);
+    let mut report = match request.precision {
         Precision::F32 => report::of(&solve::<f32>(&rig, &log, request.noise_mm)?, &rig, request),
         Precision::F64 => report::of(&solve::<f64>(&rig, &log, request.noise_mm)?, &rig, request),
     };
+    if report.status == Status::Refused {
+        report.drawing_off = drawing_off(&rig, &log, request.noise_mm)?;
+    }
     let notes = log.notes().iter().map(|note| format!("{}: {note}", log.file())).collect();
     let summary = summary::of(&report, &log);
     Ok(Some(Finding { report, summary, warnings: unused(request), notes }))
+}
+
+/// Reads a log of this rig, in millimetres.
+///
+/// # Errors
+/// [`InputError`] names the first place that cannot be read, or a length that no cable has.
+pub fn read_log(path: &Path, rig: &HingeRig<f64>) -> Result<LengthsFile, InputError> {
+    let cables = rig.cables().len();
+    let log = LengthsFile::read_of(path, cables)?;
+    let lengths = || log.rows().iter().flat_map(|row| row.lengths_mm[..cables].iter().copied());
+    let line = log.rows().first().map_or(1, |row| row.line);
+    if let Some(complaint) = units::complaint_about_hinge(lengths(), rig.home_length_mm()) {
+        return Err(log.at(line, 0, complaint));
+    }
+    let most_mm = units::median(lengths()) * MOST_TIMES_MEDIAN;
+    for row in log.rows() {
+        if let Some(cable) = row.lengths_mm[..cables].iter().position(|length| *length > most_mm) {
+            let message = format!(
+                "{} mm is more than {MOST_TIMES_MEDIAN} times the median length of the log: look for a slip of the decimal point",
+                row.lengths_mm[cable]
+            );
+            return Err(log.at(row.line, cable, message));
+        }
+    }
+    Ok(log)
 }
 
 /// Runs the estimator on every row of a log. `noise_mm`: 1σ of a length where it is known.
@@ -76,6 +109,24 @@ pub fn solve<T: Real>(rig: &HingeRig<f64>, log: &LengthsFile, noise_mm: Option<f
     let mut estimator = HingeEstimator::new(&rig, settings);
     let outcome = estimator.run(&mut poses);
     Ok(Solved { estimator, poses, outcome })
+}
+
+/// How far the drawing is off, where the poses fit a hinge that its standard deviations exclude.
+fn drawing_off(
+    rig: &HingeRig<f64>,
+    log: &LengthsFile,
+    noise_mm: Option<f64>,
+) -> Result<Option<DrawingOff>, InputError> {
+    let Some(drawing) = rig.drawing().filter(|drawing| drawing.sigma.is_some()) else { return Ok(None) };
+    let vague = rig.clone().with_drawing(Drawing { sigma: None, ..*drawing });
+    let solved = solve::<f64>(&vague, log, noise_mm)?;
+    let Ok(found) = &solved.outcome else { return Ok(None) };
+    let (axis, at_mm) = (found.hinge.axis(), solved.estimator.axis_point().at_mm);
+    let cosine = axis.dot(drawing.hinge.axis()).abs();
+    Ok(Some(DrawingOff {
+        axis_deg: cosine.min(1.0).acos().to_degrees(),
+        place_mm: (at_mm - drawing.hinge.nearest_mm(&at_mm)).norm(),
+    }))
 }
 
 /// The rig with encoder offsets that are known to this only.

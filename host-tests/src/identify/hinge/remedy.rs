@@ -1,7 +1,8 @@
 //! For every refusal of a hinge: what was seen, and what to do about it.
 
-use super::report::RefusalReport;
+use super::report::{DrawingOff, RefusalReport};
 use crate::identify::lengths_file::LengthsFile;
+use crate::identify::summary::line;
 use crate::identify::wording::{counted, fixed, pose};
 
 /// What was seen, with its figures.
@@ -69,4 +70,18 @@ pub(super) fn remedy(refusal: &RefusalReport) -> &'static str {
              noisier than the rig says, and [tolerance] for what was measured by hand."
         }
     }
+}
+
+/// A hinge fits, but not where the drawing has it.
+pub(super) fn of_drawing(text: &mut String, off: &DrawingOff) -> std::fmt::Result {
+    let DrawingOff { axis_deg, place_mm } = off;
+    let seen = format!(
+        "without sigma_deg and sigma_mm of [hinge] a hinge fits: {axis_deg:.1} degrees and {place_mm:.1} mm off the drawing"
+    );
+    line(text, "fits better", &seen)?;
+    line(
+        text,
+        "remedy",
+        "Correct the drawing in the section [hinge], or make sigma_deg and sigma_mm as large as it is wrong.",
+    )
 }

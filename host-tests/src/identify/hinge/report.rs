@@ -60,6 +60,17 @@ pub struct HingeReport {
     pub noise_limit_mm: f64,
     /// What is known of the refusal.
     pub refusal: Option<RefusalReport>,
+    /// Of a refusal: how far the drawing is off where the poses fit a hinge that its standard deviations exclude.
+    pub drawing_off: Option<DrawingOff>,
+}
+
+/// A hinge beside the drawing.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct DrawingOff {
+    /// Angle between both axes in {B}, degrees.
+    pub axis_deg: f64,
+    /// Distance of the hinge's place next to the middle of the base from the drawn axis, mm.
+    pub place_mm: f64,
 }
 
 /// The machine's constants as they were estimated.
@@ -200,6 +211,7 @@ pub(super) fn of<T: Real>(solved: &Solved<T>, rig: &HingeRig<f64>, request: &Req
         expected_noise_mm: rig.length_noise_mm(),
         noise_limit_mm: rig.length_noise_mm() * MAX_TIMES_EXPECTED_NOISE,
         refusal: None,
+        drawing_off: None,
     };
     match &solved.outcome {
         Ok(found) => accepted(empty, solved, found),

@@ -17,7 +17,10 @@ pub(super) fn of(report: &HingeReport, log: &LengthsFile) -> String {
             let reason = report.reason.unwrap_or_default();
             writeln!(text, "REFUSED: {reason}")
                 .and_then(|()| line(&mut text, "seen", &remedy::seen(refusal, log)))
-                .and_then(|()| line(&mut text, "remedy", remedy::remedy(refusal)))
+                .and_then(|()| match &report.drawing_off {
+                    Some(off) => remedy::of_drawing(&mut text, off),
+                    None => line(&mut text, "remedy", remedy::remedy(refusal)),
+                })
         }
     };
     text

@@ -5,6 +5,7 @@
 //! them as a hundred poses gets a standard deviation ten times too small.
 
 use super::{LengthsFile, Row};
+use crate::identify::wording::counted;
 use glenoid::rig::CABLES;
 use std::collections::HashMap;
 
@@ -19,7 +20,7 @@ struct Group {
 }
 
 impl LengthsFile {
-    /// The same log with rows whose six lengths are equal to within noise (`noise_mm`: standard deviation of a length, mm)
+    /// The same log with rows whose lengths are all equal to within noise (`noise_mm`: standard deviation of a length, mm)
     /// made one row: the mean of them, at the line of the first. Said in the notes.
     #[must_use]
     pub fn with_repeated_rows_merged(mut self, noise_mm: f64) -> Self {
@@ -28,9 +29,9 @@ impl LengthsFile {
         let repeated = before - self.rows.len();
         if repeated > 0 {
             self.notes.push(format!(
-                "{repeated} of {before} rows repeat a pose that stands there already (all six lengths equal to within the \
-                 noise): they count as one pose each, as their mean; {} poses are left",
-                self.rows.len()
+                "{repeated} of {before} rows repeat a pose that stands there already (all lengths equal to within the \
+                 noise): they count as one pose each, as their mean; {} left",
+                counted(self.rows.len(), "pose")
             ));
         }
         self

@@ -9,6 +9,9 @@ use nalgebra::Vector3;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+/// No pulley of a rehabilitator is this large, mm.
+const MOST_RADIUS_MM: f64 = 1000.0;
+
 impl<'a> Source<'a> {
     /// The rig of six `[[cable]]` tables.
     pub(super) fn cables(
@@ -56,8 +59,9 @@ impl<'a> Source<'a> {
         let mut pulley = Pulley::none();
         if let Some(radius) = table.get("pulley_radius") {
             pulley.radius_mm = self.number(radius, "pulley_radius")?;
-            if pulley.radius_mm < 0.0 {
-                return Err(self.error(radius.span(), "pulley_radius: a radius is not negative"));
+            if !(0.0..MOST_RADIUS_MM).contains(&pulley.radius_mm) {
+                let message = format!("pulley_radius: a radius is not negative, and below {MOST_RADIUS_MM} mm");
+                return Err(self.error(radius.span(), message));
             }
             let axis = self.value_at(value.span(), table, "pulley_axis", "[x, y, z]")?;
             let direction = Vector3::from(self.numbers::<3>(axis, "pulley_axis")?);
@@ -84,10 +88,10 @@ fn unreached(rig: &Rig<f64>) -> Option<usize> {
 }
 
 /// Names the cables that a complaint is about.
-fn which(error: &RigError, ends: &[CableEnds<f64>; CABLES]) -> String {
+pub(super) fn which(error: &RigError, ends: &[CableEnds<f64>]) -> String {
     if *error == RigError::EndsCoincide {
-        for i in 0..CABLES {
-            for j in i + 1..CABLES {
+        for i in 0..ends.len() {
+            for j in i + 1..ends.len() {
                 let same = (ends[i].base_mm - ends[j].base_mm).norm() < 1e-3
                     && (ends[i].end_mm - ends[j].end_mm).norm() < 1e-3;
                 if same {

@@ -1,10 +1,12 @@
 //! The rig of a hinge: `joint = "hinge"`, two to four `[[cable]]` tables, and the drawing in `[hinge]`.
 
+use super::cables::which;
 use super::source::Source;
 use super::text;
 use crate::identify::input_error::{self, InputError};
+use crate::identify::units;
 use glenoid::identification::hinge::{Drawing, Hinge, HingeRig, MAX_CABLES};
-use glenoid::rig::{Rig, Tolerance};
+use glenoid::rig::{CableEnds, Rig, Tolerance};
 use nalgebra::Vector3;
 use std::ops::Range;
 use std::path::Path;
@@ -14,6 +16,12 @@ use toml::de::DeTable;
 /// The range of an elbow about a drawing that does not say it, degrees: bending is negative about an axis that points to
 /// the arm's right.
 const RANGE_DEG: [f64; 2] = [-150.0, 150.0];
+
+/// No joint is drawn further from the origin of its frames than a board can be told, mm.
+const FARTHEST_MM: f64 = 2000.0;
+
+/// What refines `sigma_deg` and `sigma_mm`.
+const FINER: [&str; 3] = ["sigma_in_platform_deg", "sigma_in_platform_mm", "sigma_along_mm"];
 
 /// The rig of a hinge; `None` where the file does not say `joint = "hinge"`.
 ///
@@ -33,6 +41,22 @@ pub fn read_hinge(path: &Path) -> Result<Option<HingeRig<f64>>, InputError> {
 }
 
 impl<'a> Source<'a> {
+    /// Refuses the drawing or the cables of a hinge in a file that does not say that it is one.
+    pub(super) fn is_no_hinge(&self, table: &DeTable<'a>) -> Result<(), InputError> {
+        const SAY: &str = "joint = \"hinge\" is wanted at the top of the file";
+        if let Some(section) = table.get("hinge") {
+            return Err(self.error(section.span(), format!("hinge: a ball has no such section; for an elbow {SAY}")));
+        }
+        let Some(cables) = table.get("cable") else { return Ok(()) };
+        match cables.get_ref().as_array().map_or(0, |cables| cables.len()) {
+            count @ 2..=MAX_CABLES => {
+                let message = format!("cable: a ball has six tables [[cable]], there are {count}; for an elbow {SAY}");
+                Err(self.error(cables.span(), message))
+            }
+            _ => Ok(()),
+        }
+    }
+
     fn hinge_rig(&self, table: &DeTable<'a>) -> Result<HingeRig<f64>, InputError> {
         for other in ["base", "edges", "noise", "zeros", "drum", "covariance", "start"] {
             if let Some(value) = table.get(other) {
@@ -48,7 +72,12 @@ impl<'a> Source<'a> {
         };
         let cables = items.iter().map(|cable| self.cable(cable)).collect::<Result<Vec<_>, _>>()?;
         let noise_mm = Rig::<f64>::wrist().map_or(0.1, |rig| rig.length_noise_mm());
-        let rig = HingeRig::new(&cables, noise_mm).map_err(|error| self.error(tables.span(), error.text()))?;
+        let rig =
+            HingeRig::new(&cables, noise_mm).map_err(|error| self.error(tables.span(), which(&error, &cables)))?;
+        if let Some(complaint) = units::complaint_about_rig("distance between two ends on one ring", &apart_mm(&cables))
+        {
+            return Err(self.error(tables.span(), complaint));
+        }
         let (place, tolerance) = match self.tolerance(table)? {
             None => (tables.span(), Tolerance::exact()),
             Some((section, tolerance)) => (section.span(), tolerance),
@@ -100,24 +129,29 @@ impl<'a> Source<'a> {
             let value = self.value_at(section.span(), keys, key, "[x, y, z]")?;
             Ok((Vector3::from(self.numbers::<3>(value, key)?), value.span()))
         };
+        let point = |key: &str| match vector(key)? {
+            (point, _) if point.amax() <= FARTHEST_MM => Ok(point),
+            (_, place) => Err(self.error(place, format!("{key}: coordinates within {FARTHEST_MM} mm are wanted"))),
+        };
         let direction = |key: &str| {
             let (vector, place) = vector(key)?;
             vector.try_normalize(1e-9).ok_or_else(|| self.error(place, format!("{key}: the direction has no length")))
         };
         let hinge = Hinge::through(
             &direction("axis")?,
-            &vector("point")?.0,
+            &point("point")?,
             &direction("axis_in_platform")?,
-            &vector("point_in_platform")?.0,
+            &point("point_in_platform")?,
         );
         let range = match keys.get("range_deg") {
             None => RANGE_DEG,
             Some(value) => self.numbers::<2>(value, "range_deg")?,
         };
         let [low, high] = range;
-        if !(low < high && high - low <= 360.0) {
+        if !(low < high && high - low <= 360.0 && low >= -360.0 && high <= 360.0) {
             let place = keys.get("range_deg").map_or(section.span(), Spanned::span);
-            return Err(self.error(place, "range_deg: [smallest, largest] within one turn is wanted"));
+            let message = "range_deg: [smallest, largest] within one turn is wanted, each from -360 to 360";
+            return Err(self.error(place, message));
         }
         let sigma = |key: &str| match keys.get(key) {
             None => Ok(None),
@@ -127,7 +161,12 @@ impl<'a> Source<'a> {
             },
         };
         let sigma = match (sigma("sigma_deg")?, sigma("sigma_mm")?) {
-            (None, None) => None,
+            (None, None) => match FINER.iter().find_map(|key| Some((key, keys.get(*key)?))) {
+                None => None,
+                Some((key, value)) => {
+                    return Err(self.error(value.span(), format!("{key} wants sigma_deg and sigma_mm beside it")));
+                }
+            },
             (Some(turn), Some(place)) => {
                 let turn_in_platform = sigma("sigma_in_platform_deg")?.unwrap_or(turn).to_radians();
                 let place_in_platform = sigma("sigma_in_platform_mm")?.unwrap_or(place);
@@ -140,4 +179,11 @@ impl<'a> Source<'a> {
         };
         Ok(Some(Drawing { hinge, sigma, range_rad: (low.to_radians(), high.to_radians()) }))
     }
+}
+
+/// Distances between any two of the cables' ends on the base, and on the platform, mm.
+fn apart_mm(cables: &[CableEnds<f64>]) -> Vec<f64> {
+    let pairs =
+        cables.iter().enumerate().flat_map(|(index, one)| cables[index + 1..].iter().map(move |other| (one, other)));
+    pairs.flat_map(|(one, other)| [(one.base_mm - other.base_mm).norm(), (one.end_mm - other.end_mm).norm()]).collect()
 }

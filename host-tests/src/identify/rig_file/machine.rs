@@ -62,8 +62,13 @@ impl<'a> Source<'a> {
     /// The section `[tolerance]`, and what it says; what it leaves out is exact.
     pub(super) fn tolerance<'t>(&self, table: &'t DeTable<'a>) -> Result<Option<ToleranceSection<'t, 'a>>, InputError> {
         let Some(section) = table.get("tolerance") else { return Ok(None) };
-        let tolerance = self.tolerances(table)?.pop().map_or(Tolerance::exact(), |(_, _, _, tolerance)| tolerance);
-        Ok(Some((section, tolerance)))
+        let mut known = Tolerance::exact();
+        for (key, number, place, tolerance) in self.tolerances(table)? {
+            // What a ball's machine cannot be known to, a hinge's cannot either.
+            let complaint = |error: RigError| self.error(place, format!("{key} = {number}: {}", error.text()));
+            known = *default_rig()?.with_tolerance(tolerance).map_err(complaint)?.tolerance();
+        }
+        Ok(Some((section, known)))
     }
 
     /// What `[tolerance]` says, key by key: the key, its number, its place, and the tolerance with all keys so far.

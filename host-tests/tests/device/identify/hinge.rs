@@ -124,6 +124,56 @@ fn an_elbow_that_never_bends_is_refused_by_name() {
     assert!(ran.words().contains("Bend further"), "{}", ran.words());
 }
 
+/// The rig's figures in metres.
+fn in_metres(rig: &str) -> String {
+    let numbers = |line: &str| -> String {
+        let Some((key, list)) = line.split_once('[').filter(|_| line.contains(" = [")) else { return line.to_owned() };
+        let (list, rest) = list.split_once(']').unwrap();
+        let metres: Vec<_> = list.split(',').map(|mm| mm.trim().parse::<f64>().unwrap() / 1000.0).collect();
+        format!("{key}{metres:?}{rest}")
+    };
+    rig.lines().map(numbers).collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn lengths_that_are_none_of_an_elbow_are_named() {
+    let desk = Desk::new("hinge_bad_lengths");
+    let (_, csv) = log(4, 12, 4, 120.0);
+    let rows: Vec<Vec<f64>> =
+        csv.lines().skip(1).map(|row| row.split(',').map(|x| x.parse().unwrap()).collect()).collect();
+    let scaled = |factor: f64| {
+        rows.iter().fold("l1,l2,l3,l4\n".to_owned(), |text, row| {
+            let cells: Vec<_> = row[1..].iter().map(|mm| format!("{:.6}", mm * factor)).collect();
+            text + &cells.join(",") + "\n"
+        })
+    };
+    desk.put("rig.toml", RIG);
+    for (factor, unit) in [(1e-3, "metres"), (0.1, "centimetres"), (1.0 / 25.4, "inches")] {
+        desk.put("log.csv", scaled(factor));
+        let ran = desk.identify("log.csv --rig rig.toml");
+        assert_eq!(ran.code, Some(1), "{unit}: {ran:?}");
+        assert!(ran.stderr.contains(&format!("these look like {unit}; millimetres are wanted")), "{}", ran.stderr);
+    }
+    for factor in [10.0, 1e9] {
+        let slipped = format!("{}", rows[3][3] * factor);
+        desk.put("log.csv", csv.replace(&format!("{:.4}", rows[3][3]), &slipped));
+        let ran = desk.identify("log.csv --rig rig.toml");
+        assert_eq!(ran.code, Some(1), "{ran:?}");
+        assert!(ran.stderr.contains("line 5, column 4: l3: "), "{}", ran.stderr);
+        assert!(ran.stderr.contains("look for a slip of the decimal point"), "{}", ran.stderr);
+    }
+    // Rows of one pose are called what they are, and counted.
+    let row = csv.lines().nth(1).unwrap();
+    desk.put("log.csv", format!("time,l1,l2,l3,l4\n{row}\n{row}\n"));
+    let ran = desk.identify("log.csv --rig rig.toml");
+    assert!(
+        ran.stderr.contains("1 of 2 rows repeat a pose that stands there already (all lengths equal"),
+        "{}",
+        ran.stderr
+    );
+    assert!(ran.stderr.contains("1 pose left"), "{}", ran.stderr);
+}
+
 #[test]
 fn a_rig_that_is_no_hinges_is_named_with_its_place() {
     let desk = Desk::new("hinge_bad_rigs");
@@ -145,6 +195,34 @@ fn a_rig_that_is_no_hinges_is_named_with_its_place() {
         (fewer(RIG, 1), "two to four tables [[cable]], there are 1"),
         (RIG.replace("joint = \"hinge\"", "joint = \"hinge\"\nedges = [1.0, 1.0, 1.0]"), "edges is not for a hinge"),
         (RIG.replace("range_deg", "ranges_deg"), "unknown key"),
+        (RIG.replace("range_deg = [-140.0, 15.0]", "range_deg = [400.0, 500.0]"), "each from -360 to 360"),
+        (RIG.replace("point = [0.0, 0.0, 160.0]", "point = [0.0, 0.0, 1e30]"), "point: coordinates within 2000 mm"),
+        (
+            RIG.replace("# sigma_along_mm", "sigma_along_mm"),
+            "line 34, column 18: sigma_along_mm wants sigma_deg and sigma_mm beside it",
+        ),
+        (RIG.replace("# sigma_in_platform_mm", "sigma_in_platform_mm"), "sigma_in_platform_mm wants sigma_deg"),
+        (
+            RIG.replace(
+                "base = [42.426, -42.426, 0.0]\nend = [15.391, -42.286",
+                "base = [42.426, 42.426, 0.0]\nend = [15.391, 42.286",
+            ),
+            "cables 1 and 4: both ends",
+        ),
+        (
+            RIG.replacen("end = [15.391, -42.286, 0.0]", "end = [15.391, -42.286, 0.0]\npulley_radius = 1e6", 1),
+            "line 22, column 17: pulley_radius: a radius is not negative, and below 1000 mm",
+        ),
+        (RIG.to_owned() + "\n[tolerance]\nbase = 0.5\nzero = -0.3\n", "column 8: zero = -0.3: a tolerance is negative"),
+        (in_metres(RIG), "this looks like metres; millimetres are wanted"),
+        (
+            RIG.replace("joint = \"hinge\"\n", ""),
+            "hinge: a ball has no such section; for an elbow joint = \"hinge\" is wanted",
+        ),
+        (
+            RIG.replace("joint = \"hinge\"\n", "").split("[hinge]").next().unwrap().to_owned(),
+            "cable: a ball has six tables [[cable]], there are 4; for an elbow joint = \"hinge\" is wanted",
+        ),
     ] {
         let rig = if complaint.starts_with("home: ") { rig + drum } else { rig };
         desk.put("rig.toml", &rig);
@@ -158,4 +236,23 @@ fn a_rig_that_is_no_hinges_is_named_with_its_place() {
     assert!(ran.stderr.contains("the column l4 is missing"), "{}", ran.stderr);
     let ran = desk.identify("log.csv --rig rig.toml --method paper --noise 0.0577");
     assert!(ran.stderr.contains("--method paper is not for a hinge"), "{}", ran.stderr);
+}
+
+/// The elbow is within 5 mm of the drawing; one that is drawn 100 mm further out, to 1 mm, contradicts it.
+#[test]
+fn a_wrong_drawing_is_named_and_not_the_joint() {
+    let desk = Desk::new("hinge_wrong_drawing");
+    let (elbow, csv) = log(1, 30, 4, 120.0);
+    let wrong = good_drawing().replace("0.0, 160.0]", "0.0, 260.0]").replace("_mm = 3.0", "_mm = 1.0");
+    desk.put("log.csv", csv).put("wrong.toml", wrong).put("right.toml", good_drawing());
+    let ran = desk.identify("log.csv --rig wrong.toml --noise 0.0577 --json");
+    assert_eq!(ran.code, Some(2), "{ran:?}");
+    let off_mm = ran.json()["drawing_off"]["place_mm"].as_f64().unwrap();
+    let drawn = nalgebra::Vector3::new(0.0, 0.0, 260.0);
+    assert!((off_mm - (elbow.hinge().nearest_mm(&drawn) - drawn).norm()).abs() < 3.0, "{off_mm}");
+    let words = desk.identify("log.csv --rig wrong.toml --noise 0.0577").words();
+    assert!(words.contains("remedy Correct the drawing in the section [hinge]"), "{words}");
+    assert!(!words.contains("pronation"), "{words}");
+    let ran = desk.identify("log.csv --rig right.toml --noise 0.0577 --json");
+    assert!(ran.code == Some(0) && ran.json()["drawing_off"].is_null(), "{ran:?}");
 }
