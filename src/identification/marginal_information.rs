@@ -98,8 +98,6 @@ impl<T: Real> MarginalInformation<T> {
     }
 
     /// How the three equations change with each of the six lengths.
-    // Not inlined: two copies are 2 KB of flash (`cargo footprint --sections`).
-    #[inline(never)]
     #[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
     pub fn projector(&self) -> [Vector3<T>; CABLES] {
         let [first, second, third] = &self.reflections;

@@ -94,8 +94,6 @@ impl<T: Real> MedianSearch<T> {
 }
 
 /// Number of poses with a χ² of at most `limit`, which is finite, so that only placed poses count.
-// Not inlined: five copies are 1 KB of flash (`cargo footprint --sections`).
-#[inline(never)]
 pub fn count_within<T: Real>(poses: &[Pose<T>], limit: T) -> usize {
     poses.iter().filter(|pose| pose.chi_square <= limit).count()
 }

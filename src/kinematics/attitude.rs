@@ -100,8 +100,6 @@ impl<T: Real> AttitudeSearch<T> {
 
     /// Goes on with the next mode: its start, then a few Gauss-Newton steps a call; true when the last mode is through. The
     /// lengths are those of the first call.
-    // Not inlined: the second copy is 3 KB of flash (`cargo footprint --sections`).
-    #[inline(never)]
     pub fn advance(&mut self, solver: &AttitudeSolver<'_, T>, lengths: &CableLengths<T>, cables: CableSet) -> bool {
         let Some(mut track) = self.under_way.take() else {
             self.under_way = Some(AttitudeTrack::new(solver.start_in(self.next_mode, lengths, cables)));
@@ -167,8 +165,6 @@ impl<T: Real> AttitudeSolver<'_, T> {
     }
 
     /// So many steps at most.
-    // Not inlined: tracking and search share it, 3 KB of flash (`cargo footprint --sections`).
-    #[inline(never)]
     #[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
     fn steps(
         &self,

@@ -11,8 +11,6 @@ pub struct ParameterSet {
 
 impl ParameterSet {
     /// The defaults: the shoulder of Table I.
-    // Not inlined: five copies are 1 KB of flash (`cargo footprint --sections`).
-    #[inline(never)]
     pub fn new() -> Self {
         let mut values = [0; COUNT];
         for (value, entry) in values.iter_mut().zip(TABLE) {

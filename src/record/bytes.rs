@@ -51,8 +51,6 @@ impl<'a> Reader<'a> {
     }
 
     /// Takes the next bytes; zeros past the end, where no field of this version lies.
-    // Not inlined, as `fill`: 4 KB of flash (`cargo footprint --sections`).
-    #[inline(never)]
     fn take_bytes(&mut self, bytes: &mut [u8]) {
         for byte in bytes {
             let Some((first, rest)) = self.rest.split_first() else { return };
@@ -66,7 +64,6 @@ impl<'a> Reader<'a> {
         numbers
     }
 
-    #[inline(never)]
     fn fill(&mut self, numbers: &mut [f32]) {
         for number in numbers {
             *number = f32::from_le_bytes(self.take());

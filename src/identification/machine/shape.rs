@@ -118,8 +118,6 @@ pub fn for_each_mode<T: Real>(points_mm: &[Vector3<T>], mut found: impl FnMut(&P
 }
 
 /// Adds the part of `vector` that is orthogonal to the basis; gives it, if there is one.
-// Not inlined: each copy would have its vectors on the stack (`cargo stack --ways`).
-#[inline(never)]
 fn extend<'a, T: Real>(basis: &'a mut Basis<T>, vector: &Points<T>) -> Option<&'a Points<T>> {
     let added = orthonormal(basis, *vector)?;
     basis.push(added).ok()?;

@@ -128,8 +128,6 @@ impl ElbowProcedure {
     }
 
     /// The same with other limits.
-    // Inlined so that it is built where it stays: 13 KB of temporary copies on the stack otherwise.
-    #[inline(always)]
     pub fn with_limits(rig: &ElbowRig, limits: Limits) -> Self {
         let encoders = EncoderLimits { cables: rig.cables(), ..limits.encoders() };
         Self {
