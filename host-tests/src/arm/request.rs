@@ -207,8 +207,8 @@ impl<'s, 'a> Section<'s, 'a> {
 
     fn hinge(&self) -> Result<HingeFile, InputError> {
         let rig_path = self.path("rig")?.ok_or_else(|| self.other_joint("missing"))?;
-        let rig =
-            read_hinge(&rig_path)?.ok_or_else(|| self.other_joint("no hinge: joint = \"hinge\" is wanted in it"))?;
+        let no_hinge = || self.other_joint("no hinge: joint = \"hinge\" is wanted in it");
+        let rig = read_hinge(&rig_path)?.ok_or_else(no_hinge)?.rig;
         let count = rig.cables().len();
         let value = self.source.value_at(self.place.clone(), self.table, "posture", "[a length a cable]")?;
         let items = value.get_ref().as_array().filter(|items| items.len() == count);

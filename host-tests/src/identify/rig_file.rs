@@ -8,7 +8,7 @@ mod machine;
 mod noise;
 pub mod source;
 
-pub use self::hinge::read_hinge;
+pub use self::hinge::{HingeRigFile, read_hinge};
 use self::source::Source;
 use super::input_error::{self, InputError};
 use super::{known_keys, units};

@@ -24,7 +24,7 @@ pub enum Machine {
 pub fn machine(path: Option<&Path>) -> Result<Machine, InputError> {
     let Some(path) = path else { return rig_file::default_rig().map(Machine::Ball) };
     match rig_file::read_hinge(path)? {
-        Some(rig) => Ok(Machine::Hinge(rig)),
+        Some(file) => Ok(Machine::Hinge(file.rig)),
         None => ball(path).map(Machine::Ball),
     }
 }

@@ -9,7 +9,8 @@ pub use report::{DrawingOff, HingeReport, RefusalReport};
 use super::input_error::InputError;
 use super::lengths_file::LengthsFile;
 use super::report::{Precision, Status};
-use super::{MAX_TIMES_EXPECTED_NOISE, Request, rig_file, units};
+use super::rig_file::{self, HingeRigFile};
+use super::{MAX_TIMES_EXPECTED_NOISE, Request, units};
 use glenoid::identification::Noise;
 use glenoid::identification::hinge::{
     Drawing, Hinge, HingeEstimator, HingePose, HingeRefusal, HingeRig, HingeSettings, IdentifiedHinge, MAX_CABLES,
@@ -51,16 +52,16 @@ pub struct Solved<T: Real> {
 /// [`InputError`] names the place that cannot be read.
 pub fn run(request: &Request) -> Result<Option<Finding>, InputError> {
     let Some(path) = request.rig.as_deref() else { return Ok(None) };
-    let Some(rig) = rig_file::read_hinge(path)? else { return Ok(None) };
+    let Some(HingeRigFile { rig, noise_mm: stated_mm }) = rig_file::read_hinge(path)? else { return Ok(None) };
     let rig = with_zeros(rig, request.zero_prior_mm)?;
-    let noise_mm = request.noise_mm.unwrap_or(rig.length_noise_mm());
-    let log = read_log(&request.lengths, &rig)?.with_repeated_rows_merged(noise_mm);
+    let noise_mm = request.noise_mm.or(stated_mm);
+    let log = read_log(&request.lengths, &rig)?.with_repeated_rows_merged(noise_mm.unwrap_or(rig.length_noise_mm()));
     let mut report = match request.precision {
-        Precision::F32 => report::of(&solve::<f32>(&rig, &log, request.noise_mm)?, &rig, request),
-        Precision::F64 => report::of(&solve::<f64>(&rig, &log, request.noise_mm)?, &rig, request),
+        Precision::F32 => report::of(&solve::<f32>(&rig, &log, noise_mm)?, &rig, request, noise_mm),
+        Precision::F64 => report::of(&solve::<f64>(&rig, &log, noise_mm)?, &rig, request, noise_mm),
     };
     if report.status == Status::Refused {
-        report.drawing_off = drawing_off(&rig, &log, request.noise_mm)?;
+        report.drawing_off = drawing_off(&rig, &log, noise_mm)?;
     }
     let notes = log.notes().iter().map(|note| format!("{}: {note}", log.file())).collect();
     let summary = summary::of(&report, &log);

@@ -66,8 +66,8 @@ pub(super) fn remedy(refusal: &RefusalReport) -> &'static str {
              elbow whose carrying angle changes so much is no hinge."
         }
         RefusalReport::NotAHinge { .. } => {
-            "Look for a loose cuff, exchanged cables or a wrong figure in the rig's file; give --noise if the cables are \
-             noisier than the rig says, and [tolerance] for what was measured by hand."
+            "Look for a loose cuff, exchanged cables or a wrong figure in the rig's file; give --noise, or [noise] in the rig's file, if the \
+             cables are noisier than it says, and [tolerance] for what was measured by hand."
         }
     }
 }

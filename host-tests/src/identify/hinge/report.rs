@@ -185,7 +185,12 @@ impl RefusalReport {
 }
 
 /// The report of an estimator at its end.
-pub(super) fn of<T: Real>(solved: &Solved<T>, rig: &HingeRig<f64>, request: &Request) -> HingeReport {
+pub(super) fn of<T: Real>(
+    solved: &Solved<T>,
+    rig: &HingeRig<f64>,
+    request: &Request,
+    noise_mm: Option<f64>,
+) -> HingeReport {
     let empty = HingeReport {
         status: Status::Refused,
         reason: None,
@@ -207,7 +212,7 @@ pub(super) fn of<T: Real>(solved: &Solved<T>, rig: &HingeRig<f64>, request: &Req
         rejected: Vec::new(),
         poses_used: None,
         precision: request.precision,
-        given_noise_mm: request.noise_mm,
+        given_noise_mm: noise_mm,
         expected_noise_mm: rig.length_noise_mm(),
         noise_limit_mm: rig.length_noise_mm() * MAX_TIMES_EXPECTED_NOISE,
         refusal: None,

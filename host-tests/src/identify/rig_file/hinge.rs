@@ -23,11 +23,20 @@ const FARTHEST_MM: f64 = 2000.0;
 /// What refines `sigma_deg` and `sigma_mm`.
 const FINER: [&str; 3] = ["sigma_in_platform_deg", "sigma_in_platform_mm", "sigma_along_mm"];
 
+/// What the file of a hinge's rig says.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HingeRigFile {
+    /// The rig.
+    pub rig: HingeRig<f64>,
+    /// 1σ of a length in a row of a log, mm, where the section `[noise]` states it.
+    pub noise_mm: Option<f64>,
+}
+
 /// The rig of a hinge; `None` where the file does not say `joint = "hinge"`.
 ///
 /// # Errors
 /// [`InputError`] names the place that cannot be read, or the constant that cannot be.
-pub fn read_hinge(path: &Path) -> Result<Option<HingeRig<f64>>, InputError> {
+pub fn read_hinge(path: &Path) -> Result<Option<HingeRigFile>, InputError> {
     let (file, bytes) = input_error::read(path)?;
     let source = Source { file: &file, text: text(&file, &bytes)? };
     let table = source.table()?;
@@ -57,8 +66,8 @@ impl<'a> Source<'a> {
         }
     }
 
-    fn hinge_rig(&self, table: &DeTable<'a>) -> Result<HingeRig<f64>, InputError> {
-        for other in ["base", "edges", "noise", "zeros", "drum", "covariance", "start"] {
+    fn hinge_rig(&self, table: &DeTable<'a>) -> Result<HingeRigFile, InputError> {
+        for other in ["base", "edges", "zeros", "drum", "covariance", "start"] {
             if let Some(value) = table.get(other) {
                 return Err(self.error(value.span(), format!("{other} is not for a hinge")));
             }
@@ -71,9 +80,10 @@ impl<'a> Source<'a> {
             return Err(self.error(tables.span(), message));
         };
         let cables = items.iter().map(|cable| self.cable(cable)).collect::<Result<Vec<_>, _>>()?;
-        let noise_mm = Rig::<f64>::wrist().map_or(0.1, |rig| rig.length_noise_mm());
+        let noise_mm = self.noise(table)?.map(|noise| noise.of_a_row_mm());
+        let expected_mm = noise_mm.unwrap_or_else(|| Rig::<f64>::wrist().map_or(0.1, |rig| rig.length_noise_mm()));
         let rig =
-            HingeRig::new(&cables, noise_mm).map_err(|error| self.error(tables.span(), which(&error, &cables)))?;
+            HingeRig::new(&cables, expected_mm).map_err(|error| self.error(tables.span(), which(&error, &cables)))?;
         if let Some(complaint) = units::complaint_about_rig("distance between two ends on one ring", &apart_mm(&cables))
         {
             return Err(self.error(tables.span(), complaint));
@@ -84,10 +94,11 @@ impl<'a> Source<'a> {
         };
         let home = self.home_of_hinge(table, place.clone(), &tolerance, count)?;
         let rig = rig.with_tolerance(tolerance, home).map_err(|error| self.error(place, error.text()))?;
-        Ok(match self.drawing(table)? {
+        let rig = match self.drawing(table)? {
             None => rig,
             Some(drawing) => rig.with_drawing(drawing),
-        })
+        };
+        Ok(HingeRigFile { rig, noise_mm })
     }
 
     /// Lengths at count zero, about which a drum's scale acts.

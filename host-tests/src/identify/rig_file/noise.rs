@@ -24,6 +24,13 @@ pub(super) struct Noise {
     pub(super) samples_a_row: u16,
 }
 
+impl Noise {
+    /// Of a row of a log, mm.
+    pub(super) fn of_a_row_mm(&self) -> f64 {
+        self.pose_mm.hypot(self.sample_mm / f64::from(self.samples_a_row).sqrt())
+    }
+}
+
 impl<'a> Source<'a> {
     /// The section `[noise]`, if there is one.
     pub(super) fn noise(&self, table: &DeTable<'a>) -> Result<Option<Noise>, InputError> {

@@ -3,7 +3,7 @@
 use super::command::{Desk, numbers};
 use glenoid::rig::Tolerance;
 use host_tests::study::elbow::scene::{Elbow, cables, drawn, flexions_rad};
-use rand::SeedableRng;
+use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::fmt::Write as _;
 
@@ -85,6 +85,35 @@ fn an_elbow_is_identified_in_both_precisions() {
     }
     let words = desk.identify("log.csv --rig rig.toml --noise 0.0577").words();
     assert!(words.starts_with("ACCEPTED: a hinge axis in base"), "{words}");
+}
+
+/// The log with so much uniform noise more, mm, in every length.
+fn noisier(csv: &str, most_mm: f64) -> String {
+    let mut random = ChaCha8Rng::seed_from_u64(5);
+    let mut noisy = |(column, cell): (usize, &str)| match cell.parse::<f64>() {
+        Ok(length) if column > 0 => format!("{:.4}", length + random.random_range(-most_mm..most_mm)),
+        _ => cell.to_owned(),
+    };
+    let line = |line: &str| line.split(',').enumerate().map(&mut noisy).collect::<Vec<_>>().join(",");
+    csv.lines().map(line).collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn the_noise_of_an_elbow_is_what_its_rig_states() {
+    let desk = Desk::new("hinge_noise");
+    // σ = 0.577 mm: ten times what is expected of a cable.
+    let csv = noisier(&log(1, 40, 4, 120.0).1, 1.0);
+    // √(0.4² + 2² / 25) = 0.566.
+    let stated = good_drawing() + "\n[noise]\npose = 0.4\nsample = 2.0\nsamples = 25\n";
+    desk.put("log.csv", csv).put("silent.toml", good_drawing()).put("rig.toml", stated);
+    let ran = desk.identify("log.csv --rig silent.toml --json");
+    assert_eq!((ran.code, ran.json()["given_noise_mm"].as_f64()), (Some(2), None), "{ran:?}");
+    let ran = desk.identify("log.csv --rig rig.toml --json");
+    assert_eq!(ran.code, Some(0), "{ran:?}");
+    assert!((ran.json()["given_noise_mm"].as_f64().unwrap() - 0.5657).abs() < 1e-4, "{ran:?}");
+    // What is typed counts before what is stated.
+    let ran = desk.identify("log.csv --rig rig.toml --noise 0.6 --json");
+    assert_eq!(ran.json()["given_noise_mm"].as_f64(), Some(0.6), "{ran:?}");
 }
 
 #[test]
@@ -195,6 +224,7 @@ fn a_rig_that_is_no_hinges_is_named_with_its_place() {
         (fewer(RIG, 1), "two to four tables [[cable]], there are 1"),
         (RIG.replace("joint = \"hinge\"", "joint = \"hinge\"\nedges = [1.0, 1.0, 1.0]"), "edges is not for a hinge"),
         (RIG.replace("range_deg", "ranges_deg"), "unknown key"),
+        (RIG.to_owned() + "\n[noise]\npose = 0.0\n", "pose: a noise of 0 mm is not within"),
         (RIG.replace("range_deg = [-140.0, 15.0]", "range_deg = [400.0, 500.0]"), "each from -360 to 360"),
         (RIG.replace("point = [0.0, 0.0, 160.0]", "point = [0.0, 0.0, 1e30]"), "point: coordinates within 2000 mm"),
         (
