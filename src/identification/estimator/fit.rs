@@ -94,7 +94,7 @@ impl<T: Real> Default for Pass<T> {
 
 impl<T: Real> Fit<T> {
     /// The fit before its first pass: the nominal centre, the machine as stated.
-    // Inlined so that it is built where it stays: 1.3 KB of stack otherwise (`cargo stack --ways`).
+    // Inlined so that it is built where it stays: 10 KB more of the stack otherwise (`cargo stack`).
     #[inline(always)]
     pub fn new(machine: &Machine<T>, nominal: &Parameters<T>, settings: EstimatorSettings<T>) -> Self {
         let noise_mm = match settings.noise {
