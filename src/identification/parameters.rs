@@ -1,13 +1,13 @@
 //! The unknowns of the estimator and their normal equations.
 //!
-//! Every pose sees O and C. Whatever else is unknown (the machine's constants, how the joint centre moves) is a
-//! [`ParameterBlock`]: it gives the Jacobian column of each of its parameters in a pose, and their prior. The unknowns
-//! stand in the order block, O, C, so that elimination of the block leaves the normal equations of O and C at the end of
-//! the factor.
+//! Every pose sees O and C. Whatever else is unknown is a [`ParameterBlock`]: the machine's constants, of which it gives
+//! the Jacobian column of each in a pose; the gains with which the joint centre moves, of which it gives the features that
+//! they multiply; and the prior of both. The unknowns stand in the order constants, gains, O, C, so that elimination of the
+//! block leaves the normal equations of O and C at the end of the factor.
 
 use super::marginal_information::MarginalInformation;
 use crate::kinematics::{CableLengths, LengthJacobian};
-use crate::linear_algebra::{NormalEquations, column};
+use crate::linear_algebra::NormalEquations;
 use crate::rig::CABLES;
 use crate::scalar::Real;
 use heapless::Vec;
@@ -16,6 +16,10 @@ use nalgebra::{Matrix3, Vector3};
 /// Maximum number of parameters beside O and C: 18 of a 3-3 machine and 24 of a moving joint; or 36 of a machine with ends of
 /// its own for every cable.
 const MAX_PARAMETERS: usize = 42;
+/// Maximum number of constants of a machine.
+const MAX_CONSTANTS: usize = 36;
+/// Maximum number of features of a rotation with which a joint centre moves.
+pub const MAX_FEATURES: usize = 8;
 /// Maximum number of unknowns.
 pub const MAX_UNKNOWNS: usize = MAX_PARAMETERS + CENTRE_UNKNOWNS;
 
@@ -29,15 +33,13 @@ pub const PACKED: usize = MAX_UNKNOWNS * (MAX_UNKNOWNS + 1) / 2;
 /// The normal equations of the estimator.
 pub type Equations<T> = NormalEquations<T, MAX_UNKNOWNS, PACKED>;
 
-/// How a pose depends on one parameter, per unit of it.
+/// How the lengths of a pose change with one constant, per unit of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Column<T> {
     /// The length of one cable (from 0) changes by this much.
     OneCable(usize, T),
     /// The lengths of all cables do.
     AllCables([T; CABLES]),
-    /// The joint centre of the pose moves by this in {B}, mm.
-    Centre(Vector3<T>),
 }
 
 /// A pose at the present estimate.
@@ -53,40 +55,34 @@ pub struct PoseAt<'a, T> {
 
 /// Parameters that are estimated together with the joint centre.
 pub trait ParameterBlock<T: Real> {
-    /// How many take part.
-    fn count(&self) -> usize;
+    /// How many constants of the machine take part.
+    fn constants(&self) -> usize;
 
-    /// The column of the Jacobian of parameter `index`, from 0, in a pose.
+    /// The column of the Jacobian of constant `index`, from 0, in a pose.
     fn column(&self, index: usize, pose: &PoseAt<'_, T>) -> Column<T>;
+
+    /// φ of a rotation ({P} to {B}), when the joint centre moves by A φ in {B}: the columns of A, three gains for each feature,
+    /// are unknowns behind the constants. None of a centre that stays.
+    fn features(&self, rotation: &Matrix3<T>) -> CentreFeatures<T>;
 
     /// Adds the prior of the parameters, times the noise's variance `variance_mm2`, mm². Their unknowns begin at
     /// `first`.
     fn add_prior(&self, equations: &mut Equations<T>, first: usize, variance_mm2: T);
 }
 
-/// Columns of a pose's three equations, one an unknown.
-pub type Columns<T> = Vec<Vector3<T>, MAX_UNKNOWNS>;
+/// Columns of a pose's three equations, one a constant.
+pub type Columns<T> = Vec<Vector3<T>, MAX_CONSTANTS>;
+/// Features of a pose's rotation.
+pub type CentreFeatures<T> = Vec<T, MAX_FEATURES>;
 
-/// What the three equations of a pose make of a change of its lengths or its centre.
-pub fn change_of_equations<T: Real>(
-    column: &Column<T>,
-    projector: &[Vector3<T>; CABLES],
-    translation: &Matrix3<T>,
-) -> Vector3<T> {
+/// What the three equations of a pose make of a change of its lengths.
+pub fn change_of_equations<T: Real>(column: &Column<T>, projector: &[Vector3<T>; CABLES]) -> Vector3<T> {
     match column {
         Column::OneCable(cable, change) => projector.get(*cable).map_or_else(Vector3::zeros, |k| k * *change),
         Column::AllCables(changes) => {
             projector.iter().zip(changes).fold(Vector3::zeros(), |sum, (k, change)| sum + k * *change)
         }
-        Column::Centre(moved) => translation * moved,
     }
-}
-
-/// The columns of O and C: Ū J with J = [I, -R].
-pub fn columns_of_centre<T: Real>(at: &PoseAt<'_, T>, pose: &MarginalInformation<T>) -> [Vector3<T>; CENTRE_UNKNOWNS] {
-    let of_base = &pose.translation;
-    let of_platform = -(of_base * at.rotation);
-    core::array::from_fn(|k| if k < 3 { column(of_base, k) } else { column(&of_platform, k - 3) })
 }
 
 /// The normal equations of O and C alone, of the poses of a pass: Jᵀ S J and Jᵀ S δ̂ for J = [I, -R]. Added to the others at

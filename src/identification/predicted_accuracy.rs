@@ -163,7 +163,7 @@ impl<T: Real> PredictedAccuracy<T> {
     fn add_in_work(machine: &Machine<T>, Workspace { equations, scratch }: Workspace<'_, T>) -> bool {
         // Made when it is wanted, for it takes 0.4 KB.
         let estimate = &MachineEstimate::new(machine);
-        let model = Model { machine, estimate, joint: &Joint::Ball, features: None };
+        let model = Model { machine, estimate, joint: &Joint::Ball };
         scratch.pose().is_none_or(|in_work| in_work.advance(&model, equations))
     }
 

@@ -9,7 +9,7 @@ mod update;
 use super::dot;
 use crate::scalar::Real;
 use core::ops::Range;
-use nalgebra::{SMatrix, Vector3};
+use nalgebra::SMatrix;
 
 /// The smallest pivot that counts as regular, as a share of the diagonal entry that it came from: below it the weakest
 /// combination of the unknowns has a standard deviation a thousand times larger than the others.
@@ -114,32 +114,14 @@ impl<T: Real, const N: usize, const P: usize> NormalEquations<T, N, P> {
         self.squares += value * value;
     }
 
-    /// Adds what three equations say of their first unknowns and of those with the others, `weight` times: of the first the
-    /// columns are `columns`, of the others `last`. What the others share among themselves is not added. Only `rows` of the
-    /// matrix are added to, for callers that add a few at a time.
-    pub fn add_equations(
-        &mut self,
-        columns: &[Vector3<T>],
-        last: &[Vector3<T>],
-        values: &Vector3<T>,
-        weight: T,
-        rows: Range<usize>,
-    ) {
-        let Some(mut entries) = self.matrix.get_mut(packed_index(rows.start, 0)..) else { return };
-        for i in rows {
-            let Some((row, rest)) = entries.split_at_mut_checked(i + 1) else { return };
-            entries = rest;
-            let Some(column) = columns.get(i) else {
-                let Some(column) = last.get(i - columns.len()) else { return };
-                add_products(row, columns, &(column * weight));
-                continue;
-            };
-            let a = column * weight;
-            add_products(row, columns, &a);
-            if let Some(gradient) = self.gradient.get_mut(i) {
-                *gradient += a.dot(values);
-            }
-        }
+    /// Rows of JᵀJ from `first` on up to the diagonal, to be added to; empty outside the triangle.
+    pub fn rows_mut<const R: usize>(&mut self, first: usize) -> [&mut [T]; R] {
+        let mut rest = self.matrix.get_mut(packed_index(first, 0)..).unwrap_or_default();
+        core::array::from_fn(|i| {
+            let (row, below) = core::mem::take(&mut rest).split_at_mut_checked(first + i + 1).unwrap_or_default();
+            rest = below;
+            row
+        })
     }
 
     /// The entry of JᵀJ in row `i`, column `j <= i`; 0 outside the triangle.
@@ -373,12 +355,4 @@ fn row_of_factor<T: Real>(factor: &[T], i: usize) -> Option<(&[T], T)> {
 /// How many zeros these numbers begin with.
 pub fn leading_zeros<T: Real>(numbers: &[T]) -> usize {
     numbers.iter().take_while(|number| **number == T::zero()).count()
-}
-
-/// Adds the products of `a` with the columns, as far as there are entries.
-#[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
-fn add_products<T: Real>(entries: &mut [T], columns: &[Vector3<T>], a: &Vector3<T>) {
-    for (entry, b) in entries.iter_mut().zip(columns) {
-        *entry += a.x * b.x + a.y * b.y + a.z * b.z;
-    }
 }

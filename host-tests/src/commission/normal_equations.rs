@@ -12,7 +12,7 @@
 use super::wearing::Wearing;
 use glenoid::identification::machine::MachineEstimate;
 use glenoid::identification::marginal_information::MarginalInformation;
-use glenoid::identification::parameters::{Column, Equations, ParameterBlock, PoseAt};
+use glenoid::identification::parameters::{CentreFeatures, Column, Equations, ParameterBlock, PoseAt};
 use glenoid::identification::pose::PoseState;
 use glenoid::identification::pose_in_work::add_pose;
 use glenoid::identification::weights::Weights;
@@ -20,7 +20,7 @@ use glenoid::identification::{Machine, Pose};
 use glenoid::kinematics::rotation::turned;
 use glenoid::kinematics::{AttitudeSolver, CableSet, LengthJacobian};
 use glenoid::linear_algebra::packed_index;
-use nalgebra::{DMatrix, DVector, Matrix6, Vector3, Vector6};
+use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Vector3, Vector6};
 use rayon::prelude::*;
 
 /// O and C.
@@ -39,12 +39,16 @@ struct MachineBlock<'a> {
 }
 
 impl ParameterBlock<f64> for MachineBlock<'_> {
-    fn count(&self) -> usize {
+    fn constants(&self) -> usize {
         self.estimate.count()
     }
 
     fn column(&self, index: usize, pose: &PoseAt<'_, f64>) -> Column<f64> {
         self.estimate.column(self.machine, index, pose)
+    }
+
+    fn features(&self, _: &Matrix3<f64>) -> CentreFeatures<f64> {
+        CentreFeatures::new()
     }
 
     fn add_prior(&self, equations: &mut Equations<f64>, first: usize, variance_mm2: f64) {

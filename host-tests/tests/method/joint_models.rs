@@ -151,13 +151,14 @@ fn the_centre_moves_with_the_rotation_as_its_turning_says() {
 }
 
 #[test]
-fn columns_of_the_joint_are_the_derivatives_of_the_centre() {
+fn features_of_the_joint_are_the_derivatives_of_the_centre() {
     let mut rng = rng(4607);
     let moving = moving(&mut rng);
     let rotation = *sweep(&mut rng, 1, 60.0, 50.0)[0].matrix();
     let joint = Joint::Moving(moving);
     assert_eq!((joint.count(), Joint::<f64>::Ball.count()), (MAX_JOINT, 0));
-    let phi = moving.frame.features(&rotation);
+    let features = joint.features(&rotation);
+    assert_eq!((features.len(), Joint::Ball.features(&rotation).len()), (FEATURES, 0));
     let centre = JointCentre::from_array(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
     for index in 0..MAX_JOINT {
         let expected = derivative::<3, 1>(|by| {
@@ -167,7 +168,7 @@ fn columns_of_the_joint_are_the_derivatives_of_the_centre() {
             moved.apply(&step);
             moved.centre_at(&centre, &rotation).in_base_mm.into()
         });
-        let Column::Centre(mine) = joint.column(index, Some(&phi)) else { panic!("no centre") };
+        let mine = Vector3::ith(index % 3, features[index / 3]);
         assert!((mine - expected).amax() < 1e-9, "parameter {index}: {mine} instead of {expected}");
     }
 }
@@ -199,18 +200,21 @@ impl Scene {
     /// The six rows of the pose by all unknowns (block, O, C), then by the scatter and the rotation.
     fn rows(&self) -> (DMatrix<f64>, SMatrix<f64, 6, 3>, SMatrix<f64, 6, 3>, DVector<f64>) {
         let at = self.at();
-        let model = self.model(&at);
-        let count = model.count();
+        let model = self.model();
+        let (constants, features) = (model.constants(), model.features(&self.rotation));
+        let count = constants + 3 * features.len();
         let u = SMatrix::<f64, 6, 3>::from_fn(|k, j| self.jacobian.rows[k].translation[j]);
         let g = SMatrix::<f64, 6, 3>::from_fn(|k, j| self.jacobian.rows[k].rotation_mm[j]);
         let mut rows = DMatrix::zeros(6, count + 6);
-        for x in 0..count {
+        for x in 0..constants {
             let column = match model.column(x, &at) {
                 Column::OneCable(cable, change) => DVector::from_fn(6, |k, _| if k == cable { change } else { 0.0 }),
                 Column::AllCables(changes) => DVector::from_row_slice(&changes),
-                Column::Centre(moved) => DVector::from_column_slice((u * moved).as_slice()),
             };
             rows.set_column(x, &column);
+        }
+        for (j, feature) in features.iter().enumerate() {
+            rows.view_mut((0, constants + 3 * j), (6, 3)).copy_from(&(u * *feature));
         }
         rows.view_mut((0, count), (6, 3)).copy_from(&u);
         rows.view_mut((0, count + 3), (6, 3)).copy_from(&-(u * self.rotation));
@@ -222,9 +226,8 @@ impl Scene {
         PoseAt { rotation: &self.rotation, lengths: &self.lengths, jacobian: &self.jacobian }
     }
 
-    fn model(&self, at: &PoseAt<'_, f64>) -> Model<'_, f64> {
-        let features = self.joint.features(at.rotation);
-        Model { machine: &self.machine, estimate: &self.estimate, joint: &self.joint, features }
+    fn model(&self) -> Model<'_, f64> {
+        Model { machine: &self.machine, estimate: &self.estimate, joint: &self.joint }
     }
 }
 
@@ -251,7 +254,7 @@ fn scatter_and_rotation_are_eliminated_as_in_the_dense_problem() {
             scattered.add_scatter(scatter);
             let unknowns = rows.ncols();
             let mut equations = Equations::<f64>::new(unknowns);
-            let model = scene.model(&at);
+            let model = scene.model();
             add_pose(&mut equations, &model, &at, &scattered, 1.0);
             let close = 1e-9 * expected.amax();
             for i in 0..unknowns {

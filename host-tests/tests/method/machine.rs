@@ -192,7 +192,6 @@ fn columns_are_the_derivatives_of_the_lengths() {
                     all
                 }
                 Column::AllCables(all) => all,
-                Column::Centre(moved) => panic!("a machine's constant moves the centre by {moved}"),
             };
             // What the reading would be, and so by how much residual = measured - computed falls.
             let expected = derivative::<CABLES, 1>(|step| residuals(&machine, &moved(&machine, index, step[0]), &seen));

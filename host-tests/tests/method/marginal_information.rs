@@ -8,7 +8,7 @@ use crate::common::library::{as_cables, rig};
 use crate::common::sets::{machines, normal};
 use crate::common::{Worn, arm, rng};
 use glenoid::identification::marginal_information::MarginalInformation;
-use glenoid::identification::parameters::{Column, Equations, ParameterBlock, PoseAt};
+use glenoid::identification::parameters::{CentreFeatures, Column, Equations, ParameterBlock, PoseAt};
 use glenoid::identification::pose_in_work::add_pose;
 use glenoid::kinematics::{CableLengths, Geometry, JointCentre, LengthJacobian};
 use glenoid::linear_algebra::Singular;
@@ -78,12 +78,16 @@ impl Case {
 struct CentreOnly;
 
 impl ParameterBlock<f64> for CentreOnly {
-    fn count(&self) -> usize {
+    fn constants(&self) -> usize {
         0
     }
 
     fn column(&self, index: usize, _: &PoseAt<'_, f64>) -> Column<f64> {
         panic!("there is no parameter {index}")
+    }
+
+    fn features(&self, _: &Matrix3<f64>) -> CentreFeatures<f64> {
+        CentreFeatures::new()
     }
 
     fn add_prior(&self, _: &mut Equations<f64>, _: usize, _: f64) {}

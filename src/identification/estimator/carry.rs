@@ -115,7 +115,7 @@ impl<T: Real> Fit<T> {
         for axis in 0..3 {
             let unit = column(&Matrix3::identity(), axis);
             for (place, motion) in [(first + axis, unit), (first + 3 + axis, -(at.rotation * unit))] {
-                put(place, motion - by_gradient * gradient(at.jacobian, &Column::Centre(motion)));
+                put(place, motion - by_gradient * gradient_of_motion(at.jacobian, &motion));
             }
         }
         rows
@@ -124,16 +124,19 @@ impl<T: Real> Fit<T> {
 
 /// Gᵀ δL for the lengths that a parameter changes.
 fn gradient<T: Real>(jacobian: &LengthJacobian<T>, column: &Column<T>) -> Vector3<T> {
-    let rows = jacobian.rows.iter();
     match column {
         Column::OneCable(cable, change) => {
             jacobian.rows.get(*cable).map_or_else(Vector3::zeros, |row| row.rotation_mm * *change)
         }
         Column::AllCables(changes) => {
-            rows.zip(changes).fold(Vector3::zeros(), |sum, (row, change)| sum + row.rotation_mm * *change)
-        }
-        Column::Centre(moved) => {
-            rows.fold(Vector3::zeros(), |sum, row| sum + row.rotation_mm * row.translation.dot(moved))
+            let rows = jacobian.rows.iter().zip(changes);
+            rows.fold(Vector3::zeros(), |sum, (row, change)| sum + row.rotation_mm * *change)
         }
     }
+}
+
+/// Gᵀ δL for the lengths that a motion of the centre changes.
+fn gradient_of_motion<T: Real>(jacobian: &LengthJacobian<T>, moved: &Vector3<T>) -> Vector3<T> {
+    let rows = jacobian.rows.iter();
+    rows.fold(Vector3::zeros(), |sum, row| sum + row.rotation_mm * row.translation.dot(moved))
 }

@@ -90,14 +90,14 @@ impl<T: Real> Compare<T> {
             }
             Step::Priors => {
                 let variance = fit.variance_mm2();
-                let model = Model { machine, estimate: &self.estimate, joint: &Joint::Ball, features: None };
+                let model = Model { machine, estimate: &self.estimate, joint: &Joint::Ball };
                 model.add_prior(&mut fit.equations, 0, variance);
                 let centre = CentreSums::default();
                 self.step = Step::Sum(Sum { next: 0, track: None, attitude: None, used: 0, centre });
                 None
             }
             Step::Sum(sum) => {
-                let ball = Model { machine, estimate: &self.estimate, joint: &Joint::Ball, features: None };
+                let ball = Model { machine, estimate: &self.estimate, joint: &Joint::Ball };
                 if !sum.advance(fit, &ball, &self.centre, poses) {
                     sum.centre.move_to(&mut fit.equations);
                     fit.equations.damp(T::of(DAMPING));

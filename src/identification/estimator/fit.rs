@@ -151,7 +151,7 @@ impl<T: Real> Fit<T> {
     }
 
     fn add_priors(&mut self, machine: &Machine<T>) {
-        let model = Model { machine, estimate: &self.estimate, joint: &self.joint, features: None };
+        let model = Model { machine, estimate: &self.estimate, joint: &self.joint };
         model.add_prior(&mut self.equations, 0, self.residuals.noise_mm * self.residuals.noise_mm);
         // The held phase is a prior for a moving centre only; a ball is judged by its own poses.
         if let (Some(held), Joint::Moving(_)) = (&self.held, &self.joint) {
@@ -173,8 +173,7 @@ impl<T: Real> Fit<T> {
         reinitialise_above: T,
     ) -> bool {
         if let Some(in_work) = self.scratch.pose() {
-            let features = in_work.features(&self.joint);
-            let model = Model { machine, estimate: &self.estimate, joint: &self.joint, features };
+            let model = Model { machine, estimate: &self.estimate, joint: &self.joint };
             in_work.advance(&model, &mut self.equations);
             return true;
         }
@@ -224,10 +223,8 @@ impl<T: Real> Fit<T> {
 
     /// The next columns of the pose in work by the fit's own model, which is to go no further; true when all are known.
     pub fn add_columns(&mut self, machine: &Machine<T>) -> bool {
-        self.scratch.pose().is_none_or(|in_work| {
-            let features = in_work.features(&self.joint);
-            in_work.add_columns(&Model { machine, estimate: &self.estimate, joint: &self.joint, features })
-        })
+        let model = Model { machine, estimate: &self.estimate, joint: &self.joint };
+        self.scratch.pose().is_none_or(|in_work| in_work.add_columns(&model))
     }
 
     /// Whitens what is next in the rows at work; true when they are white.

@@ -81,10 +81,10 @@ enum Step<T> {
     Begin,
     /// Their columns.
     Columns,
-    /// What its equations share with the other unknowns is whitened.
-    Shared,
-    /// So is what the centre that is predicted in it hangs on.
-    Path,
+    /// What its equations share with the constants and C is whitened. With S of the pose.
+    Shared(Matrix3<T>),
+    /// So is what the centre that is predicted in it hangs on: times S it is what they share with the other unknowns.
+    Path(Matrix3<T>),
     /// The split before it: its equations without the other unknowns, up to this row.
     Split(NormalEquations<T, 6, 21>, usize),
 }
@@ -126,24 +126,25 @@ impl<T: Real> Inspect<T> {
                 Step::Columns
             }
             Step::Columns if !fit.add_columns(machine) => Step::Columns,
-            Step::Columns => match fit.scratch.pose().map(|in_work| in_work.sensitivity()) {
-                Some(sensitivity) => {
-                    fit.scratch.put_rows(&sensitivity);
-                    Step::Shared
-                }
-                None => Step::See,
-            },
-            Step::Shared if !fit.whiten() => Step::Shared,
-            Step::Shared => {
+            Step::Columns => {
+                let in_work = fit.scratch.pose()?;
+                let (information, rows) = (*in_work.information(), in_work.sensitivity_beside_path());
+                fit.scratch.put_rows(&rows);
+                Step::Shared(information)
+            }
+            Step::Shared(information) if !fit.whiten() => Step::Shared(information),
+            Step::Shared(information) => {
                 let rotation = poses.get(self.next)?.rotation();
-                self.add_shared(&rotation, fit.scratch.rows());
+                self.add_shared(&rotation, &Matrix3::identity(), fit.scratch.rows());
                 let rows = fit.path_rows(&rotation);
                 fit.scratch.put_rows(&rows);
-                Step::Path
+                Step::Path(information)
             }
-            Step::Path if !fit.whiten() => Step::Path,
-            Step::Path => {
-                self.add_path(fit, &poses.get(self.next)?.rotation());
+            Step::Path(information) if !fit.whiten() => Step::Path(information),
+            Step::Path(information) => {
+                let rotation = poses.get(self.next)?.rotation();
+                self.add_shared(&rotation, &information, fit.scratch.rows());
+                self.add_path(fit, &rotation);
                 let side = MIN_SIDE.max(fit.residuals.used / SIDE_SHARE);
                 let is_possible = self.seen >= side && fit.residuals.used >= side + self.seen;
                 if is_possible { Step::Split(self.split, 0) } else { Step::See }
@@ -185,15 +186,17 @@ impl<T: Real> Inspect<T> {
         self.previous_mm = own;
     }
 
-    /// Adds what it says of them together with the other unknowns: of unknown u, Kᵤᵀ and -(Rᵀ Kᵤ)ᵀ. The rows of K are
-    /// whitened.
-    fn add_shared(&mut self, rotation: &Matrix3<T>, rows: &[[T; MAX_UNKNOWNS]]) {
+    /// Adds what it says of them together with the other unknowns: of unknown u, Kᵤᵀ and -(Rᵀ Kᵤ)ᵀ, K = `information` times the
+    /// rows, which are whitened.
+    fn add_shared(&mut self, rotation: &Matrix3<T>, information: &Matrix3<T>, rows: &[[T; MAX_UNKNOWNS]]) {
         let [x, y, z] = rows else { return };
         let [a, b, c, d, e, f] = &mut self.shared;
-        let columns = x.iter().zip(y).zip(z);
+        let columns = x.iter().zip(y).zip(z).map(|((x, y), z)| Vector3::new(*x, *y, *z));
         let shared = a.iter_mut().zip(b).zip(c).zip(d).zip(e).zip(f);
-        for (((x, y), z), (((((a, b), c), d), e), f)) in columns.zip(shared) {
-            let column = Vector3::new(*x, *y, *z);
+        for (column, (((((a, b), c), d), e), f)) in
+            columns.zip(shared).filter(|(column, _)| *column != Vector3::zeros())
+        {
+            let column = information * column;
             let of_platform = -rotation.tr_mul(&column);
             *a += column.x;
             *b += column.y;

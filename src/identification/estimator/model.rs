@@ -1,11 +1,12 @@
 //! The parameters beside O and C in one block: first the machine's, then the joint's.
 
-use crate::identification::joint::{Features, Joint};
+use crate::identification::joint::Joint;
 use crate::identification::machine::{Machine, MachineEstimate};
-use crate::identification::parameters::{Column, Equations, ParameterBlock, PoseAt};
+use crate::identification::parameters::{CentreFeatures, Column, Equations, ParameterBlock, PoseAt};
 use crate::scalar::Real;
+use nalgebra::Matrix3;
 
-/// The machine and the joint as one block of parameters, seen from one pose.
+/// The machine and the joint as one block of parameters.
 #[derive(Debug)]
 pub struct Model<'a, T: Real> {
     /// The machine as stated.
@@ -14,20 +15,19 @@ pub struct Model<'a, T: Real> {
     pub estimate: &'a MachineEstimate<T>,
     /// The joint.
     pub joint: &'a Joint<T>,
-    /// What the joint's motion depends on in this pose; `None` for a ball.
-    pub features: Option<Features<T>>,
 }
 
 impl<T: Real> ParameterBlock<T> for Model<'_, T> {
-    fn count(&self) -> usize {
-        self.estimate.count() + self.joint.count()
+    fn constants(&self) -> usize {
+        self.estimate.count()
     }
 
     fn column(&self, index: usize, pose: &PoseAt<'_, T>) -> Column<T> {
-        match index.checked_sub(self.estimate.count()) {
-            None => self.estimate.column(self.machine, index, pose),
-            Some(index) => self.joint.column(index, self.features.as_ref()),
-        }
+        self.estimate.column(self.machine, index, pose)
+    }
+
+    fn features(&self, rotation: &Matrix3<T>) -> CentreFeatures<T> {
+        self.joint.features(rotation)
     }
 
     fn add_prior(&self, equations: &mut Equations<T>, first: usize, variance_mm2: T) {

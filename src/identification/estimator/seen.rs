@@ -53,8 +53,7 @@ impl<T: Real> Fit<T> {
     /// The pose's equations with all their columns.
     pub fn with_all_columns(&self, machine: &Machine<T>, seen: &SeenPose<T>) -> PoseInWork<T> {
         let at = seen.at();
-        let features = self.joint.features(at.rotation);
-        let model = Model { machine, estimate: &self.estimate, joint: &self.joint, features };
+        let model = Model { machine, estimate: &self.estimate, joint: &self.joint };
         with_all_columns(&model, &at, &seen.marginal)
     }
 }

@@ -15,11 +15,11 @@ pub use scatter::Scatter;
 pub use shown_motion::{MOTION_PARTS, ShownMotion};
 
 use super::marginal_information::MarginalInformation;
-use super::parameters::{Column, Equations};
+use super::parameters::{CentreFeatures, Equations, MAX_FEATURES};
 use crate::kinematics::rotation::{rotation_of, turned};
 use crate::kinematics::{AttitudeSolver, CableLengths, CableSet, Geometry, JointCentre, LengthJacobian};
 use crate::scalar::Real;
-use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, UnitQuaternion};
 
 /// The model of the joint that is being estimated.
 #[derive(Clone, Debug, PartialEq)]
@@ -131,19 +131,12 @@ impl<T: Real> Joint<T> {
         }
     }
 
-    /// The column of the Jacobian of parameter `index`.
-    pub fn column(&self, index: usize, features: Option<&Features<T>>) -> Column<T> {
-        let feature = features.and_then(|features| features.get(index / 3)).copied().unwrap_or_else(T::zero);
-        let mut moved = Vector3::zeros();
-        moved[index % 3] = feature;
-        Column::Centre(moved)
-    }
-
-    /// Features of a pose's rotation; `None` for a ball.
-    pub fn features(&self, rotation: &Matrix3<T>) -> Option<Features<T>> {
+    /// Features of a pose's rotation; none for a ball.
+    pub fn features(&self, rotation: &Matrix3<T>) -> CentreFeatures<T> {
+        const { assert!(FEATURES <= MAX_FEATURES) };
         match self {
-            Self::Ball | Self::Held(_) => None,
-            Self::Moving(moving) => Some(moving.frame.features(rotation)),
+            Self::Ball | Self::Held(_) => CentreFeatures::new(),
+            Self::Moving(moving) => CentreFeatures::from_slice(&moving.frame.features(rotation)).unwrap_or_default(),
         }
     }
 

@@ -234,7 +234,7 @@ impl Work<'_> {
         let mut whole = DMatrix::zeros(6, count);
         let at = PoseAt { rotation: &rotation, lengths: &lengths, jacobian: &jacobian };
         for index in 0..parameters {
-            let column = by_cable(self.estimate.column(self.machine, index, &at), &translation);
+            let column = by_cable(self.estimate.column(self.machine, index, &at));
             whole.set_column(index, &column);
         }
         if let Some(frame) = &self.frame {
@@ -277,11 +277,10 @@ impl Work<'_> {
 }
 
 /// A column of the machine's, cable by cable.
-pub fn by_cable(column: Column<f64>, translation: &Matrix6x3<f64>) -> Vector6<f64> {
+pub fn by_cable(column: Column<f64>) -> Vector6<f64> {
     match column {
         Column::AllCables(values) => Vector6::from(values),
         Column::OneCable(cable, value) => Vector6::ith(cable, value),
-        Column::Centre(moved) => translation * moved,
     }
 }
 

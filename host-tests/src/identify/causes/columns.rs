@@ -114,7 +114,7 @@ fn shape(
         let at = PoseAt { rotation: &pose.rotation, lengths, jacobian: &jacobian };
         let columns: Vec<_> = meant
             .iter()
-            .map(|index| by_cable(estimate.column(&machine, *index, &at), &pose.translation))
+            .map(|index| by_cable(estimate.column(&machine, *index, &at)))
             .flat_map(|column| column.as_slice().to_vec())
             .collect();
         DMatrix::from_vec(6, meant.len(), columns)
