@@ -223,13 +223,13 @@ impl<T: Real> PoseInWork<T> {
 
     /// Derivative of S δ̂ with the unknowns, once all columns are known: three rows, one column for each unknown.
     pub fn sensitivity(&self) -> Rows<T> {
-        self.rows(|column| self.translation.tr_mul(column), &self.shared.each_ref().map(Matrix3::transpose))
+        self.rows(&self.translation.transpose(), &self.of_centre)
     }
 
     /// The same of the constants and C alone: the gains and O change S δ̂ as S times the centre's path changes.
     pub fn sensitivity_beside_path(&self) -> Rows<T> {
-        let [_, platform] = &self.shared;
-        self.rows(|column| self.translation.tr_mul(column), &[Matrix3::zeros(), platform.transpose()])
+        let [_, platform] = self.of_centre;
+        self.rows(&self.translation.transpose(), &[Matrix3::zeros(), platform])
     }
 
     /// S: the pose's information on δ, scatter eliminated.
@@ -240,11 +240,11 @@ impl<T: Real> PoseInWork<T> {
 
     /// The three equations themselves, once all columns are known: three rows, one column for each unknown.
     pub fn equations(&self) -> Rows<T> {
-        self.rows(|column| *column, &self.of_centre)
+        self.rows(&Matrix3::identity(), &self.of_centre)
     }
 
-    /// Three rows of what is made of each constant's column, where the same is made of those of O and C.
-    fn rows(&self, of_constant: impl Fn(&Vector3<T>) -> Vector3<T>, [base, platform]: &[Matrix3<T>; 2]) -> Rows<T> {
+    /// Three rows of `times` the columns of the constants, of the gains, and of O and C as given.
+    fn rows(&self, times: &Matrix3<T>, of_centre: &[Matrix3<T>; 2]) -> Rows<T> {
         let mut rows = [[T::zero(); MAX_UNKNOWNS]; 3];
         let mut put = |unknown: usize, value: &Vector3<T>| {
             for (row, value) in rows.iter_mut().zip(value) {
@@ -253,10 +253,11 @@ impl<T: Real> PoseInWork<T> {
                 }
             }
         };
-        self.columns.iter().enumerate().for_each(|(unknown, constant)| put(unknown, &of_constant(constant)));
+        self.columns.iter().enumerate().for_each(|(unknown, constant)| put(unknown, &(times * constant)));
         let constants = self.columns.len();
+        let [base, platform] = of_centre.map(|columns| times * columns);
         let gains = self.features.iter().map(|feature| base * *feature);
-        for (block, centre) in gains.chain([*base, *platform]).enumerate() {
+        for (block, centre) in gains.chain([base, platform]).enumerate() {
             (0..3).for_each(|axis| put(constants + 3 * block + axis, &column(&centre, axis)));
         }
         rows

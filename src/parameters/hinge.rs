@@ -54,8 +54,6 @@ impl ParameterSet {
     }
 
     /// The machine of an elbow's board.
-    // Not inlined: 1.3 KB of flash less (`cargo footprint`).
-    #[inline(never)]
     pub(super) fn elbow(&self) -> Result<ElbowRig, RigError> {
         let cables = self.cables();
         let count = (self.integer(HingeCables) as usize).min(MAX_CABLES);

@@ -198,8 +198,6 @@ impl ParameterSet {
         if is_none { Ok(rig) } else { rig.with_correction(found) }
     }
 
-    // Not inlined, as `cables`: 0.1 KB of flash less (`cargo footprint`).
-    #[inline(never)]
     pub(super) fn drum(&self) -> Drum<f32> {
         Drum {
             radius_mm: self.single(DrumRadius),
@@ -219,7 +217,6 @@ impl ParameterSet {
     }
 
     /// The ends of all cables.
-    #[inline(never)]
     pub(super) fn cables(&self) -> [CableEnds<f32>; 6] {
         CABLES.map(|cable| self.cable(cable))
     }

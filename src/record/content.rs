@@ -78,18 +78,12 @@ impl Record {
             self.verification_limit_mm,
         ];
         let MachineDeviation { base_mm, ends_mm, scale } = &self.machine;
-        let [_, _, _, radii @ ..] = self.parameters.to_array();
+        let parameters = self.parameters.to_array();
+        let [_, _, _, radii @ ..] = parameters;
         let fit = self.run_id != 0
             && usize::from(self.left_out) <= MAX_REJECTED
-            && are_finite(&self.parameters.to_array())
-            && are_finite(&self.covariance_mm2)
-            && are_finite(&self.zeros_mm)
-            && are_finite(base_mm)
-            && are_finite(ends_mm)
-            && are_finite(scale)
-            && are_not_negative(&singles)
-            && are_not_negative(&self.zero_sigmas_mm)
-            && are_not_negative(&self.variances())
+            && are_finite(&[&parameters, &self.covariance_mm2, &self.zeros_mm, base_mm, ends_mm, scale])
+            && are_not_negative(&[&singles, &self.zero_sigmas_mm, &self.variances()])
             && radii.iter().all(|radius| *radius > 0.0)
             && self.motion.is_none_or(|motion| motion.is_sound());
         if fit { Ok(()) } else { Err(Unfit) }
@@ -101,13 +95,12 @@ impl Record {
     }
 }
 
-// Not inlined, as the next: nine copies are 3.7 KB of flash (`cargo footprint --sections`).
-#[inline(never)]
-pub(super) fn are_finite(numbers: &[f32]) -> bool {
-    numbers.iter().all(|number| number.is_finite())
+/// Are all numbers of all lists finite?
+pub(super) fn are_finite(lists: &[&[f32]]) -> bool {
+    lists.iter().all(|numbers| numbers.iter().all(|number| number.is_finite()))
 }
 
-#[inline(never)]
-pub(super) fn are_not_negative(numbers: &[f32]) -> bool {
-    numbers.iter().all(|number| number.is_finite() && *number >= 0.0)
+/// Are they, and is none negative?
+pub(super) fn are_not_negative(lists: &[&[f32]]) -> bool {
+    are_finite(lists) && lists.iter().all(|numbers| numbers.iter().all(|number| *number >= 0.0))
 }

@@ -64,10 +64,8 @@ impl HingeRecord {
         let fit = self.run_id != 0
             && self.left_out <= self.poses
             && self.hinge.is_sound()
-            && are_finite(&self.covariance)
-            && are_finite(&self.constants)
-            && are_not_negative(&variances)
-            && are_not_negative(&singles);
+            && are_finite(&[&self.covariance, &self.constants])
+            && are_not_negative(&[&variances, &singles]);
         if fit { Ok(()) } else { Err(Unfit) }
     }
 }
