@@ -83,8 +83,12 @@ enum Step<T> {
     Columns,
     /// What its equations share with the constants and C is whitened. With S of the pose.
     Shared(Matrix3<T>),
-    /// So is what the centre that is predicted in it hangs on: times S it is what they share with the other unknowns.
+    /// What the centre that is predicted in it hangs on is to be whitened.
+    BeginPath(Matrix3<T>),
+    /// It is.
     Path(Matrix3<T>),
+    /// Times S it is what they share with the gains and O.
+    SharedByPath(Matrix3<T>),
     /// The split before it: its equations without the other unknowns, up to this row.
     Split(NormalEquations<T, 6, 21>, usize),
 }
@@ -136,15 +140,22 @@ impl<T: Real> Inspect<T> {
             Step::Shared(information) => {
                 let rotation = poses.get(self.next)?.rotation();
                 self.add_shared(&rotation, &Matrix3::identity(), fit.scratch.rows());
-                let rows = fit.path_rows(&rotation);
+                Step::BeginPath(information)
+            }
+            Step::BeginPath(information) => {
+                let rows = fit.path_rows(&poses.get(self.next)?.rotation());
                 fit.scratch.put_rows(&rows);
                 Step::Path(information)
             }
             Step::Path(information) if !fit.whiten() => Step::Path(information),
             Step::Path(information) => {
                 let rotation = poses.get(self.next)?.rotation();
-                self.add_shared(&rotation, &information, fit.scratch.rows());
                 self.add_path(fit, &rotation);
+                Step::SharedByPath(information)
+            }
+            Step::SharedByPath(information) => {
+                let rotation = poses.get(self.next)?.rotation();
+                self.add_shared(&rotation, &information, fit.scratch.rows());
                 let side = MIN_SIDE.max(fit.residuals.used / SIDE_SHARE);
                 let is_possible = self.seen >= side && fit.residuals.used >= side + self.seen;
                 if is_possible { Step::Split(self.split, 0) } else { Step::See }
