@@ -269,9 +269,20 @@ fn scatter_and_rotation_are_eliminated_as_in_the_dense_problem() {
 
             // How S δ̂ changes with the unknowns: the rows of O of the normal matrix.
             let first = unknowns - 6;
-            for (axis, row) in with_all_columns(&model, &at, &scattered).sensitivity().iter().enumerate() {
+            let in_work = with_all_columns(&model, &at, &scattered);
+            for (axis, row) in in_work.sensitivity().iter().enumerate() {
                 for j in 0..unknowns {
                     assert!((row[j] - expected[(first + axis, j)]).abs() < close, "sensitivity {axis}, {j}");
+                }
+            }
+            // Without the centre's path, which gains and O move: that makes the rest, times S.
+            let of_path = first - MAX_JOINT..first + 3;
+            let s = expected.view((first, first), (3, 3));
+            assert!((in_work.information() - s).amax() < close);
+            for (axis, row) in in_work.sensitivity_beside_path().iter().enumerate() {
+                for j in 0..unknowns {
+                    let other = if of_path.contains(&j) { 0.0 } else { expected[(first + axis, j)] };
+                    assert!((row[j] - other).abs() < close, "beside the path {axis}, {j}");
                 }
             }
         }
