@@ -1,5 +1,6 @@
 //! What the documentation names exists.
 
+use firmware_image::drive_board_image::{MOST_FLASH_BYTES, MOST_STATIC_BYTES};
 use host_tests::firmware::workspace;
 use host_tests::identify::rig_file::RigFile;
 use std::collections::BTreeSet;
@@ -175,4 +176,11 @@ fn every_key_of_a_rig_s_file_is_explained_and_the_example_is_one() {
     for key in keys {
         assert!(words.contains(key), "{key} of a rig's file is not in docs/commands.md or examples/elbow.toml");
     }
+}
+
+#[test]
+fn the_requirement_on_memory_is_the_limit_that_is_checked() {
+    let (flash, ram) = (MOST_FLASH_BYTES / 1024, MOST_STATIC_BYTES / 1024);
+    let asked = format!("At most {flash} KiB of flash and {ram} KiB of static RAM");
+    assert!(read("docs/requirements.md").contains(&asked), "{asked}");
 }
