@@ -172,9 +172,20 @@ fn start(request: &Request, machine: &RigFile) -> Start {
     }
 }
 
-/// Options that the method has no use for.
+/// Options that the method has no use for, and logs that say nothing new.
 fn unused(request: &Request) -> Vec<String> {
     let mut warnings = Vec::new();
+    let is_the_log = |path: &Option<PathBuf>| {
+        path.as_deref().is_some_and(|path| input_error::have_same_content(&request.lengths, path))
+    };
+    if is_the_log(&request.verify) {
+        warnings.push(
+            "--verify names the log itself: it agrees with what was found from it, which verifies nothing".to_owned(),
+        );
+    }
+    if is_the_log(&request.still) {
+        warnings.push("--still names the log itself: poses with the shoulder blade held are wanted".to_owned());
+    }
     if request.method == Method::Full && request.start_mm.is_some() {
         warnings.push("--start is not used: the full method needs none (--method paper begins there)".to_owned());
     }

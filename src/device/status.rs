@@ -33,10 +33,12 @@ pub(super) struct Pace {
 }
 
 impl Pace {
+    /// A heartbeat is due at once.
     pub const fn at_power_up() -> Self {
         Self { heartbeat_at_ms: None, sequence: 0, fault_turn: 0, led: None, momentary: None, refused_press: None }
     }
 
+    /// Is the next heartbeat due, or was there none yet?
     pub fn heartbeat_is_due(&self, now_ms: u32) -> bool {
         self.heartbeat_at_ms.is_none_or(|at_ms| now_ms.wrapping_sub(at_ms) >= HEARTBEAT_MS)
     }
@@ -46,6 +48,7 @@ impl Pace {
         self.heartbeat_at_ms = None;
     }
 
+    /// The button was refused: the LED shows it for a moment, and the heartbeat says why.
     pub fn refuse(&mut self, now_ms: u32, reason: Reason) {
         self.momentary = Some((BlinkPattern::Refused, now_ms));
         self.refused_press = Some((reason, now_ms));

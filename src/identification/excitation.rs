@@ -61,7 +61,7 @@ impl<T: Real> MeanRotation<T> {
             return Excitation { axis: none, axis_in_platform: none, least_rad: zero, second_rad: zero };
         }
         let mean = self.sum * (T::one() / self.poses());
-        // Its eigenvalues are 1 - σ².
+        // Its eigenvalues are 1 - s², s the singular values of R̄.
         let eigen = symmetric_eigen(&(Matrix3::identity() - mean.tr_mul(&mean)));
         let [x, y, z] = eigen.values.into();
         let [of_x, of_y, of_z] = [0, 1, 2].map(|i| column(&eigen.vectors, i));
@@ -78,7 +78,7 @@ impl<T: Real> MeanRotation<T> {
     }
 }
 
-/// By how much an axis is moved, rad: √(2 (1 - σ)) from the eigenvalue 1 - σ².
+/// By how much an axis is moved, rad: √(2 (1 - s)) from the eigenvalue 1 - s².
 fn moved<T: Real>(eigenvalue: T) -> T {
     let singular = non_negative_root(T::one() - eigenvalue);
     non_negative_root((T::one() - singular) * T::of(2.0))

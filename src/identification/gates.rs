@@ -46,9 +46,13 @@ pub fn require_placed<T: Real>(poses: &[Pose<T>]) -> Result<(), Refusal> {
 /// Sums over the poses: how far each moves the axis that all of them move least.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxisMotion<T> {
+    /// Poses that move it by more than half of the root mean square of all.
     moving: usize,
+    /// Poses added.
     all: usize,
+    /// Σ of the squared lengths by which the poses move it (a unit vector).
     squares: T,
+    /// The largest of them, and the pose that it is of, from 0.
     largest: T,
     largest_pose: usize,
 }

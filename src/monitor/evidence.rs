@@ -16,13 +16,16 @@ pub(super) struct Evidence<T> {
     squares: Squares<T>,
     /// δO, and (rows 3..6) δO per radian of elevation.
     drift: NormalEquations<T, 6, 21>,
+    /// Information on δO (no unit) and its gradient, mm, in {B}.
     strap: (Matrix3<T>, Vector3<T>),
+    /// The same of δC in {P}.
     cuff: (Matrix3<T>, Vector3<T>),
     /// Weight and gradient of each cable's own error.
     cables: [(T, T); CABLES],
 }
 
 impl<T: Real> Evidence<T> {
+    /// Of no sample yet.
     pub fn new() -> Self {
         Self {
             squares: Squares::none(SPARE),
@@ -33,6 +36,7 @@ impl<T: Real> Evidence<T> {
         }
     }
 
+    /// Samples added.
     pub fn samples(&self) -> u16 {
         self.squares.samples()
     }

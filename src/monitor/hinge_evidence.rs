@@ -51,6 +51,7 @@ impl<T: Real> HingeEvidence<T> {
         self.squares.spare()
     }
 
+    /// Samples added.
     pub fn samples(&self) -> u16 {
         self.squares.samples()
     }
@@ -60,6 +61,7 @@ impl<T: Real> HingeEvidence<T> {
         self.cables == MAX_CABLES
     }
 
+    /// Adds a sample, its angle eliminated.
     pub fn add(&mut self, sample: &HingeSample<T>) {
         self.squares.add(sample.squares_mm2());
         for (row, residual) in sample.by_hinge.iter().zip(&sample.residual_mm).take(self.cables) {

@@ -52,20 +52,23 @@ pub(super) struct Squares<T> {
 }
 
 impl<T: Real> Squares<T> {
+    /// Of no sample yet; `spare` degrees of freedom each.
     pub fn none(spare: i32) -> Self {
         Self { samples: 0, squares_mm2: T::zero(), spare }
     }
 
-    /// Adds those of a sample.
+    /// Adds those of a sample, mm².
     pub fn add(&mut self, squares_mm2: T) {
         self.samples = self.samples.saturating_add(1);
         self.squares_mm2 += squares_mm2;
     }
 
+    /// Degrees of freedom of a sample.
     pub fn spare(&self) -> i32 {
         self.spare
     }
 
+    /// Samples added.
     pub fn samples(&self) -> u16 {
         self.samples
     }

@@ -13,12 +13,15 @@ pub(super) struct Erasure<const LEN: usize> {
 }
 
 impl<const LEN: usize> Erasure<LEN> {
-    /// In this order.
+    /// Of both pages, in this order.
     pub const fn new(first: Page<LEN>, second: Page<LEN>) -> Self {
         Self { pages: [Some(first), Some(second)], blank: None }
     }
 
     /// Does the next step; true when both are blank.
+    ///
+    /// # Errors
+    /// [`PageError::EraseRefused`] and [`PageError::EraseIncomplete`].
     pub fn go_on<F: PageFlash>(&mut self, flash: &mut F) -> Result<bool, PageError> {
         match flash.is_busy() {
             Ok(true) => return Ok(false),

@@ -41,9 +41,13 @@ pub(super) enum Content {
 /// What went wrong with a page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum PageError {
+    /// The flash would not begin to erase, or ended with an error.
     EraseRefused,
+    /// It has erased, and the page does not read as erased.
     EraseIncomplete,
+    /// The flash would not begin to write, or ended with an error.
     WriteRefused,
+    /// It has written, and something else is read.
     ReadBackDiffers,
 }
 
@@ -55,6 +59,7 @@ pub(super) struct Page<const LEN: usize> {
 }
 
 impl<const LEN: usize> Page<LEN> {
+    /// What the page holds now.
     pub fn read<F: NorFlash>(self, flash: &mut F) -> Reading<LEN> {
         let mut image = [ERASED; LEN];
         let mut commit = [ERASED; LONGEST_COMMIT];
@@ -71,12 +76,18 @@ impl<const LEN: usize> Page<LEN> {
     }
 
     /// Starts to erase the page.
+    ///
+    /// # Errors
+    /// [`PageError::EraseRefused`].
     pub fn start_erase<F: PageFlash>(self, flash: &mut F) -> Result<(), PageError> {
         flash.start_erase(self.from).map_err(|_| PageError::EraseRefused)
     }
 
-    /// The piece of the image's place that begins `at` bytes from its start is erased. The first piece stands for the commit
-    /// word too.
+    /// Checks that the piece of the image's place that begins `at` bytes from its start is erased. The first piece stands for
+    /// the commit word too.
+    ///
+    /// # Errors
+    /// [`PageError::EraseIncomplete`].
     pub fn check_erased<F: NorFlash>(self, flash: &mut F, at: usize) -> Result<(), PageError> {
         let is_piece_erased = self.holds(flash, at, |_, place| is_all(place, ERASED));
         let is_commit_erased = at != 0 || self.holds_as_commit(flash, ERASED);
@@ -84,6 +95,9 @@ impl<const LEN: usize> Page<LEN> {
     }
 
     /// Starts to write a word of the image, `at` bytes from its start.
+    ///
+    /// # Errors
+    /// [`PageError::WriteRefused`].
     pub fn start_word<F: PageFlash>(self, flash: &mut F, at: usize, word: &[u8]) -> Result<(), PageError> {
         flash.start_write(self.from + at as u32, word).map_err(|_| PageError::WriteRefused)
     }
@@ -103,13 +117,19 @@ impl<const LEN: usize> Page<LEN> {
 
     /// Starts to write the commit word, from which on the image counts. It is one word of the flash on the drive board, and
     /// written in one call elsewhere.
+    ///
+    /// # Errors
+    /// [`PageError::WriteRefused`].
     pub fn start_commit<F: PageFlash>(self, flash: &mut F) -> Result<(), PageError> {
         let word = [COMMITTED; LONGEST_COMMIT];
         let word = word.get(..commit_len::<F>()).unwrap_or_default();
         flash.start_write(self.commit_from::<F>(), word).map_err(|_| PageError::WriteRefused)
     }
 
-    /// The commit word is there.
+    /// Checks that the commit word is there.
+    ///
+    /// # Errors
+    /// [`PageError::ReadBackDiffers`].
     pub fn check_committed<F: NorFlash>(self, flash: &mut F) -> Result<(), PageError> {
         if self.holds_as_commit(flash, COMMITTED) { Ok(()) } else { Err(PageError::ReadBackDiffers) }
     }

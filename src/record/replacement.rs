@@ -67,6 +67,9 @@ impl<S: Source, const LEN: usize> Replacement<S, LEN> {
 
     /// Does the next step, which takes no longer than writing a word. At every instant one page holds an image that nothing
     /// is being done to.
+    ///
+    /// # Errors
+    /// [`PageError`] says which step failed.
     pub fn go_on<F: PageFlash>(&mut self, flash: &mut F) -> Result<Progress, PageError> {
         match (flash.is_busy(), self.step) {
             (Ok(true), _) => return Ok(Progress::Going),

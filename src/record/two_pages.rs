@@ -72,6 +72,9 @@ impl<const LEN: usize> TwoPages<LEN> {
     }
 
     /// Goes on with what [`begin`](Self::begin) has begun; true when all is done.
+    ///
+    /// # Errors
+    /// As of [`Replacement::go_on`].
     pub fn go_on<F: PageFlash, S: Source>(
         &mut self,
         flash: &mut F,
@@ -92,6 +95,9 @@ impl<const LEN: usize> TwoPages<LEN> {
     }
 
     /// Goes on with what [`begin_erasure`](Self::begin_erasure) has begun; true when all is done.
+    ///
+    /// # Errors
+    /// As of [`Erasure::go_on`].
     pub fn go_on_erasing<F: PageFlash>(
         &mut self,
         flash: &mut F,

@@ -12,9 +12,12 @@ use glenoid::rig::CABLES;
 use nalgebra::{Matrix3, Vector3};
 use std::path::{Path, PathBuf};
 use toml::Spanned;
-use toml::de::DeTable;
+use toml::de::{DeTable, DeValue};
 
-/// The keys of the file, and of its sections.
+/// The keys of the file.
+const KEYS: [&str; 6] = ["hand", "shoulder", "elbow", "wrist", "upper_arm", "forearm"];
+
+/// The sections among them, and the keys of each.
 const SECTIONS: [(&str, &[&str]); 5] = [
     ("shoulder", &["log", "rig", "posture"]),
     ("elbow", &["log", "rig", "posture"]),
@@ -26,6 +29,10 @@ const SECTIONS: [(&str, &[&str]); 5] = [
 /// The most that can be meant as a standard deviation of a mount: beyond that, turning is not linear any more.
 const MOST_DEG: f64 = 30.0;
 const MOST_MM: f64 = 100.0;
+
+/// No point of an arm is further from the origin of its frame, mm; and one that is nearer than this, but not at it, is in metres.
+const FARTHEST_MM: f64 = 2000.0;
+const NEAREST_MM: f64 = 1.0;
 
 /// A module that is a ball.
 pub struct BallFile {
@@ -85,26 +92,18 @@ impl ArmFile {
     /// [`InputError`] names the place that cannot be read.
     pub fn read(path: &Path) -> Result<Self, InputError> {
         let (file, bytes) = input_error::read(path)?;
-        let text = std::str::from_utf8(&bytes).map_err(|_| InputError::at(&file, 1, 1, "not UTF-8 text"))?;
-        let source = Source { file: &file, text };
-        let table = DeTable::parse(text)
-            .map_err(|error| source.error(error.span().unwrap_or(text.len()..text.len()), error.message()))?;
-        let table = table.get_ref();
-        for (key, _) in table.iter() {
-            let name = key.get_ref().as_ref();
-            if name != "hand" && SECTIONS.iter().all(|(section, _)| *section != name) {
-                return Err(source.error(key.span(), format!("unknown key {name}")));
-            }
-        }
+        let source = Source::of(&file, &bytes)?;
+        let table = &source.any_table()?;
+        source.refuse_unknown(table, "the file", &KEYS)?;
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
         let section = |index: usize| Section::new(&source, table, SECTIONS[index], &folder);
-        let hand = source.value(table, "hand", "[x, y, z]")?;
+        let hand = source.value(table, "hand", "[x, y, z], in mm,")?;
         let (shoulder, elbow, wrist) = (section(0)?, section(1)?, section(2)?);
         elbow.has_a_log_of_its_own(&[&shoulder])?;
         wrist.has_a_log_of_its_own(&[&shoulder, &elbow])?;
         Ok(Self {
             file: file.clone(),
-            hand_mm: Vector3::from(source.numbers::<3>(hand, "hand")?),
+            hand_mm: place_mm(&source, hand, "hand")?,
             shoulder: shoulder.ball()?,
             elbow: elbow.hinge()?,
             wrist: wrist.ball()?,
@@ -142,6 +141,21 @@ impl HingeFile {
     }
 }
 
+/// A point in a module's frame, mm.
+fn place_mm(source: &Source, value: &Spanned<DeValue>, name: &str) -> Result<Vector3<f64>, InputError> {
+    let point_mm = Vector3::from(source.numbers::<3>(value, name)?);
+    let distance_mm = point_mm.norm();
+    if distance_mm > 0.0 && distance_mm < NEAREST_MM {
+        let message = format!("{name}: {distance_mm} from the origin looks like metres; millimetres are wanted");
+        return Err(source.error(value.span(), message));
+    }
+    if !(distance_mm <= FARTHEST_MM) {
+        let message = format!("{name}: a point within {FARTHEST_MM} mm of the origin is wanted");
+        return Err(source.error(value.span(), message));
+    }
+    Ok(point_mm)
+}
+
 fn identify(log: &Path, rig: Option<&Path>, noise_mm: Option<f64>) -> String {
     let rig = rig.map_or_else(String::new, |rig| format!(" --rig {}", rig.display()));
     let noise = noise_mm.map_or_else(String::new, |noise_mm| format!(" --noise {}", small(noise_mm)));
@@ -160,10 +174,7 @@ impl<'s, 'a> Section<'s, 'a> {
             file.get(name).ok_or_else(|| source.error(end..end, format!("the section [{name}] is missing")))?;
         let table = section.get_ref().as_table();
         let table = table.ok_or_else(|| source.error(section.span(), format!("{name}: a section is wanted")))?;
-        if let Some((key, _)) = table.iter().find(|(key, _)| !keys.contains(&key.get_ref().as_ref())) {
-            let message = format!("unknown key {}: {name} may hold {}", key.get_ref(), keys.join(", "));
-            return Err(source.error(key.span(), message));
-        }
+        source.refuse_unknown(table, name, keys)?;
         Ok(Self { source, name, table, place: section.span(), folder: folder.to_owned() })
     }
 
@@ -177,9 +188,11 @@ impl<'s, 'a> Section<'s, 'a> {
 
     /// Refuses a log that another module has: one recording shows one joint.
     fn has_a_log_of_its_own(&self, others: &[&Self]) -> Result<(), InputError> {
-        let content = |section: &Self| std::fs::read(section.log().ok()?).ok();
-        let Some(own) = content(self) else { return Ok(()) };
-        let Some(other) = others.iter().find(|other| content(other).as_ref() == Some(&own)) else { return Ok(()) };
+        let is_same = |other: &&&Self| match (self.log(), other.log()) {
+            (Ok(own), Ok(other)) => input_error::have_same_content(&own, &other),
+            _ => false,
+        };
+        let Some(other) = others.iter().find(is_same) else { return Ok(()) };
         let place = self.table.get("log").map_or(self.place.clone(), Spanned::span);
         Err(self.source.error(place, format!("{}: the log is that of the {}", self.name, other.name)))
     }
@@ -199,7 +212,7 @@ impl<'s, 'a> Section<'s, 'a> {
             None if self.name == "wrist" => return Err(self.other_joint("missing")),
             None => RigFile::of(default_rig()?),
         };
-        let value = self.source.value_at(self.place.clone(), self.table, "posture", "[six lengths]")?;
+        let value = self.source.value_at(self.place.clone(), self.table, "posture", "[six lengths], in mm,")?;
         let posture = CableLengths::new(self.source.numbers::<CABLES>(value, "posture")?)
             .map_err(|error| self.source.error(value.span(), format!("posture: {}", error.fault.text())))?;
         Ok(BallFile { log: self.log()?, rig_path, rig, posture })
@@ -210,7 +223,8 @@ impl<'s, 'a> Section<'s, 'a> {
         let no_hinge = || self.other_joint("no hinge: joint = \"hinge\" is wanted in it");
         let rig = read_hinge(&rig_path)?.ok_or_else(no_hinge)?.rig;
         let count = rig.cables().len();
-        let value = self.source.value_at(self.place.clone(), self.table, "posture", "[a length a cable]")?;
+        let value =
+            self.source.value_at(self.place.clone(), self.table, "posture", "[a length for each cable], in mm,")?;
         let items = value.get_ref().as_array().filter(|items| items.len() == count);
         let message = || self.source.error(value.span(), format!("posture: {count} lengths are wanted, one a cable"));
         let mut posture_mm = [0.0; MAX_CABLES];
@@ -230,10 +244,10 @@ impl<'s, 'a> Section<'s, 'a> {
 
     fn mount(&self) -> Result<Mount<f64>, InputError> {
         let value = |key: &str, shape: &str| self.source.value_at(self.place.clone(), self.table, key, shape);
-        let rotation = value("rotation", "[[…], […], […]], three rows")?;
+        let rotation = value("rotation", "[[…], […], […]], three rows of three numbers,")?;
         let mut rows = [[0.0; 3]; 3];
         for (row, item) in rows.iter_mut().zip(self.source.items::<3>(rotation, "rotation", "rows")?) {
-            *row = self.source.numbers::<3>(item, "rotation")?;
+            *row = self.source.numbers::<3>(item, "a row of rotation")?;
         }
         let matrix = Matrix3::from_fn(|i, j| rows[i][j]);
         let is_rotation =
@@ -241,7 +255,7 @@ impl<'s, 'a> Section<'s, 'a> {
         if !is_rotation {
             return Err(self.source.error(rotation.span(), "rotation: the rows are no rotation"));
         }
-        let origin_mm = Vector3::from(self.source.numbers::<3>(value("origin", "[x, y, z]")?, "origin")?);
+        let origin_mm = place_mm(self.source, value("origin", "[x, y, z], in mm,")?, "origin")?;
         let sigma = |key: &str, most: f64| match self.table.get(key) {
             None => Ok(0.0),
             Some(value) => match self.source.number(value, key)? {

@@ -31,14 +31,7 @@ struct Arguments {
 }
 
 fn main() -> ExitCode {
-    let arguments = match Arguments::try_parse_from(command_line::arguments()) {
-        Ok(arguments) => arguments,
-        Err(error) => {
-            let _ = error.print();
-            // clap's own code for a wrong command line is 2, which here means refused
-            return if error.use_stderr() { ExitCode::FAILURE } else { ExitCode::SUCCESS };
-        }
-    };
+    let arguments = command_line::parse::<Arguments>();
     match run(&arguments) {
         Ok(code) => code,
         Err(error) => {

@@ -58,6 +58,8 @@ fn main() -> ExitCode {
 
 fn run(arguments: &Arguments) -> Result<ExitCode, Box<dyn Error>> {
     let consent = if arguments.yes { Consent::Given } else { Consent::Ask };
+    // before anything is built or installed for it
+    let machine = machine(arguments.rig.as_deref()).map_err(|error| error.to_string())?;
     let listen = |port: u16| {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port));
         listener.map_err(|error| format!("port {port}: {error}; choose another one with --port"))
@@ -72,11 +74,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode, Box<dyn Error>> {
         hold_ms: arguments.hold,
         move_ms: 700,
     };
-    let running = Running::start(
-        &options,
-        Some((person, machine(arguments.rig.as_deref()).map_err(|error| error.to_string())?)),
-        consent,
-    )?;
+    let running = Running::start(&options, Some((person, machine)), consent)?;
     let (page, can) = (page_line.local_addr()?, can_line.local_addr()?);
     serve_page(running.bus.clone(), page_line, folder);
     serve_slcan(running.bus.clone(), can_line);

@@ -10,7 +10,7 @@
 //! centre_sigma = 0.1          # how well that place is known, 1σ of each coordinate, mm
 //! ```
 
-use crate::identify::input_error::{self, InputError, Place, quoted};
+use crate::identify::input_error::{self, InputError, Place};
 use crate::identify::rig_file::source::Source;
 use crate::identify::rig_file::{RigFile, default_rig};
 use glenoid::identification::Machine;
@@ -79,9 +79,8 @@ impl Request {
     /// [`InputError`] names the place that cannot be.
     pub fn read(path: &Path) -> Result<Self, InputError> {
         let (file, bytes) = input_error::read(path)?;
-        let text = String::from_utf8(bytes).map_err(|_| InputError::at(&file, 1, 1, "not UTF-8 text"))?;
         let folder = path.parent().unwrap_or(Path::new(""));
-        Reader { source: Source { file: &file, text: &text }, folder }.request()
+        Reader { source: Source::of(&file, &bytes)?, folder }.request()
     }
 }
 
@@ -93,11 +92,8 @@ struct Reader<'a> {
 
 impl Reader<'_> {
     fn request(&self) -> Result<Request, InputError> {
-        let text = self.source.text;
-        let table = DeTable::parse(text)
-            .map_err(|error| self.source.error(error.span().unwrap_or(text.len()..text.len()), error.message()))?;
-        let table = table.get_ref();
-        self.refuse_unknown(table, "the file", &KEYS)?;
+        let table = &self.source.any_table()?;
+        self.source.refuse_unknown(table, "the file", &KEYS)?;
         let rig_path = table.get("rig").map(|value| self.path(value, "rig")).transpose()?;
         let rig = match &rig_path {
             Some(path) => RigFile::read(path)?,
@@ -130,9 +126,12 @@ impl Reader<'_> {
         let mut logs: Vec<LogRequest> = Vec::new();
         for value in tables.iter() {
             let log = self.log(value)?;
-            if let Some(before) = logs.iter().find(|before| before.path == log.path) {
+            let is_same = |before: &&LogRequest| {
+                before.path == log.path || input_error::have_same_content(&before.path, &log.path)
+            };
+            if let Some(before) = logs.iter().find(is_same) {
                 let message = format!(
-                    "{} is named in line {} already: the same poses would count twice",
+                    "{} is the log of line {} again: the same poses would count twice",
                     log.path.display(),
                     before.place.line
                 );
@@ -147,7 +146,7 @@ impl Reader<'_> {
         let Some(table) = value.get_ref().as_table() else {
             return Err(self.source.error(value.span(), "log: a table [[log]] is wanted"));
         };
-        self.refuse_unknown(table, "[[log]]", &LOG_KEYS)?;
+        self.source.refuse_unknown(table, "[[log]]", &LOG_KEYS)?;
         let Some(file) = table.get("file") else {
             return Err(self.source.error(value.span(), "[[log]]: file = \"a.csv\" is missing"));
         };
@@ -178,16 +177,6 @@ impl Reader<'_> {
         match value.get_ref().as_str().filter(|name| !name.is_empty()) {
             Some(name) => Ok(self.folder.join(name)),
             None => Err(self.source.error(value.span(), format!("{key}: the name of a file is wanted"))),
-        }
-    }
-
-    fn refuse_unknown(&self, table: &DeTable, name: &str, known: &[&str]) -> Result<(), InputError> {
-        match table.iter().find(|(key, _)| !known.contains(&key.get_ref().as_ref())) {
-            None => Ok(()),
-            Some((key, _)) => {
-                let complaint = format!("unknown key {}: {name} may hold {}", quoted(key.get_ref()), known.join(", "));
-                Err(self.source.error(key.span(), complaint))
-            }
         }
     }
 

@@ -128,35 +128,22 @@ impl RigFile {
     /// # Errors
     /// [`InputError`] names the place that cannot be read, or the constant that cannot be.
     pub fn parse(file: &str, bytes: &[u8]) -> Result<Self, InputError> {
-        Source { file, text: text(file, bytes)? }.rig_file()
+        Source::of(file, bytes)?.rig_file()
     }
-}
-
-/// The text of a rig file.
-fn text<'b>(file: &str, bytes: &'b [u8]) -> Result<&'b str, InputError> {
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    std::str::from_utf8(bytes).map_err(|error| {
-        let before = String::from_utf8_lossy(&bytes[..error.valid_up_to()]).into_owned();
-        Source { file, text: &before }.error(before.len()..before.len(), "not UTF-8 text")
-    })
 }
 
 impl<'a> Source<'a> {
     /// The file's table, with no key in it that is not known.
-    fn table(&self) -> Result<Spanned<DeTable<'a>>, InputError> {
-        let table = DeTable::parse(self.text).map_err(|error| {
-            let end = self.text.len();
-            self.error(error.span().unwrap_or(end..end), error.message())
-        })?;
-        match known_keys::unknown(table.get_ref()) {
+    fn table(&self) -> Result<DeTable<'a>, InputError> {
+        let table = self.any_table()?;
+        match known_keys::unknown(&table) {
             Some((place, complaint)) => Err(self.error(place, complaint)),
             None => Ok(table),
         }
     }
 
     fn rig_file(&self) -> Result<RigFile, InputError> {
-        let table = self.table()?;
-        let table = table.get_ref();
+        let table = &self.table()?;
         self.is_no_hinge(table)?;
         let drum = self.drum(table)?;
         let rig = match table.get("cable") {
@@ -171,8 +158,8 @@ impl<'a> Source<'a> {
 
     /// The 3-3 machine.
     fn triangles(&self, table: &DeTable<'a>, drum: Drum<f64>) -> Result<Rig<f64>, InputError> {
-        let base = self.value(table, "base", "[[x, y, z], [x, y, z], [x, y, z]]")?;
-        let edges = self.value(table, "edges", "[p12, p23, p31]")?;
+        let base = self.value(table, "base", "[[x, y, z], [x, y, z], [x, y, z]], in mm,")?;
+        let edges = self.value(table, "edges", "[p12, p23, p31], in mm,")?;
         let mut base_mm = [Vector3::zeros(); POINTS];
         for (point, value) in base_mm.iter_mut().zip(self.items::<POINTS>(base, "base", "points")?) {
             *point = Vector3::from(self.numbers(value, "a point of base")?);

@@ -25,10 +25,7 @@ pub fn complaint_about_lengths(rows: &[Row], base_mm: &[Vector3<f64>; 3]) -> Opt
     let length = median(rows.iter().flat_map(|row| row.lengths_mm));
     let mean = median(rows.iter().map(|row| row.lengths_mm.iter().sum::<f64>() / 6.0));
     let sound = length >= MIN_SIZE && mean >= side / 2.0 && mean <= side * LONGEST_REACH;
-    (!sound).then(|| {
-        let unit = likely_unit(length, side);
-        format!("the median length is {length:.4}: these look like {unit}; millimetres are wanted")
-    })
+    (!sound).then(|| complaint(length, side, "the base"))
 }
 
 /// The longest of a hinge's cables at home is no longer than so many times the median of what its log holds, and no shorter.
@@ -38,10 +35,8 @@ const HOME_WITHIN: f64 = 4.0;
 pub fn complaint_about_hinge(lengths_mm: impl Iterator<Item = f64>, home_mm: &[f64]) -> Option<String> {
     let (length, home) = (median(lengths_mm), home_mm.iter().fold(0.0_f64, |longest, home| longest.max(*home)));
     let is_of_that_size = home == 0.0 || (home / HOME_WITHIN..=home * HOME_WITHIN).contains(&length);
-    (length < MIN_SIZE || !is_of_that_size).then(|| {
-        let unit = likely_unit(length, if home > 0.0 { home } else { TYPICAL_MM });
-        format!("the median length is {length:.4}: these look like {unit}; millimetres are wanted")
-    })
+    let (size, what) = if home > 0.0 { (home, "the cables at home") } else { (TYPICAL_MM, "an elbow") };
+    (length < MIN_SIZE || !is_of_that_size).then(|| complaint(length, size, what))
 }
 
 /// Tells a rig that is not in millimetres. `what` is what these lengths are.
@@ -59,11 +54,19 @@ pub fn sides(base_mm: &[Vector3<f64>; 3]) -> [f64; 3] {
     [(b2 - b1).norm(), (b3 - b2).norm(), (b1 - b3).norm()]
 }
 
-/// The unit in which the cables come closest to the size of the base: that is their size in any pose.
-fn likely_unit(length: f64, side: f64) -> &'static str {
-    let distance = |factor: f64| (length * factor / side).ln().abs();
+/// Lengths of another size than what they belong to, `size` mm: another unit, if they come closer in it, or another machine.
+fn complaint(length: f64, size: f64, what: &str) -> String {
+    let distance = |factor: f64| (length * factor / size).ln().abs();
     let closest = UNITS.iter().min_by(|a, b| distance(a.1).total_cmp(&distance(b.1)));
-    closest.map_or("another unit", |(name, _)| name)
+    match closest.filter(|(_, factor)| length < MIN_SIZE || distance(*factor) < distance(1.0)) {
+        Some((unit, _)) => {
+            format!("the median length is {length:.4}: these look like {unit}; millimetres are wanted")
+        }
+        None => format!(
+            "the median length is {length:.4} mm, which does not go with {what} of {size:.1} mm: is it the log of another \
+             machine, or the rig's file that of one?"
+        ),
+    }
 }
 
 /// The median; of an even number of values the upper one, and zero of none.

@@ -13,6 +13,9 @@ use nalgebra::Vector3;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
+/// An elbow is rehearsed as part of an arm, or tried by hand.
+const NO_ELBOW: &str = "an elbow is rehearsed by cargo rehearse --arm, or tried by cargo emulate --wearer --rig";
+
 /// A machine as the board knows it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct KnownMachine {
@@ -64,6 +67,9 @@ impl KnownMachine {
         let mut rig = match &options.rig {
             None => compiled_in.double,
             Some(path) => {
+                if rig_file::read_hinge(path).map_err(|error| error.to_string())?.is_some() {
+                    return Err(format!("{}: {NO_ELBOW}", path.display()));
+                }
                 let file = RigFile::read(path).map_err(|error| error.to_string())?;
                 let of_file = |text: &str| format!("{}: [covariance]: {text}", path.display());
                 let rig = file.for_board().map_err(|error| of_file(error.text()))?;

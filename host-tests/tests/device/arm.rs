@@ -281,8 +281,14 @@ fn what_cannot_be_read_is_named_with_its_place() {
     let without_wrist = with_section(arm, "[wrist]", "[upper_arm]", "").replace("[wrist]", "");
     for (text, complaint) in [
         (without_wrist, "the section [wrist] is missing"),
-        (arm.replace("[forearm]", "[lower_arm]"), "unknown key lower_arm"),
-        (arm.replace("origin", "place"), "unknown key place: upper_arm may hold rotation, origin, sigma_mm, sigma_deg"),
+        (
+            arm.replace("[forearm]", "[lower_arm]"),
+            "unknown key \"lower_arm\": the file may hold hand, shoulder, elbow, wrist, upper_arm, forearm",
+        ),
+        (
+            arm.replace("origin", "place"),
+            "unknown key \"place\": upper_arm may hold rotation, origin, sigma_mm, sigma_deg",
+        ),
         (arm.replace("hand = ", "# hand = "), "hand = [x, y, z]"),
         (arm.replace("rig = \"wrist.toml\"\n", ""), "wrist: the rig is missing"),
         (arm.replace("rig = \"elbow.toml\"", "rig = \"wrist.toml\""), "elbow: the rig is no hinge"),
@@ -307,6 +313,24 @@ fn what_cannot_be_read_is_named_with_its_place() {
                 "log = \"elbow.csv\"\nrig = \"elbow.toml\"\nposture = [230.0, 230.0]",
             ),
             "posture: 4 lengths are wanted, one a cable",
+        ),
+        (
+            arm.replace("hand = [", "hand = [1e300, 0.0, 0.0] # "),
+            "hand: a point within 2000 mm of the origin is wanted",
+        ),
+        (arm.replace("hand = [", "hand = [0.035, 0.02, 0.06] # "), "line 1, column 8: hand: 0.072284161474004"),
+        (
+            with_section(
+                arm,
+                "[upper_arm]",
+                "[forearm]",
+                "rotation = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\norigin = [0.077, 0.045, 0.06]",
+            ),
+            "from the origin looks like metres; millimetres are wanted",
+        ),
+        (
+            with_section(arm, "[upper_arm]", "[forearm]", "rotation = [10, 20, 30]\norigin = [0, 0, 0]"),
+            "a row of rotation: 3 numbers are wanted, not integer",
         ),
         (arm.clone() + "sigma_mm = -1.0\n", "sigma_mm: a standard deviation of 0 to 100 is wanted"),
     ] {

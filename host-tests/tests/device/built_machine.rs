@@ -154,6 +154,9 @@ fn what_a_board_cannot_be_told_is_named() {
         KnownMachine::of(&options).unwrap_err()
     };
     assert!(of(&["--rig", "no-such-rig.toml"]).contains("no-such-rig.toml"));
+    let elbow = rig_file("elbow-rig.toml", include_str!("../../../examples/elbow.toml"));
+    let said = of(&["--rig", &elbow.to_string_lossy()]);
+    assert!(said.contains("elbow-rig.toml: an elbow is rehearsed by cargo rehearse --arm"), "{said}");
     let wrong = rig_file("wrong-rig.toml", "base = [[150, 0, 0], [-75, 130, 0]]\nedges = [178, 178, 178]\n");
     let said = of(&["--rig", &wrong.to_string_lossy()]);
     assert!(said.contains("wrong-rig.toml, line 1") && said.contains("3 points are wanted"), "{said}");

@@ -213,7 +213,7 @@ fn what_cannot_be_meant_is_refused_with_its_line() {
     for (request, complaint) in [
         ("rig = \"rig.toml\"\n", "[[log]] with file"),
         ("rig = \"rig.toml\"\n[[log]]\nfil = \"a.csv\"\n", "line 3, column 1: unknown key \"fil\""),
-        ("rig = \"rig.toml\"\n[[log]]\nfile = \"a.csv\"\n[[log]]\nfile = \"a.csv\"\n", "named in line 3 already"),
+        ("rig = \"rig.toml\"\n[[log]]\nfile = \"a.csv\"\n[[log]]\nfile = \"a.csv\"\n", "is the log of line 3 again"),
         ("rig = \"rig.toml\"\n[[log]]\nfile = \"a.csv\"\ncentre_sigma = 0.1\n", "centre_sigma without centre"),
         ("rig = \"rig.toml\"\n[[log]]\nfile = \"a.csv\"\ncentre = [1, 2]\n", "3 numbers are wanted, there are 2"),
         ("rig = \"rig.toml\"\nhoming = -1\n[[log]]\nfile = \"a.csv\"\n", "line 2, column 10: homing: -1 mm"),
@@ -222,6 +222,22 @@ fn what_cannot_be_meant_is_refused_with_its_line() {
         let error = bench.request().unwrap_err().to_string();
         assert!(error.contains(complaint), "{error}");
     }
+    bench.file("a.csv", "l1,l2,l3,l4,l5,l6\n278,278,278,278,278,278\n");
+    bench.file("copy.csv", "l1,l2,l3,l4,l5,l6\n278,278,278,278,278,278\n");
+    for again in ["./a.csv", "copy.csv"] {
+        let request = format!("rig = \"rig.toml\"\n[[log]]\nfile = \"a.csv\"\n[[log]]\nfile = \"{again}\"\n");
+        bench.file("commission.toml", &request);
+        let error = bench.request().unwrap_err().to_string();
+        assert!(error.contains("line 5, column 8: ") && error.contains("is the log of line 3 again"), "{error}");
+    }
+    bench.file("elbow.toml", include_str!("../../../examples/elbow.toml"));
+    bench.file("commission.toml", "rig = \"elbow.toml\"\n[[log]]\nfile = \"a.csv\"\n");
+    let error = bench.request().unwrap_err().to_string();
+    assert!(error.contains("elbow.toml, line 4, column 9: joint: a hinge, where a ball is wanted"), "{error}");
+    // the first byte that is no UTF-8, not the first line
+    std::fs::write(bench.folder.join("commission.toml"), b"rig = \"rig.toml\"\n# \xe4\n").unwrap();
+    let error = bench.request().unwrap_err().to_string();
+    assert!(error.contains("commission.toml, line 2, column 3: not UTF-8 text"), "{error}");
 }
 
 #[test]

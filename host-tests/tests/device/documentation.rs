@@ -1,6 +1,8 @@
 //! What the documentation names exists.
 
+use firmware_image::drive_board_image::{MOST_FLASH_BYTES, MOST_STATIC_BYTES};
 use host_tests::firmware::workspace;
+use host_tests::identify::rig_file::RigFile;
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
@@ -153,4 +155,32 @@ fn every_link_leads_to_a_file() {
             assert!(!is_here || exists, "{} leads to {target}, which is not there", document.display());
         }
     }
+}
+
+/// The first example in TOML behind a heading.
+fn example<'t>(text: &'t str, heading: &str) -> &'t str {
+    let (_, behind) = text.split_once(heading).unwrap_or_else(|| panic!("no heading {heading}"));
+    behind.split("```").nth(1).unwrap().strip_prefix("toml\n").unwrap()
+}
+
+#[test]
+fn every_key_of_a_rig_s_file_is_explained_and_the_example_is_one() {
+    let commands = read("docs/commands.md");
+    RigFile::parse("docs/commands.md", example(&commands, "## A rig's file").as_bytes()).unwrap();
+    let explained = commands + &read("examples/elbow.toml");
+    let known = read("host-tests/src/identify/known_keys.rs");
+    let tables = known.split("/// The first key").next().unwrap();
+    let keys: BTreeSet<&str> = tables.split('"').skip(1).step_by(2).collect();
+    assert!(keys.len() >= 30, "{keys:?}");
+    let words: BTreeSet<&str> = explained.split(|c: char| !(c.is_alphanumeric() || c == '_')).collect();
+    for key in keys {
+        assert!(words.contains(key), "{key} of a rig's file is not in docs/commands.md or examples/elbow.toml");
+    }
+}
+
+#[test]
+fn the_requirement_on_memory_is_the_limit_that_is_checked() {
+    let (flash, ram) = (MOST_FLASH_BYTES / 1024, MOST_STATIC_BYTES / 1024);
+    let asked = format!("At most {flash} KiB of flash and {ram} KiB of static RAM");
+    assert!(read("docs/requirements.md").contains(&asked), "{asked}");
 }

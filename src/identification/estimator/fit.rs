@@ -28,8 +28,11 @@ const OWN_CENTRE_RIDGE: f64 = 0.02;
 #[derive(Clone, Debug)]
 pub(super) struct Fit<T: Real> {
     pub settings: EstimatorSettings<T>,
+    /// O and C of the last step, mm.
     pub centre: JointCentre<T>,
+    /// The machine's constants of the last step.
     pub estimate: MachineEstimate<T>,
+    /// The model of the joint, with its unknowns of the last step.
     pub joint: Joint<T>,
     /// Of the pass under way; factored at its end.
     pub equations: Equations<T>,

@@ -19,7 +19,7 @@ pub struct MachineDeviation<T> {
 }
 
 impl<T: Real> MachineDeviation<T> {
-    /// As stated.
+    /// A machine that is as stated.
     pub fn none() -> Self {
         Self { base_mm: [T::zero(); MAX_MODES], ends_mm: [T::zero(); MAX_MODES], scale: [T::zero(); CABLES] }
     }

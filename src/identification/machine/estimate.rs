@@ -28,7 +28,7 @@ pub struct MachineEstimate<T> {
 }
 
 impl<T: Real> MachineEstimate<T> {
-    /// As stated.
+    /// The machine as stated: where the first pass begins.
     pub fn new(machine: &Machine<T>) -> Self {
         Self {
             geometry: *machine.geometry(),

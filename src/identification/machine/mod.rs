@@ -235,7 +235,7 @@ pub(super) struct Constants {
 }
 
 impl Constants {
-    /// In all.
+    /// Number of constants that take part.
     pub const fn count(&self) -> usize {
         self.base + self.ends + self.offsets + self.scales
     }

@@ -52,7 +52,7 @@ impl<'a> Source<'a> {
             return Err(self.error(value.span(), "cable: a table [[cable]] is wanted"));
         };
         let point = |key: &str| {
-            let value = self.value_at(value.span(), table, key, "[x, y, z]")?;
+            let value = self.value_at(value.span(), table, key, "[x, y, z], in mm,")?;
             Ok(Vector3::from(self.numbers::<3>(value, key)?))
         };
         let (base_mm, end_mm) = (point("base")?, point("end")?);

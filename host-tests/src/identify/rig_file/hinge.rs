@@ -2,7 +2,6 @@
 
 use super::cables::which;
 use super::source::Source;
-use super::text;
 use crate::identify::input_error::{self, InputError};
 use crate::identify::units;
 use glenoid::identification::hinge::{Drawing, Hinge, HingeRig, MAX_CABLES};
@@ -19,6 +18,9 @@ const RANGE_DEG: [f64; 2] = [-150.0, 150.0];
 
 /// No joint is drawn further from the origin of its frames than a board can be told, mm.
 const FARTHEST_MM: f64 = 2000.0;
+
+/// A turn in radians: no hinge bends by so few degrees only.
+const TURN_RAD: f64 = core::f64::consts::TAU;
 
 /// What refines `sigma_deg` and `sigma_mm`.
 const FINER: [&str; 3] = ["sigma_in_platform_deg", "sigma_in_platform_mm", "sigma_along_mm"];
@@ -38,9 +40,8 @@ pub struct HingeRigFile {
 /// [`InputError`] names the place that cannot be read, or the constant that cannot be.
 pub fn read_hinge(path: &Path) -> Result<Option<HingeRigFile>, InputError> {
     let (file, bytes) = input_error::read(path)?;
-    let source = Source { file: &file, text: text(&file, &bytes)? };
-    let table = source.table()?;
-    let table = table.get_ref();
+    let source = Source::of(&file, &bytes)?;
+    let table = &source.table()?;
     let Some(joint) = table.get("joint") else { return Ok(None) };
     match joint.get_ref().as_str() {
         Some("hinge") => source.hinge_rig(table).map(Some),
@@ -50,9 +51,12 @@ pub fn read_hinge(path: &Path) -> Result<Option<HingeRigFile>, InputError> {
 }
 
 impl<'a> Source<'a> {
-    /// Refuses the drawing or the cables of a hinge in a file that does not say that it is one.
+    /// Refuses a hinge, and its drawing or its cables in a file that does not say that it is one.
     pub(super) fn is_no_hinge(&self, table: &DeTable<'a>) -> Result<(), InputError> {
         const SAY: &str = "joint = \"hinge\" is wanted at the top of the file";
+        if let Some(joint) = table.get("joint").filter(|joint| joint.get_ref().as_str() == Some("hinge")) {
+            return Err(self.error(joint.span(), "joint: a hinge, where a ball is wanted"));
+        }
         if let Some(section) = table.get("hinge") {
             return Err(self.error(section.span(), format!("hinge: a ball has no such section; for an elbow {SAY}")));
         }
@@ -136,16 +140,16 @@ impl<'a> Source<'a> {
         let Some(keys) = section.get_ref().as_table() else {
             return Err(self.error(section.span(), "hinge: a section [hinge] is wanted"));
         };
-        let vector = |key: &str| {
-            let value = self.value_at(section.span(), keys, key, "[x, y, z]")?;
+        let vector = |key: &str, shape: &str| {
+            let value = self.value_at(section.span(), keys, key, shape)?;
             Ok((Vector3::from(self.numbers::<3>(value, key)?), value.span()))
         };
-        let point = |key: &str| match vector(key)? {
+        let point = |key: &str| match vector(key, "[x, y, z], in mm,")? {
             (point, _) if point.amax() <= FARTHEST_MM => Ok(point),
             (_, place) => Err(self.error(place, format!("{key}: coordinates within {FARTHEST_MM} mm are wanted"))),
         };
         let direction = |key: &str| {
-            let (vector, place) = vector(key)?;
+            let (vector, place) = vector(key, "[x, y, z]")?;
             vector.try_normalize(1e-9).ok_or_else(|| self.error(place, format!("{key}: the direction has no length")))
         };
         let hinge = Hinge::through(
@@ -163,6 +167,10 @@ impl<'a> Source<'a> {
             let place = keys.get("range_deg").map_or(section.span(), Spanned::span);
             let message = "range_deg: [smallest, largest] within one turn is wanted, each from -360 to 360";
             return Err(self.error(place, message));
+        }
+        if let Some(value) = keys.get("range_deg").filter(|_| high - low <= TURN_RAD) {
+            let message = format!("range_deg: a range of {} looks like radians; degrees are wanted", high - low);
+            return Err(self.error(value.span(), message));
         }
         let sigma = |key: &str| match keys.get(key) {
             None => Ok(None),

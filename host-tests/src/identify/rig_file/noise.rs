@@ -39,7 +39,7 @@ impl<'a> Source<'a> {
             return Err(self.error(section.span(), "noise: a section [noise] is wanted"));
         };
         let (low, high) = POSSIBLE_MM;
-        let pose = self.value_at(section.span(), keys, "pose", "1σ of a length of a held pose")?;
+        let pose = self.value_at(section.span(), keys, "pose", "1σ of a length of a held pose, in mm,")?;
         let pose_mm = self.number(pose, "pose")?;
         if !(low..=high).contains(&pose_mm) {
             return Err(

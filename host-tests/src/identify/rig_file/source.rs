@@ -1,11 +1,11 @@
-//! The text of a rig file: values by key, numbers, and places for complaints.
+//! The text of a TOML file (a rig's, an arm's, a commissioning's): values by key, numbers, and places for complaints.
 
 use crate::identify::input_error::{InputError, quoted};
 use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// The text of a rig file, for places in it.
+/// The text of a TOML file, for places in it.
 pub struct Source<'a> {
     /// Its name.
     pub file: &'a str,
@@ -14,7 +14,47 @@ pub struct Source<'a> {
 }
 
 impl<'a> Source<'a> {
-    /// The value of a key of the file.
+    /// The text of a file from its bytes, without a byte order mark. `file` is its name for messages.
+    ///
+    /// # Errors
+    /// [`InputError`] names the place of the first byte that is no UTF-8.
+    pub fn of(file: &'a str, bytes: &'a [u8]) -> Result<Self, InputError> {
+        let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+        match std::str::from_utf8(bytes) {
+            Ok(text) => Ok(Self { file, text }),
+            Err(error) => {
+                let before = String::from_utf8_lossy(&bytes[..error.valid_up_to()]);
+                Err(Source { file, text: &before }.error(before.len()..before.len(), "not UTF-8 text"))
+            }
+        }
+    }
+
+    /// The file's keys and sections, whatever they are called.
+    ///
+    /// # Errors
+    /// [`InputError`] names the place that is no TOML.
+    pub fn any_table(&self) -> Result<DeTable<'a>, InputError> {
+        let end = self.text.len();
+        DeTable::parse(self.text)
+            .map(Spanned::into_inner)
+            .map_err(|error| self.error(error.span().unwrap_or(end..end), error.message()))
+    }
+
+    /// Refuses the first key of `table` that is not among those known. `name` is what the table is called in messages.
+    ///
+    /// # Errors
+    /// [`InputError`] names the key, its place and what may be there.
+    pub fn refuse_unknown(&self, table: &DeTable, name: &str, known: &[&str]) -> Result<(), InputError> {
+        match table.iter().map(|(key, _)| key).find(|key| !known.contains(&key.get_ref().as_ref())) {
+            None => Ok(()),
+            Some(key) => {
+                let complaint = format!("unknown key {}: {name} may hold {}", quoted(key.get_ref()), known.join(", "));
+                Err(self.error(key.span(), complaint))
+            }
+        }
+    }
+
+    /// The value of a key of the file. `shape` is what is wanted of it.
     pub fn value<'t>(
         &self,
         table: &'t DeTable<'a>,
@@ -22,11 +62,10 @@ impl<'a> Source<'a> {
         shape: &str,
     ) -> Result<&'t Spanned<DeValue<'a>>, InputError> {
         let end = self.text.len();
-        table.get(key).ok_or_else(|| self.error(end..end, format!("{key} = {shape}, in mm, is missing")))
+        self.value_at(end..end, table, key, shape)
     }
 
     /// The `N` items of an array.
-    /// The items of an array of a known length.
     pub fn items<'t, const N: usize>(
         &self,
         value: &'t Spanned<DeValue<'a>>,
@@ -43,7 +82,7 @@ impl<'a> Source<'a> {
             .map_err(|_| self.error(value.span(), format!("{name}: {N} {what} are wanted, there are {}", items.len())))
     }
 
-    /// A value of a table that begins at `span`.
+    /// The value of a key of a table that begins at `span`. `shape` is what is wanted of it.
     pub fn value_at<'t>(
         &self,
         span: Range<usize>,
@@ -51,7 +90,7 @@ impl<'a> Source<'a> {
         key: &str,
         shape: &str,
     ) -> Result<&'t Spanned<DeValue<'a>>, InputError> {
-        table.get(key).ok_or_else(|| self.error(span, format!("{key} = {shape}, in mm, is missing")))
+        table.get(key).ok_or_else(|| self.error(span, format!("{key} = {shape} is missing")))
     }
 
     /// A finite number.
@@ -65,8 +104,12 @@ impl<'a> Source<'a> {
             _ => None,
         };
         parsed.filter(|number| number.is_finite()).ok_or_else(|| {
-            let found = quoted(self.text.get(item.span()).unwrap_or(""));
-            self.error(item.span(), format!("{name}: {found} is not a finite number"))
+            let written = self.text.get(item.span()).unwrap_or("");
+            let message = match item.get_ref() {
+                DeValue::String(_) => format!("{name}: a number is wanted, not the text {written}"),
+                _ => format!("{name}: {} is not a finite number", quoted(written)),
+            };
+            self.error(item.span(), message)
         })
     }
 

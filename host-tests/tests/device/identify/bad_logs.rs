@@ -105,6 +105,17 @@ fn another_unit_is_told_not_solved() {
 }
 
 #[test]
+fn the_log_of_another_machine_is_not_taken_for_another_unit() {
+    let desk = Desk::new("another_machine");
+    // a wrist's cables of some 114 mm, in millimetres, for the shoulder's base, whose sides have 259.8 mm
+    let told = complaint(&desk, "l1,l2,l3,l4,l5,l6\n114,112,116,113,115,114\n");
+    assert!(
+        told.contains("114.0000 mm, which does not go with the base of 259.8 mm: is it the log of another machine"),
+        "{told}"
+    );
+}
+
+#[test]
 fn one_row_in_another_unit_is_a_bad_reading_and_does_not_stop_the_rest() {
     let desk = Desk::new("one_row_in_metres");
     let mut log = shoulder(1, 20, 0.1);

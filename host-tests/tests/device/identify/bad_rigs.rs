@@ -23,7 +23,7 @@ fn each_complaint_names_its_place() {
         ),
         (
             with_edges("[[150, 0, 0], [-75, \"129\", 0], [-75, -129.9, 0]]"),
-            "line 2, column 28: a point of base: \"\\\"129\\\"\" is not a finite number",
+            "line 2, column 28: a point of base: a number is wanted, not the text \"129\"",
         ),
         (with_base("[178.4, nan, 178.4]"), "line 2, column 17: edges: \"nan\" is not a finite number"),
         (with_base("[178.4, 178.4, -inf]"), "line 2, column 24: edges: \"-inf\" is not a finite number"),

@@ -217,6 +217,10 @@ fn a_rig_that_is_no_hinges_is_named_with_its_place() {
         ),
         (RIG.replace("point = [0.0, 0.0, 160.0]\n", ""), "point = [x, y, z], in mm, is missing"),
         (RIG.replace("range_deg = [-140.0, 15.0]", "range_deg = [15.0, -140.0]"), "range_deg: [smallest, largest]"),
+        (
+            RIG.replace("range_deg = [-140.0, 15.0]", "range_deg = [-2.44, 0.26]"),
+            "line 30, column 13: range_deg: a range of 2.7 looks like radians; degrees are wanted",
+        ),
         (RIG.replace("# sigma_deg", "sigma_deg"), "sigma_deg and sigma_mm belong together"),
         (with_prior().replace("sigma_mm = 12.0", "sigma_mm = -1.0"), "sigma_mm: a standard deviation is positive"),
         (RIG.replace("home", "# home") + drum, "home = [4 lengths] is wanted"),
