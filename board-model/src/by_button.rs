@@ -54,8 +54,8 @@ impl<'a> ByButton<'a> {
             self.pass(HOLD_MS)?;
         }
         self.expect(StateName::Review)?;
-        // as many short presses as the lamp winks: nobody accepts what he has not seen
-        for _ in 0..self.winks()? {
+        // as many short presses as the lamp blinks: nobody accepts what he has not seen
+        for _ in 0..self.blinks()? {
             self.press(SHORT_MS)?;
         }
         self.press(LONG_MS)?;
@@ -77,15 +77,15 @@ impl<'a> ByButton<'a> {
     }
 
     /// Times that the lit lamp goes dark within four seconds, its rhythm's length.
-    fn winks(&mut self) -> Result<u32, BenchError> {
-        let (mut winks, mut was_lit) = (0, self.board.lamp());
+    fn blinks(&mut self) -> Result<u32, BenchError> {
+        let (mut blinks, mut was_lit) = (0, self.board.lamp());
         for _ in 0..RHYTHM_MS {
             self.pass(1)?;
             let is_lit = self.board.lamp();
-            winks += u32::from(was_lit && !is_lit);
+            blinks += u32::from(was_lit && !is_lit);
             was_lit = is_lit;
         }
-        Ok(winks)
+        Ok(blinks)
     }
 
     fn press(&mut self, ms: u32) -> Result<(), BenchError> {

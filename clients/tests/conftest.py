@@ -88,7 +88,7 @@ class Board:
         self.order("release")
 
     def accept_by_button(self, checksum: int) -> None:
-        """As many short presses as the LED winks, then a long one."""
+        """As many short presses as the LED blinks, then a long one."""
         for _ in range(checksum % 3 + 2):
             self.press(0.3)
             time.sleep(0.4)

@@ -33,7 +33,7 @@ def live_run(board: Board) -> int | None:
 
 
 def checksum_shown(board: Board) -> int:
-    """The LED of the emulated board is not seen: how often it winks follows from this."""
+    """The LED of the emulated board is not seen: how often it blinks follows from this."""
     naming = board.hear(lambda message: message.name == "CandidateNaming")
     assert naming is not None, "no new centre is shown"
     return int(naming["checksum"])

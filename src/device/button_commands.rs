@@ -12,7 +12,7 @@ use crate::procedure::{Command, Reason, StateName};
 /// | collecting | capture | identify | abort |
 /// | identifying | | | abort |
 /// | verifying | capture | verify | abort |
-/// | review | count | accept, after as many short presses as the LED winks | abort |
+/// | review | count | accept, after as many short presses as the LED blinks | abort |
 /// | failed | acknowledge | acknowledge | abort |
 pub(super) const fn command_of(press: Press, state: StateName) -> Option<Command> {
     match (press, state) {
@@ -36,7 +36,7 @@ const fn start(held_first: bool) -> Command {
 /// Short presses in review may lie so far apart, ms, and the long one so far behind them.
 const BETWEEN_MS: u32 = 3_000;
 
-/// The short presses with which an accept begins: as many as the LED winks.
+/// The short presses with which an accept begins: as many as the LED blinks.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct ConfirmingPresses {
     count: u8,
@@ -58,8 +58,8 @@ impl ConfirmingPresses {
     }
 }
 
-/// How often the LED winks for a new centre, 2 to 4: it depends on the value, so a person who presses as often has looked.
-const fn winks(checksum: u16) -> u8 {
+/// How often the LED blinks for a new centre, 2 to 4: it depends on the value, so a person who presses as often has looked.
+const fn blinks(checksum: u16) -> u8 {
     (checksum % 3) as u8 + 2
 }
 
@@ -87,18 +87,18 @@ impl Device {
 
     /// What the LED shows in review.
     pub(super) fn accept_pattern(&self) -> BlinkPattern {
-        match self.shown_candidate().map(|shown| winks(shown.checksum)) {
+        match self.shown_candidate().map(|shown| blinks(shown.checksum)) {
             Some(3) => BlinkPattern::Review3,
             Some(4) => BlinkPattern::Review4,
             _ => BlinkPattern::Review2,
         }
     }
 
-    /// The long press of an accept: obeyed after as many short ones as the LED winks, when all has been shown.
+    /// The long press of an accept: obeyed after as many short ones as the LED blinks, when all has been shown.
     fn accept_by_button(&mut self, now_ms: u32, out: &mut impl FnMut(Action)) -> Reason {
         let pressed = self.confirming.take(now_ms);
         match self.shown_candidate() {
-            Some(shown) if winks(shown.checksum) != pressed => Reason::WrongValue,
+            Some(shown) if blinks(shown.checksum) != pressed => Reason::WrongValue,
             Some(shown) if !self.reporter.has_shown(shown.run_id) => Reason::ReportIncomplete,
             Some(_) => self.command(now_ms, Command::Accept, out).map_or(Reason::Fine, |(reason, _)| reason),
             None if self.procedure.candidate().is_some() => Reason::ReportIncomplete,

@@ -16,7 +16,7 @@ pub enum BlinkPattern {
     Working,
     /// The second set: one long, one short.
     Verifying,
-    /// Waits for the decision, which two short presses begin: on, with two winks in four seconds.
+    /// Waits for the decision, which two short presses begin: on, with two blinks in four seconds.
     Review2,
     /// The same with three.
     Review3,
@@ -28,7 +28,7 @@ pub enum BlinkPattern {
     Fault,
     /// Idle, but the centre is not to be used, for something has slipped: two long and two short flashes in four seconds.
     Slipped,
-    /// For a moment: the pose was taken. On, with two winks a second.
+    /// For a moment: the pose was taken. On, with two blinks a second.
     Captured,
     /// For a moment: what was asked for was refused. Two short flashes a second.
     Refused,
@@ -71,7 +71,7 @@ impl BlinkPattern {
             Self::Collecting => 0x0F0F_0F0F,
             Self::Working => 0x3333_3333,
             Self::Verifying => 0x0CFF_0CFF,
-            // winks half a second apart, then a long light: they can be counted
+            // blinks half a second apart, then a long light: they can be counted
             Self::Review2 => 0xFFFF_FFEE,
             Self::Review3 => 0xFFFF_FEEE,
             Self::Review4 => 0xFFFF_EEEE,

@@ -22,8 +22,8 @@ fn a_run_by_button_and_led() {
         assert!(holds < 80);
     }
     bench.pass(1_500);
-    let winks = winks(*bench.led_patterns.last().unwrap());
-    for _ in 0..winks {
+    let blinks = blinks(*bench.led_patterns.last().unwrap());
+    for _ in 0..blinks {
         bench.press(SHORT_MS);
     }
     bench.press(LONG_MS);
@@ -37,9 +37,9 @@ fn a_run_by_button_and_led() {
     }
 }
 
-/// How often the LED winks in review.
-fn winks(pattern: BlinkPattern) -> usize {
-    // each wink is one dark beat
+/// How often the LED blinks in review.
+fn blinks(pattern: BlinkPattern) -> usize {
+    // each blink is one dark beat
     assert!([BlinkPattern::Review2, BlinkPattern::Review3, BlinkPattern::Review4].contains(&pattern), "{pattern:?}");
     pattern.beats().count_zeros() as usize
 }
@@ -51,7 +51,7 @@ fn the_button_accepts_only_what_the_led_has_shown() {
     let mut bench = Bench::new(37);
     bench.lead_to(StateName::Review);
     bench.pass(1_500);
-    let right = winks(*bench.led_patterns.last().unwrap());
+    let right = blinks(*bench.led_patterns.last().unwrap());
     for presses in 0..6 {
         let mut bench = bench.fork();
         (0..presses).for_each(|_| bench.press(SHORT_MS));
@@ -72,7 +72,7 @@ fn an_accept_by_button_and_a_heartbeat_may_fall_into_the_same_tick() {
     let mut bench = Bench::new(37);
     bench.lead_to(StateName::Review);
     bench.pass(1_500);
-    let right = winks(*bench.led_patterns.last().unwrap());
+    let right = blinks(*bench.led_patterns.last().unwrap());
     for shift_ms in 0..100 {
         let mut bench = bench.fork();
         bench.pass(shift_ms);

@@ -305,7 +305,7 @@ fn by_button_alone() {
     }
     bench.hold(1_500);
     assert_eq!(bench.state(), StateName::Review, "{:?}", bench.device.procedure().ending());
-    // As many short presses as the LED winks, 2 to 4, then a long one.
+    // As many short presses as the LED blinks, 2 to 4, then a long one.
     for presses in 2..=4 {
         (0..presses).for_each(|_| bench.press(200));
         bench.press(1_500);

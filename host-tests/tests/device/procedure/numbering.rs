@@ -53,8 +53,8 @@ fn the_first_accept_waits_for_every_cable() {
     bench.lead_to(StateName::Review);
     assert_eq!(bench.accept().code, Reason::NumberingUnchecked);
     // the button is told as well: it has no other way
-    let winks = u32::from(bench.naming().unwrap().checksum % 3 + 2);
-    (0..winks).for_each(|_| bench.press(200));
+    let blinks = u32::from(bench.naming().unwrap().checksum % 3 + 2);
+    (0..blinks).for_each(|_| bench.press(200));
     bench.press(1_500);
     bench.pass(100);
     assert_eq!((bench.state(), bench.heartbeat().reason), (StateName::Review, Reason::NumberingUnchecked));
