@@ -7,7 +7,9 @@
 mod board_calculation;
 pub mod calculation;
 pub mod causes;
+mod exclusive;
 pub mod held_phase;
+pub mod held_report;
 pub mod hinge;
 pub mod input_error;
 mod known_keys;
@@ -84,30 +86,33 @@ pub struct Finding {
 /// # Errors
 /// [`InputError`] names the place that cannot be read. A refusal is not an error: it is a [`Finding`].
 pub fn run(request: &Request) -> Result<Finding, InputError> {
+    exclusive::options(request)?;
     let machine = machine(request.rig.as_deref())?;
     let noise_mm = request.noise_mm.unwrap_or(machine.row_noise_mm());
     // What is said on the command line is the noise of every row.
     let samples_a_row = machine.samples_a_row.filter(|_| request.noise_mm.is_none());
     let log = log(&request.lengths, &machine.rig)?;
     let of_board = board_calculation::note(&log, &machine.rig).map(|note| format!("{}: {note}", log.file()));
-    let log = log.with_repeated_rows_merged(noise_mm);
     let second = match request.verify.as_deref() {
         Some(path) => Some(self::log(path, &machine.rig)?),
         // A recording of the bus holds the board's own second set.
         None => log.second_set(),
     };
-    let logs = [Some(&log), second.as_ref()].into_iter().flatten();
+    let still = request.still.as_deref().map(|path| self::log(path, &machine.rig)).transpose()?;
+    let twice = exclusive::poses(&log, still.as_ref(), second.as_ref())?;
+    let log = log.with_repeated_rows_merged(noise_mm);
+    let still = still.map(|log| log.with_repeated_rows_merged(noise_mm));
+    let logs = [Some(&log), still.as_ref(), second.as_ref()].into_iter().flatten();
     let mut notes: Vec<_> =
         logs.flat_map(|log| log.notes().iter().map(|note| format!("{}: {note}", log.file()))).collect();
     notes.extend(of_board);
+    notes.extend(twice);
     notes.extend(log.note_of_correction(&machine.rig).map(|note| format!("{}: {note}", log.file())));
     let setting = setting(request, &machine, log.rows().len());
-    let still = request.still.as_deref().map(|path| self::log(path, &machine.rig)).transpose()?;
-    let still = still.map(|log| log.with_repeated_rows_merged(noise_mm));
     let (still, second_log) = (still.as_ref(), second.as_ref());
     let problem = Problem { rig_file: &machine, log: &log, setting, still, second: second_log, samples_a_row };
     let report = problem.solve()?;
-    let summary = summary::of(&report, &log, second.as_ref());
+    let summary = summary::of(&report, &log, still, second.as_ref());
     Ok(Finding { report, summary, warnings: unused(request), notes })
 }
 
@@ -172,20 +177,9 @@ fn start(request: &Request, machine: &RigFile) -> Start {
     }
 }
 
-/// Options that the method has no use for, and logs that say nothing new.
+/// Options that the method has no use for.
 fn unused(request: &Request) -> Vec<String> {
     let mut warnings = Vec::new();
-    let is_the_log = |path: &Option<PathBuf>| {
-        path.as_deref().is_some_and(|path| input_error::have_same_content(&request.lengths, path))
-    };
-    if is_the_log(&request.verify) {
-        warnings.push(
-            "--verify names the log itself: it agrees with what was found from it, which verifies nothing".to_owned(),
-        );
-    }
-    if is_the_log(&request.still) {
-        warnings.push("--still names the log itself: poses with the shoulder blade held are wanted".to_owned());
-    }
     if request.method == Method::Full && request.start_mm.is_some() {
         warnings.push("--start is not used: the full method needs none (--method paper begins there)".to_owned());
     }

@@ -1,7 +1,8 @@
 //! The library's identification, run on a log in the precision asked for.
 
 use super::causes::{self, Cause, Causes};
-use super::held_phase;
+use super::held_phase::{self, HeldPhase};
+use super::held_report::HeldReport;
 use super::input_error::InputError;
 use super::lengths_file::{LengthsFile, Row};
 use super::report::{Precision, Report, Setting, Start};
@@ -75,13 +76,22 @@ impl Problem<'_> {
         let machine = self.machine(rig);
         let poses = self.log.poses(rows, rig, self.samples_a_row)?;
         let settings = self.settings(rig);
-        let held = match self.still {
-            None => None,
+        let (held, held_report) = match self.still {
+            None => (None, None),
             Some(still) => {
-                let held = still.poses(still.rows().iter(), rig, self.samples_a_row)?;
-                match held_phase::identify(&machine, rig, settings, held) {
-                    Ok(held) => Some(held),
-                    Err(refusal) => return Ok(Report::refused(&refusal, 0, self.setting)),
+                let held_poses = still.poses(still.rows().iter(), rig, self.samples_a_row)?;
+                let HeldPhase { centre, left_out } = held_phase::run(&machine, rig, settings, held_poses.clone());
+                let refused = centre.is_err();
+                let mut held = HeldReport { poses: held_poses.len(), refused, left_out, logs_exchanged: false };
+                match centre {
+                    Ok(centre) => (Some(centre), Some(held)),
+                    Err(refusal) => {
+                        let is_moving = matches!(refusal, Refusal::NotHeld { .. });
+                        held.logs_exchanged = is_moving && held_phase::identify(&machine, rig, settings, poses).is_ok();
+                        let mut report = Report::refused_held(&refusal, held, self.setting);
+                        report.cause = self.exchanged_cables(&held_poses);
+                        return Ok(report);
+                    }
                 }
             }
         };
@@ -90,6 +100,7 @@ impl Problem<'_> {
             Ok(_) => Report::of_estimation(&estimation, &machine, self.setting),
             Err(refusal) => Report::refused(refusal, estimation.estimator.iterations(), self.setting),
         };
+        report.held = held_report;
         self.look_for_causes(&mut report, &estimation);
         if let (Ok(identified), Some(_)) = (&estimation.outcome, self.setting.zero_prior_mm) {
             report.worst_sigma_if_homed_mm = self.worst_sigma_if_homed_mm(rig, &estimation.poses, identified);
@@ -108,16 +119,10 @@ impl Problem<'_> {
         if !POSES_TO_TELL_CAUSES.contains(&poses.len()) {
             return;
         }
-        let expected_mm = self.setting.expected_noise_mm;
-        let noise_mm = match self.samples_a_row {
-            Some(_) => self.rig_file.row_noise_mm(),
-            None => self.setting.given_noise_mm.unwrap_or(expected_mm),
-        };
+        let (expected_mm, noise_mm) = (self.setting.expected_noise_mm, self.noise_of_row_mm());
         let rig = &self.rig_file.rig;
         let machine = self.machine(rig);
-        let lengths: Result<Vec<_>, _> =
-            poses.iter().map(|pose| CableLengths::new(pose.lengths().as_mm().map(Real::to_f64))).collect();
-        let Ok(lengths) = lengths else { return };
+        let Some(lengths) = in_double(poses) else { return };
         let row =
             |cause: Cause| Cause { pose: cause.pose.and_then(|pose| self.setting.rows_used.iter().nth(pose)), ..cause };
         let is_noisy = |found: &Identified<T>| found.noise_mm.to_f64() > expected_mm * LOOK_TWICE;
@@ -134,6 +139,19 @@ impl Problem<'_> {
         }
         report.cause = causes::find(rig, &machine, &lengths, noise_mm)
             .map(|causes| Causes { best: row(causes.best), or: causes.or.map(row) });
+    }
+
+    /// Two cables that are exchanged in all the held poses.
+    fn exchanged_cables<T: Real>(&self, held: &[Pose<T>]) -> Option<Causes> {
+        let lengths = in_double(held).filter(|lengths| POSES_TO_TELL_CAUSES.contains(&lengths.len()))?;
+        causes::exchanged(&self.machine(&self.rig_file.rig), &lengths, self.noise_of_row_mm())
+    }
+
+    fn noise_of_row_mm(&self) -> f64 {
+        match self.samples_a_row {
+            Some(_) => self.rig_file.row_noise_mm(),
+            None => self.setting.given_noise_mm.unwrap_or(self.setting.expected_noise_mm),
+        }
     }
 
     /// The standard deviation of the centre from the same poses less the offsets that were found, as if these were known.
@@ -165,6 +183,11 @@ impl Problem<'_> {
     }
 }
 
+/// The lengths of the poses in double precision.
+fn in_double<T: Real>(poses: &[Pose<T>]) -> Option<Vec<CableLengths<f64>>> {
+    poses.iter().map(|pose| CableLengths::new(pose.lengths().as_mm().map(Real::to_f64)).ok()).collect()
+}
+
 /// Is it a refusal of what was measured, not of how few or how alike the poses are?
 const fn may_have_a_cause(refusal: &Refusal) -> bool {
     matches!(
@@ -178,6 +201,7 @@ const fn may_have_a_cause(refusal: &Refusal) -> bool {
             | Refusal::MachineNotAsStated
             | Refusal::PlatformDoesNotClose { .. }
             | Refusal::IterationCap
+            | Refusal::Singular
     )
 }
 

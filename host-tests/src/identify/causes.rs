@@ -162,6 +162,12 @@ pub fn find(rig: &Rig<f64>, machine: &Machine<f64>, lengths: &[CableLengths<f64>
     (best.cause.kind != CauseKind::Nothing).then_some(Causes { best: best.cause, or })
 }
 
+/// The two cables that are exchanged in all of these poses, where that gives them a joint that they have not without.
+pub fn exchanged(machine: &Machine<f64>, lengths: &[CableLengths<f64>], noise_mm: f64) -> Option<Causes> {
+    let best = wiring::exchanged(machine, lengths, noise_mm).filter(|cause| cause.explains)?;
+    Some(Causes { best, or: None })
+}
+
 /// All explanations, the best first.
 fn compare(
     rig: &Rig<f64>,

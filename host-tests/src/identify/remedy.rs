@@ -4,6 +4,8 @@ use super::lengths_file::LengthsFile;
 use super::refusal::RefusalDetail;
 use super::report::{Method, Report};
 use super::wording::{self, counted, direction};
+use glenoid::identification::JointChoice;
+use glenoid::identification::joint::MIN_MOVING_POSES;
 
 /// What was seen, with its figures.
 pub fn seen(refusal: &RefusalDetail, log: &LengthsFile) -> String {
@@ -108,6 +110,20 @@ pub fn remedy(report: &Report, refusal: &RefusalDetail) -> String {
             format!(
                 "Look for slack cables, slipping drums and exchanged connectors, check the rig file, and record \
                      again. {noise}"
+            )
+        }
+        RefusalDetail::CentreNotFixed { .. } if report.setting.zero_prior_mm.is_some() => {
+            "Home the encoders, or commission the machine (cargo commission), and leave out --zeros: a centre that moves \
+             is not told from offsets that are unknown. Or something is loose: tighten the straps."
+                .to_owned()
+        }
+        RefusalDetail::CentreNotFixed { .. } if report.setting.joint == JointChoice::Ball => {
+            format!("Leave out --joint ball: from 18 poses on a centre that moves with the arm is found. Or something is loose: tighten the straps. {noise}")
+        }
+        RefusalDetail::CentreNotFixed { .. } if report.setting.rows_used.count >= MIN_MOVING_POSES => {
+            format!(
+                "A centre that moves with the arm does not explain the poses either. Look for slack cables, misread \
+                     lengths and loose straps, move slowly, hold each pose, and record again. {noise}"
             )
         }
         RefusalDetail::CentreNotFixed { .. } => {

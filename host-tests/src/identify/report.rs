@@ -1,6 +1,7 @@
 //! What `cargo identify --json` prints: one object, its keys always the same and in the same order.
 
 use super::causes::{Cause, Causes};
+use super::held_report::{self, HeldReport};
 use super::machine_report::MachineReport;
 use super::refusal::RefusalDetail;
 use super::selection::RowsUsed;
@@ -142,6 +143,8 @@ pub struct Report {
     pub setting: Setting,
     /// What is known of the refusal.
     pub refusal: Option<RefusalDetail>,
+    /// The poses of `--still`, when they were asked for.
+    pub held: Option<HeldReport>,
     /// What explains the log better than a fixed centre and the machine as stated.
     pub cause: Option<Causes>,
     /// The constant of the machine that contradicts its stated tolerance, in a set that is accepted.
@@ -221,6 +224,17 @@ impl Report {
         }
     }
 
+    /// A refusal of the held poses.
+    pub fn refused_held(refusal: &Refusal, held: HeldReport, setting: Setting) -> Self {
+        let detail = RefusalDetail::of(refusal, |pose| pose as usize);
+        Self {
+            reason: Some(held_report::reason(&detail, &held).unwrap_or(refusal.text())),
+            refusal: Some(detail),
+            held: Some(held),
+            ..Self::empty(0, setting)
+        }
+    }
+
     fn empty(iterations: u8, setting: Setting) -> Self {
         Self {
             status: Status::Refused,
@@ -245,6 +259,7 @@ impl Report {
             poses_used: None,
             setting,
             refusal: None,
+            held: None,
             cause: None,
             contradiction: None,
             verification: None,

@@ -1,7 +1,9 @@
 //! The outcome for people: a short table, or the reason and the remedy.
 
-use super::causes::{self, Causes};
+use super::causes::{self, CauseKind, Causes};
+use super::held_report;
 use super::lengths_file::LengthsFile;
+use super::refusal::RefusalDetail;
 use super::remedy;
 use super::report::{Method, Precision, RejectedCable, Report, Setting};
 use super::verification::Verification;
@@ -15,20 +17,14 @@ const SUSPICIOUS_NOISE: f64 = 3.0;
 const OFFSETS_DOMINATE: f64 = 1.5;
 
 /// The whole text, several lines.
-pub fn of(report: &Report, log: &LengthsFile, second: Option<&LengthsFile>) -> String {
+pub fn of(report: &Report, log: &LengthsFile, still: Option<&LengthsFile>, second: Option<&LengthsFile>) -> String {
     let mut text = String::new();
     // Writing to a string does not fail.
     let _ = match report.refusal {
-        Some(ref refusal) => writeln!(text, "Refused: {}.\n", report.reason.unwrap_or_default())
-            .and_then(|()| line(&mut text, "seen", &remedy::seen(refusal, log)))
-            .and_then(|()| explanation(&mut text, report, log))
-            .and_then(|()| match &report.cause {
-                // What a joint may do as well has its remedies besides.
-                Some(Causes { best, or: None }) if !best.kind.may_be_the_joint() => Ok(()),
-                _ => line(&mut text, "what to do", &remedy::remedy(report, refusal)),
-            }),
+        Some(ref refusal) => refused(&mut text, report, refusal, log, still),
         None => table(&mut text, report)
             .and_then(|()| figures(&mut text, report, log))
+            .and_then(|()| joint(&mut text, report, still))
             .and_then(|()| explanation(&mut text, report, log)),
     };
     let _ = method(&mut text, report, log);
@@ -38,9 +34,53 @@ pub fn of(report: &Report, log: &LengthsFile, second: Option<&LengthsFile>) -> S
     text
 }
 
+fn refused(
+    text: &mut String,
+    report: &Report,
+    refusal: &RefusalDetail,
+    log: &LengthsFile,
+    still: Option<&LengthsFile>,
+) -> std::fmt::Result {
+    let held = report.held.as_ref().filter(|held| held.refused).zip(still);
+    let log = held.map_or(log, |(_, still)| still);
+    writeln!(text, "Refused: {}.\n", report.reason.unwrap_or_default())?;
+    line(text, "seen", &remedy::seen(refusal, log))?;
+    if let Some(misread) = held.and_then(|(held, still)| held_report::left_out(held, still)) {
+        line(text, "misread", &misread)?;
+    }
+    explanation(text, report, log)?;
+    match &report.cause {
+        // What a joint may do as well has its remedies besides.
+        Some(Causes { best, or: None }) if !best.kind.may_be_the_joint() => Ok(()),
+        _ => {
+            let of_held = held.and_then(|(held, still)| held_report::remedy(refusal, held, still));
+            line(text, "what to do", &of_held.unwrap_or_else(|| remedy::remedy(report, refusal)))
+        }
+    }
+}
+
+/// What is known of a joint that moves.
+fn joint(text: &mut String, report: &Report, still: Option<&LengthsFile>) -> std::fmt::Result {
+    if let Some(scatter_mm) = report.scatter_mm {
+        let scatter =
+            format!("a centre that moves with the arm, and scatters by {} mm along each axis", small(scatter_mm));
+        line(text, "joint", &format!("{scatter}; x, y, z are where it is at the arm's mean direction"))?;
+    }
+    if let Some((held, still)) = report.held.as_ref().zip(still) {
+        let left_out =
+            held_report::left_out(held, still).map_or("none left out".to_owned(), |at| format!("left out: {at}"));
+        line(text, "held phase", &format!("{} in {}, {left_out}", counted(held.poses, "pose"), still.file()))?;
+        if report.joint == Some("ball") {
+            line(text, "", "not used: a ball explains the free poses")?;
+        }
+    }
+    Ok(())
+}
+
 /// What fits better, and what to do about it.
 fn explanation(text: &mut String, report: &Report, log: &LengthsFile) -> std::fmt::Result {
-    if let Some(found) = &report.cause {
+    let is_that_joint = |found: &&Causes| found.best.kind == CauseKind::MovingJoint && has_moving_joint(report);
+    if let Some(found) = report.cause.as_ref().filter(|found| !is_that_joint(found)) {
         line(text, "fits better", &causes::text(found, log))?;
         line(text, "what to do", causes::remedy(&found.best))?;
     }
@@ -50,6 +90,20 @@ fn explanation(text: &mut String, report: &Report, log: &LengthsFile) -> std::fm
         line(text, "", causes::remedy(cause))?;
     }
     Ok(())
+}
+
+/// Was a centre that moves found, or refused for what such a centre lacks?
+fn has_moving_joint(report: &Report) -> bool {
+    let of_it = |refusal: &RefusalDetail| {
+        matches!(
+            refusal,
+            RefusalDetail::TooFewForMovingCentre { .. }
+                | RefusalDetail::MissingMotion { .. }
+                | RefusalDetail::SlippedMidway { .. }
+                | RefusalDetail::NotExplained { .. }
+        )
+    };
+    report.joint == Some("moving") || report.refusal.as_ref().is_some_and(of_it)
 }
 
 fn table(text: &mut String, report: &Report) -> std::fmt::Result {
@@ -170,9 +224,10 @@ fn method(text: &mut String, report: &Report, log: &LengthsFile) -> std::fmt::Re
 }
 
 fn verified(found: &Verification, log: &LengthsFile) -> String {
+    let of = found.limit_mm.map_or("platform edges", |_| "cable lengths");
     let mut text = match (found.deviation_mm, found.worst_pose, found.worst_deviation_mm) {
         (Some(deviation), Some(worst), Some(its)) => format!(
-            "{} mm root mean square of the platform edges over {} poses of {}, worst {} mm at {}",
+            "{} mm root mean square of the {of} over {} poses of {}, worst {} mm at {}",
             small(deviation),
             found.pose_count - found.contradicting.len(),
             log.file(),
@@ -181,6 +236,13 @@ fn verified(found: &Verification, log: &LengthsFile) -> String {
         ),
         _ => format!("no pose of {} can be checked", log.file()),
     };
+    match (found.agrees, found.limit_mm) {
+        (Some(true), _) => text += "; they agree with the result",
+        (Some(false), Some(limit)) => {
+            text += &format!("; they contradict the result: {} mm at most is expected", small(limit))
+        }
+        _ => {}
+    }
     if let Some(first) = found.contradicting.first() {
         let count = found.contradicting.len();
         text += &format!("; {count} contradict the centre altogether, the first is {}", pose(*first, log));

@@ -66,7 +66,7 @@ pub struct Options {
 
     /// The wearer's joint centre moves with the arm, as that of the person with this number does (regressions of de Groot
     /// and Brand 2001). Prints how far off the path is that the board has found.
-    #[arg(long, value_name = "PERSON", conflicts_with = "zero_error")]
+    #[arg(long, value_name = "PERSON", conflicts_with = "zero_error", value_parser = person)]
     pub shoulder: Option<u64>,
 
     /// How much of the shoulder blade's motion the base makes: 0 worn on the thorax, 1 on the shoulder blade.
@@ -175,6 +175,10 @@ fn share(text: &str) -> Result<f64, String> {
     number(text, 0.0, 1.0, "of the motion")
 }
 
+fn person(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| "a person is a whole number, as 3: every number is another one".into())
+}
+
 /// A tilt in degrees that the cables could follow.
 fn tilt(text: &str) -> Result<f64, String> {
     number(text, 0.0, 75.0, "degrees")
@@ -229,9 +233,12 @@ mod tests {
             ["--rig-error", "1000"],
             ["--pulley", "-5"],
             ["--seed", "x"],
+            ["--shoulder", "Anna"],
         ] {
             let message = parse(&bad).unwrap_err().to_string();
             assert!(message.contains(bad[0]), "{message}");
         }
+        let nobody = parse(&["--shoulder", "2.5"]).unwrap_err().to_string();
+        assert!(nobody.contains("a person is a whole number"), "{nobody}");
     }
 }

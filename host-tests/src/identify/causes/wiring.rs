@@ -1,8 +1,9 @@
 //! Explanations that leave no fit to compare: an encoder that stands still, exchanged cables, an encoder that began anew.
 
 use super::all_poses_fit::{AllPosesFit, Freedom};
-use super::{Cause, CauseKind};
+use super::{Cause, CauseKind, MAX_SCATTER_MM};
 use crate::estimation::estimate;
+use glenoid::identification::joint::MIN_MOVING_POSES;
 use glenoid::identification::pivot_calibration::PivotCalibration;
 use glenoid::identification::statistics::{FALSE_ALARM, chi_square_quantile};
 use glenoid::identification::{EstimatorSettings, JointChoice, Machine, Noise};
@@ -48,19 +49,32 @@ pub fn exchanged(machine: &Machine<f64>, lengths: &[CableLengths<f64>], noise_mm
         .filter(|(distance_mm, _)| distance_mm.is_finite())
         .collect();
     rated.sort_by(|one, other| one.0.total_cmp(&other.0));
-    let (distance_mm, pair) = *rated.first()?;
-    let (a, b) = pair?;
-    if rated.get(1).is_some_and(|next| distance_mm > CLEARLY_BETTER * next.0) {
-        return None;
+    let (distance_mm, _) = *rated.first()?;
+    let is_clear = rated.get(1).is_none_or(|next| distance_mm <= CLEARLY_BETTER * next.0);
+    if is_clear {
+        let (a, b) = rated.first()?.1?;
+        return Some(Cause { explains: has_a_joint(machine, &swapped((a, b)), noise_mm), ..exchange(a, b) });
     }
-    let still = Freedom { scatters: false, moves: false };
-    let fit = AllPosesFit::new(machine, &swapped((a, b)), noise_mm, still)?;
-    Some(Cause {
-        cable: Some(a as u8 + 1),
-        other_cable: Some(b as u8 + 1),
-        explains: fit.chi_square <= chi_square_quantile(fit.freedom, FALSE_ALARM),
-        ..Cause::of(CauseKind::ExchangedCables)
-    })
+    // Distances do not tell: a centre that moves is off the common one as well. Then it is the only one with a joint.
+    let as_it_is = has_a_joint(machine, lengths, noise_mm);
+    let mut with_a_joint =
+        rated.iter().filter_map(|(_, pair)| *pair).filter(|pair| has_a_joint(machine, &swapped(*pair), noise_mm));
+    match (as_it_is, with_a_joint.next(), with_a_joint.next()) {
+        (false, Some((a, b)), None) => Some(Cause { explains: true, ..exchange(a, b) }),
+        _ => None,
+    }
+}
+
+fn exchange(a: usize, b: usize) -> Cause {
+    Cause { cable: Some(a as u8 + 1), other_cable: Some(b as u8 + 1), ..Cause::of(CauseKind::ExchangedCables) }
+}
+
+/// Do the poses have a joint: a ball to within the noise, or one that scatters or moves no more than a living one?
+fn has_a_joint(machine: &Machine<f64>, lengths: &[CableLengths<f64>], noise_mm: f64) -> bool {
+    let fit = |scatters, moves| AllPosesFit::new(machine, lengths, noise_mm, Freedom { scatters, moves });
+    let may_move = lengths.len() >= MIN_MOVING_POSES;
+    fit(false, false).is_some_and(|fit| fit.chi_square <= chi_square_quantile(fit.freedom, FALSE_ALARM))
+        || fit(true, may_move).is_some_and(|fit| fit.scatter_mm < MAX_SCATTER_MM)
 }
 
 /// Median distance of the poses' own centres from the common one, each pose placed by itself, mm. Infinite when too few

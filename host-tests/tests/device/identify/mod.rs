@@ -11,3 +11,4 @@ mod hinge;
 mod log_shapes;
 mod recorded;
 mod refused;
+mod two_phases;

@@ -1,6 +1,6 @@
 //! Logs as a rehabilitator would record them, from arms that are turned and measured, never from the solver.
 
-use nalgebra::{Rotation3, Vector3};
+use nalgebra::{Matrix3, Rotation3, Vector3};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -44,6 +44,33 @@ pub fn wandering(seed: u64, poses: usize, noise_mm: f64, amplitude_mm: f64) -> L
             lengths(centre_mm, arm).map(|length| length + random.random_range(-1.0..=1.0) * noise_mm)
         })
         .collect()
+}
+
+/// From a shoulder whose centre moves with the arm's direction by `share` of 12 mm or so, and scatters by 0.35 mm or so.
+pub fn moving(seed: u64, poses: usize, tilt_deg: f64, share: f64) -> Log {
+    let motion = Matrix3::new(8.0, 20.0, 0.0, -10.0, 12.0, 5.0, 0.0, 25.0, 10.0) * share;
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    (0..poses)
+        .map(|_| {
+            let azimuth = random.random_range(0.0..std::f64::consts::TAU);
+            let tilt = random.random_range(0.0..=tilt_deg).to_radians();
+            let torsion = random.random_range(-30f64..=30.0).to_radians();
+            let arm = Rotation3::new(Vector3::new(azimuth.cos(), azimuth.sin(), 0.0) * tilt)
+                * Rotation3::new(Vector3::z() * torsion);
+            let scatter = Vector3::from_fn(|_, _| random.random_range(-0.6..=0.6));
+            let centre_mm = Vector3::from(CENTRE_MM) + motion * (arm * Vector3::z() - Vector3::z()) + scatter;
+            lengths(centre_mm.into(), arm).map(|length| length + random.random_range(-0.1..=0.1))
+        })
+        .collect()
+}
+
+/// The same log with two cables (from 0) exchanged.
+pub fn exchanged(log: Log, one: usize, other: usize) -> Log {
+    let exchange = |mut row: [f64; 6]| {
+        row.swap(one, other);
+        row
+    };
+    log.into_iter().map(exchange).collect()
 }
 
 /// The same log from encoders that read `zeros_mm` too much.
