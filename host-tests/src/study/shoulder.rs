@@ -1,5 +1,6 @@
 //! Shoulders whose centre moves: how good is the path, is its bar true, what do methods for a ball make of it?
 
+mod askew;
 mod figures;
 mod look_alikes;
 mod outcome;
@@ -43,6 +44,8 @@ struct Sets {
     tilt_deg: f64,
     poses: usize,
     trouble: Trouble,
+    /// How far cuffs are askew to the arm, 1σ about each axis.
+    askew_deg: f64,
 }
 
 /// What was found of one set.
@@ -55,21 +58,12 @@ struct Outcome {
 const METHODS: [(&str, Fixed); 4] =
     [("ball", Fixed::Ball), ("paper", Fixed::Paper), ("SCoRE", Fixed::Score), ("sphere fit", Fixed::Sphere)];
 
+/// Columns of the tables of paths.
+const COLUMNS: [&str; 11] =
+    ["machine", "base", "poses", "phases", "accepted", "path", "across", "end-points", "live", "99 % covers", "wrong"];
+
 fn run(plan: &Plan) -> Result<Findings, Problem> {
-    let columns = [
-        "machine",
-        "base",
-        "poses",
-        "phases",
-        "accepted",
-        "path",
-        "across",
-        "end-points",
-        "live",
-        "99 % covers",
-        "wrong",
-    ];
-    let mut table = Table::new("shoulder", "Path of the centre in poses that identified nothing, mm rms", &columns);
+    let mut table = Table::new("shoulder", "Path of the centre in poses that identified nothing, mm rms", &COLUMNS);
     let fixed_columns = ["base", "ball", "paper", "SCoRE", "sphere fit"];
     let mut fixed = Table::new("shoulder-fixed", "A fixed centre against the moving one, 60 poses", &fixed_columns);
     let (mut targets, mut remarks) = (Vec::new(), Vec::new());
@@ -79,7 +73,8 @@ fn run(plan: &Plan) -> Result<Findings, Problem> {
             let mut all = Vec::new();
             for (index, (base, follow)) in WORN.into_iter().enumerate() {
                 let of_tilt = |tilt_deg| {
-                    sets(plan, &Sets { machine: tolerance, follow, tilt_deg, poses, trouble: Trouble::None })
+                    let trouble = Trouble::None;
+                    sets(plan, &Sets { machine: tolerance, follow, tilt_deg, poses, trouble, askew_deg: 0.0 })
                 };
                 let outcomes: Vec<Outcome> = TILTS_DEG.into_iter().flat_map(of_tilt).collect();
                 for (phases, paths) in by_phases(&outcomes) {
@@ -106,6 +101,8 @@ fn run(plan: &Plan) -> Result<Findings, Problem> {
             }
         }
     }
+    let (askew, of_askew) = askew::cuffs(plan);
+    targets.extend(of_askew);
     let (troubles, of_troubles) = look_alikes::troubles(plan);
     let (machines, of_machines) = look_alikes::machines(plan);
     targets.extend(of_troubles);
@@ -122,7 +119,7 @@ fn run(plan: &Plan) -> Result<Findings, Problem> {
     remarks.dedup();
     Ok(Findings {
         method: METHOD.to_owned(),
-        tables: vec![table, fixed, troubles, machines],
+        tables: vec![table, askew, fixed, troubles, machines],
         targets,
         figures: vec![("shoulder", Box::new(chart))],
         remarks,
@@ -157,11 +154,12 @@ fn limits(machine: &str, base: &str, poses: usize, phases: usize) -> Option<Limi
 
 /// One set a trial: the person is the trial's number under the plan's seed.
 fn sets(plan: &Plan, of: &Sets) -> Vec<Outcome> {
-    let Sets { machine, follow, tilt_deg, poses, trouble } = *of;
+    let Sets { machine, follow, tilt_deg, poses, trouble, askew_deg } = *of;
     let name = format!("shoulder {follow} {tilt_deg} {poses} {trouble:?} {}", machine.base_mm);
     let outcomes = trials::run(plan.seed, &name, plan.trials, |trial, mut random| {
         let built = BuiltMachine::random(&mut random, &machine, machine).ok()?;
         let person = Person::new(built, plan.seed * 1_000_000 + trial, follow, tilt_deg, &mut random);
+        let person = if askew_deg > 0.0 { person.with_cuff_askew(askew_deg, &mut random) } else { person };
         let free = person.free(poses, trouble, &mut random);
         let held = person.held(HELD_POSES, &mut random);
         let unlike = if trouble == Trouble::Ball { Trouble::Ball } else { Trouble::None };

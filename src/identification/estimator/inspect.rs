@@ -267,10 +267,12 @@ impl<T: Real> Inspect<T> {
         persistence(self.of_neighbours_mm2 / self.residual.trace().max(T::default_epsilon()))
     }
 
-    /// 1σ of the path from the sum of its variances by the fit, with what the model does not explain.
+    /// 1σ of the path from the sum of its variances by the fit, with what the model does not explain and an arm that may lie askew
+    /// to the platform, both in the two axes across the arm.
     fn sigma_mm(&self, fit: &Fit<T>, variances_mm2: T) -> T {
         let mean = variances_mm2 / T::of_integer(self.seen as i32);
-        non_negative_root(mean * fit.joint.variance_factor() + fit.joint.lack_of_fit_mm2())
+        let not_explained = fit.joint.lack_of_fit_mm2() + fit.joint.askew_mm2() * T::of(2.0);
+        non_negative_root(mean * fit.joint.variance_factor() + not_explained)
     }
 
     fn refusal(&self, fit: &Fit<T>) -> Option<Refusal> {

@@ -117,7 +117,8 @@ impl<T: Real> Acceptance<T> {
                 Accepted::Moving => fit.joint.variance_factor(),
             };
             let variance = sigma_noise_mm * sigma_noise_mm * widened;
-            let covariances = [self.covariance * variance, self.of_shape.covariance_mm2 * variance];
+            let askew = fit.joint.askew_covariance_of_centre_mm2();
+            let covariances = [self.covariance * variance + askew, self.of_shape.covariance_mm2 * variance];
             fit.write_result(machine, poses, &covariances, noise_mm);
             if machine.first_offset().is_some() {
                 fit.result.offset_sigmas_mm = self.offset_sigmas.map(|sigma| sigma * sigma_noise_mm);

@@ -147,15 +147,18 @@ impl<T: Real> Estimator<T> {
         let rotation = &seen.rotation;
         let centre = fit.joint.centre_at(&fit.centre, rotation).in_base_mm;
         let (lack_of_fit, factor) = (fit.joint.lack_of_fit_mm2(), fit.joint.variance_factor());
+        let askew = fit.joint.askew_covariance_mm2(rotation);
         let of_pose = inverse_of_positive_definite(&seen.unscattered, rounding())?;
         let variance = fit.result_variance_mm2() * machine.relative_variance(pose.samples);
         Some(CentrePrediction {
             predicted_mm: centre,
             predicted_covariance_mm2: fit.covariance_of(&fit.path_rows(rotation)) * factor
-                + Matrix3::from_diagonal_element(lack_of_fit),
+                + Matrix3::from_diagonal_element(lack_of_fit)
+                + askew,
             live_mm: centre + seen.own_centre_mm,
             live_covariance_mm2: of_pose * variance
-                + fit.covariance_of(&fit.live_rows(&seen, &fit.sensitivity(machine, &seen))?) * factor,
+                + fit.covariance_of(&fit.live_rows(&seen, &fit.sensitivity(machine, &seen))?) * factor
+                + askew,
         })
     }
 }

@@ -19,7 +19,7 @@ use super::parameters::{CentreFeatures, Equations, MAX_FEATURES};
 use crate::kinematics::rotation::{rotation_of, turned};
 use crate::kinematics::{AttitudeSolver, CableLengths, CableSet, Geometry, JointCentre, LengthJacobian};
 use crate::scalar::Real;
-use nalgebra::{Matrix3, UnitQuaternion};
+use nalgebra::{Matrix3, Matrix6, UnitQuaternion, Vector3};
 
 /// The model of the joint that is being estimated.
 #[derive(Clone, Debug, PartialEq)]
@@ -119,6 +119,38 @@ impl<T: Real> Joint<T> {
         match self {
             Self::Ball | Self::Held(_) => T::zero(),
             Self::Moving(moving) => moving.lack_of_fit_mm2(),
+        }
+    }
+
+    /// Covariance of the centre in {B} for an arm that may lie askew to the platform's normal, mm², in a pose with this rotation:
+    /// across the arm. The same rotation brings a joint centre in the platform that is off by as much, so no length shows it. 0
+    /// for a ball.
+    pub fn askew_covariance_mm2(&self, rotation: &Matrix3<T>) -> Matrix3<T> {
+        let variance = self.askew_mm2();
+        rotation * Matrix3::from_diagonal(&Vector3::new(variance, variance, T::zero())) * rotation.transpose()
+    }
+
+    /// The same of O at the arm's mean direction and C together, mm²: both move, and the lengths stay.
+    pub fn askew_covariance_of_centre_mm2(&self) -> Matrix6<T> {
+        let mut covariance = Matrix6::zeros();
+        if let Self::Moving(moving) = self {
+            let mean = moving.frame.mean();
+            let variance = moving.askew_mm2();
+            let in_platform = Matrix3::from_diagonal(&Vector3::new(variance, variance, T::zero()));
+            let mixed = mean * in_platform;
+            covariance.fixed_view_mut::<3, 3>(0, 0).copy_from(&(mixed * mean.transpose()));
+            covariance.fixed_view_mut::<3, 3>(0, 3).copy_from(&mixed);
+            covariance.fixed_view_mut::<3, 3>(3, 0).copy_from(&mixed.transpose());
+            covariance.fixed_view_mut::<3, 3>(3, 3).copy_from(&in_platform);
+        }
+        covariance
+    }
+
+    /// Variance of that along each axis across the arm, mm².
+    pub fn askew_mm2(&self) -> T {
+        match self {
+            Self::Ball | Self::Held(_) => T::zero(),
+            Self::Moving(moving) => moving.askew_mm2(),
         }
     }
 

@@ -1,7 +1,7 @@
 //! A set of poses of a shoulder whose centre moves, and what is true of it.
 
 use super::super::built::{BuiltMachine, NOISE_MM, Worn};
-use super::super::scene::{symmetric, symmetric_vector, tilted};
+use super::super::scene::{normal, symmetric, symmetric_vector, tilted};
 use crate::anatomy::Shoulder;
 use crate::wearer::rotation;
 use glenoid::kinematics::CableLengths;
@@ -53,12 +53,22 @@ pub struct Person {
     worn: Worn,
     shoulder: Shoulder,
     tilt_deg: f64,
+    /// How the platform stands on the arm.
+    askew: Rotation3<f64>,
 }
 
 impl Person {
     /// A person by number, with the centre up to 20 mm and the cuff up to 10 mm off along each axis.
     pub fn new(machine: BuiltMachine, person: u64, follow: f64, tilt_deg: f64, random: &mut impl Rng) -> Self {
-        Self { worn: machine.worn(random, 20.0), machine, shoulder: Shoulder::new(person, follow), tilt_deg }
+        let worn = machine.worn(random, 20.0);
+        Self { worn, machine, shoulder: Shoulder::new(person, follow), tilt_deg, askew: Rotation3::identity() }
+    }
+
+    /// The same person with the cuff askew, so that the arm's direction is not the platform's normal: normal errors about each
+    /// axis across the arm, degrees.
+    pub fn with_cuff_askew(self, sigma_deg: f64, random: &mut impl Rng) -> Self {
+        let mut angle = || normal(random) * sigma_deg.to_radians();
+        Self { askew: Rotation3::new(Vector3::new(angle(), angle(), 0.0)), ..self }
     }
 
     /// Free poses.
@@ -107,16 +117,16 @@ impl Person {
         slide_mm: &Vector3<f64>,
         noise_mm: &[f64; CABLES],
     ) -> Posed {
-        let machine = &self.machine;
+        let (machine, platform) = (&self.machine, arm * self.askew);
         let slid_mm = centre_mm + slide_mm;
-        let readings = machine.without_noise(&self.worn.end_points_mm(&slid_mm, arm));
+        let readings = machine.without_noise(&self.worn.end_points_mm(&slid_mm, &platform));
         let in_base = |point: Vector3<f64>| machine.in_base_mm(&point);
         Posed {
             lengths_mm: std::array::from_fn(|cable| readings[cable] + noise_mm[cable]),
             along: (in_base(arm * Vector3::z()) - in_base(Vector3::zeros())),
             centre_mm: in_base(*centre_mm),
             slid_mm: in_base(slid_mm),
-            ends_mm: self.worn.end_points_mm(centre_mm, arm).map(in_base),
+            ends_mm: self.worn.end_points_mm(centre_mm, &platform).map(in_base),
         }
     }
 }
