@@ -25,7 +25,9 @@ pub mod units;
 pub mod verification;
 pub mod wording;
 
-use glenoid::identification::{DEFAULT_CAPACITY, JointChoice};
+use glenoid::identification::joint::MAX_JOINT;
+use glenoid::identification::parameters::{CENTRE_UNKNOWNS, MAX_UNKNOWNS};
+use glenoid::identification::{DEFAULT_CAPACITY, JointChoice, Machine};
 use glenoid::rig::Rig;
 use std::path::{Path, PathBuf};
 
@@ -159,6 +161,7 @@ fn setting(request: &Request, machine: &RigFile, rows: usize) -> Setting {
         precision: request.precision,
         zero_prior_mm: request.zero_prior_mm.filter(|_| full),
         joint: request.joint,
+        has_no_room_for_motion: Machine::new(&machine.rig).parameters() + MAX_JOINT + CENTRE_UNKNOWNS > MAX_UNKNOWNS,
         start: (!full).then(|| start(request, machine)),
         given_noise_mm: request.noise_mm.or(stated_noise_mm).filter(|_| full),
         expected_noise_mm,

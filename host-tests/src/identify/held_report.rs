@@ -27,6 +27,7 @@ pub fn reason(refusal: &RefusalDetail, held: &HeldReport) -> Option<&'static str
     match refusal {
         RefusalDetail::TooFewPoses { .. } => Some("too few poses with the shoulder blade held"),
         RefusalDetail::IterationCap | RefusalDetail::Singular => Some("the held poses have no common centre"),
+        RefusalDetail::TooManyOutliers { .. } => Some("too many of the held poses contradict the others"),
         _ => None,
     }
 }

@@ -120,6 +120,12 @@ pub fn remedy(report: &Report, refusal: &RefusalDetail) -> String {
         RefusalDetail::CentreNotFixed { .. } if report.setting.joint == JointChoice::Ball => {
             format!("Leave out --joint ball: from 18 poses on a centre that moves with the arm is found. Or something is loose: tighten the straps. {noise}")
         }
+        RefusalDetail::CentreNotFixed { .. } if report.setting.has_no_room_for_motion => {
+            "A centre that moves was not tried: the rig's [tolerance] leaves more than 18 constants of the machine unknown, as \
+             base and edges of a [[cable]] each do. State those as known (0, or leave them out), and better home the encoders. \
+             Or something is loose: tighten the straps."
+                .to_owned()
+        }
         RefusalDetail::CentreNotFixed { .. } if report.setting.rows_used.count >= MIN_MOVING_POSES => {
             format!(
                 "A centre that moves with the arm does not explain the poses either. Look for slack cables, misread \

@@ -84,6 +84,9 @@ pub struct Setting {
     /// Which models of the joint are tried.
     #[serde(skip)]
     pub joint: JointChoice,
+    /// The machine has so many unknown constants that there is no room for those of a centre that moves.
+    #[serde(skip)]
+    pub has_no_room_for_motion: bool,
     /// Where the paper's method begins. The full one has no start.
     pub start: Option<Start>,
     /// Noise of a cable length that was given, 1σ, mm; otherwise it is estimated from the residuals.

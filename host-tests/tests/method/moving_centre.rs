@@ -203,3 +203,24 @@ fn a_held_phase_that_was_not_held_or_is_of_another_wearing_is_named() {
         assert!(matches!(found, Err(Refusal::HeldOfAnotherWearing { .. })), "{seed}: {found:?}");
     }
 }
+
+/// Held poses of which three are misread have no scatter on which the passes would settle.
+#[test]
+fn held_poses_that_contradict_the_others_are_too_many_outliers() {
+    let rig = library::rig::<f64>(&shoulder());
+    let (machine, settings) = (Machine::new(&rig), EstimatorSettings::for_rig(&rig));
+    for seed in 0..8 {
+        let mut rng = rng(4790 + seed);
+        let person = Shoulder::new(seed, 0.0);
+        let still = within_reach(&person, sweep(&mut rng, 24, 30.0, 30.0));
+        let moved = |arm: &Rotation3<f64>| Shoulder::new(seed, 0.0).displacement_mm(arm) * 0.1;
+        let mut held = readings(&mut rng, &shoulder(), &still, moved, SLIDE_MM);
+        // Of twenty, at most two may be left out.
+        held.truncate(20);
+        for (pose, cable) in [(1, 0), (4, 3), (12, 5)] {
+            held[pose][cable] += 25.0;
+        }
+        let found = held_phase::identify(&machine, &rig, settings, library::as_poses(&held));
+        assert!(matches!(found, Err(Refusal::TooManyOutliers { .. })), "{seed}: {found:?}");
+    }
+}

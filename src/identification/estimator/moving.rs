@@ -40,14 +40,10 @@ impl<T: Real> Fit<T> {
     }
 }
 
-/// Scatter of held poses along an axis beyond which the shoulder blade was not held, mm. With a tenth of the blade's
-/// motion left it is 0.36 to 0.85 mm, with half of it 0.8 to 2.5 mm.
-const MAX_HELD_SCATTER_MM: f64 = 1.0;
-
 impl<T: Real> Fit<T> {
     /// Accepts held poses with a common centre.
     fn judge_held(&self, scatter_mm: T) -> Next<T> {
-        if scatter_mm > T::of(MAX_HELD_SCATTER_MM) {
+        if !self.joint.is_held_still() {
             return Next::Done(Err(Refusal::NotHeld { scatter_mm: scatter_mm.to_f32() }));
         }
         Next::Check(Accepted::Moving)
@@ -87,6 +83,10 @@ impl<T: Real> Plan<T> {
         let is_too_many = left_out > (poses.len() / MAX_LEFT_OUT).max(1);
         let is_stable = settled && change < T::of(SETTLED_SCATTER) && self.is_selection_stable(fit);
         match self.weights {
+            Weights::Inliers(_) if is_too_many && self.passes > 2 && fit.joint.is_held_still() => {
+                let (rejected, poses) = (left_out as u32, poses.len() as u32);
+                Next::Done(Err(Refusal::TooManyOutliers { rejected, poses }))
+            }
             Weights::Inliers(_) if is_too_many && self.passes > 2 => {
                 // It is not a few poses: fit all of them, and let the scatter show it.
                 Next::Refine(Self::new(fit, Weights::Equal, true).after(MEDIAN_PASSES))

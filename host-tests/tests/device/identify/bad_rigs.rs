@@ -132,7 +132,7 @@ fn a_rig_of_another_make_is_solved() {
 }
 
 /// The shoulder in six `[[cable]]` tables; `more` is added to the one with this number.
-fn six_cables(number: usize, more: &str) -> String {
+pub fn six_cables(number: usize, more: &str) -> String {
     let points = ["150, 0, 0", "-75, 129.9, 0", "-75, -129.9, 0"];
     let ends = ["51.5, 89.2, 96", "-103, 0, 96", "51.5, -89.2, 96"];
     let base = [0, 1, 1, 2, 2, 0];

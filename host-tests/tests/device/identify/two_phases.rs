@@ -1,5 +1,6 @@
 //! A shoulder whose centre moves, in one phase and in two: what is said of it, and of logs that do not belong together.
 
+use super::bad_rigs::six_cables;
 use super::command::{Desk, Ran};
 use super::recorded::{Log, csv, exchanged, moving, not_homed, shoulder};
 use serde_json::json;
@@ -150,4 +151,19 @@ fn a_centre_that_moves_on_a_machine_that_was_not_homed() {
     // The same option is no remedy for a ball.
     let ball = desk.put("ball.csv", csv(&not_homed(shoulder(4, 60, 0.1), zeros))).identify("ball.csv --zeros");
     assert_eq!(ball.code, Some(0), "{ball:?}");
+}
+
+/// With ends of its own for every cable, all of them uncertain, there are more unknowns than there is room for.
+#[test]
+fn a_machine_with_too_many_unknown_constants_says_which_are_to_be_known() {
+    let desk = desk("six_ends");
+    for (tolerance, code, said) in [
+        ("base = 0.5\nedges = 0.5", 2, "A centre that moves was not tried"),
+        ("zero = 0.3\ndrum = 0.001", 0, "a centre that moves with the arm"),
+    ] {
+        desk.put("rig.toml", format!("[tolerance]\n{tolerance}\n{}", six_cables(0, "")));
+        let ran = desk.identify(&format!("free.csv {NOISE} --rig rig.toml"));
+        assert_eq!(ran.code, Some(code), "{ran:?}");
+        assert!(ran.words().contains(said), "{said}: {ran:?}");
+    }
 }
