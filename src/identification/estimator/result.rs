@@ -50,6 +50,8 @@ pub(super) struct Acceptance<T> {
     in_shape: usize,
     /// The covariances of the next one are being computed.
     has_begun_shape: bool,
+    /// Of O and C as it is reported, mm².
+    reported_mm2: Option<Matrix6<T>>,
     /// The result is written.
     is_written: bool,
 }
@@ -68,6 +70,7 @@ impl<T: Real> Acceptance<T> {
             of_shape: ShapeShare::none(),
             in_shape: 0,
             has_begun_shape: false,
+            reported_mm2: None,
             is_written: false,
         }
     }
@@ -111,15 +114,17 @@ impl<T: Real> Acceptance<T> {
             }
             return None;
         }
+        let widened = match self.of {
+            Accepted::Ball { .. } => T::one(),
+            Accepted::Moving => fit.joint.variance_factor(),
+        };
+        let variance = sigma_noise_mm * sigma_noise_mm * widened;
+        let Some(reported_mm2) = self.reported_mm2 else {
+            self.reported_mm2 = Some(self.covariance * variance + fit.joint.askew_covariance_of_centre_mm2());
+            return None;
+        };
         if !self.is_written {
-            let widened = match self.of {
-                Accepted::Ball { .. } => T::one(),
-                Accepted::Moving => fit.joint.variance_factor(),
-            };
-            let variance = sigma_noise_mm * sigma_noise_mm * widened;
-            let askew = fit.joint.askew_covariance_of_centre_mm2();
-            let covariances = [self.covariance * variance + askew, self.of_shape.covariance_mm2 * variance];
-            fit.write_result(machine, poses, &covariances, noise_mm);
+            fit.write_result(machine, poses, &[reported_mm2, self.of_shape.covariance_mm2 * variance], noise_mm);
             if machine.first_offset().is_some() {
                 fit.result.offset_sigmas_mm = self.offset_sigmas.map(|sigma| sigma * sigma_noise_mm);
             }
