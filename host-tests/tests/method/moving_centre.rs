@@ -224,3 +224,35 @@ fn held_poses_that_contradict_the_others_are_too_many_outliers() {
         assert!(matches!(found, Err(Refusal::TooManyOutliers { .. })), "{seed}: {found:?}");
     }
 }
+
+/// A cuff that sits askew: the arm's direction is not the platform's normal, and no length shows it. The 99 % region holds the
+/// centre all the same.
+#[test]
+fn the_bar_holds_for_a_cuff_that_sits_askew() {
+    let rig = library::rig::<f64>(&shoulder());
+    let machine = Machine::new(&rig);
+    let (mut covered, mut poses) = (0, 0);
+    for seed in 0..24 {
+        let mut rng = rng(4810 + seed);
+        let person = Shoulder::new(seed, 0.0);
+        let azimuth = rng.random_range(0.0..std::f64::consts::TAU);
+        let cuff = Rotation3::new(Vector3::new(azimuth.cos(), azimuth.sin(), 0.0) * 8_f64.to_radians());
+        let arms = within_reach(&person, sweep(&mut rng, 80, 45.0, 30.0));
+        let platforms: Vec<_> = arms.iter().map(|arm| arm * cuff).collect();
+        let moved = |platform: &Rotation3<f64>| person.displacement_mm(&(platform * cuff.inverse()));
+        let lengths = readings(&mut rng, &shoulder(), &platforms, moved, SLIDE_MM);
+        let estimation = by_the_data(&shoulder(), &lengths);
+        if estimation.outcome.is_err() {
+            continue;
+        }
+        for (platform, pose) in platforms.iter().zip(library::as_poses(&lengths)) {
+            let prediction = estimation.estimator.predict(&machine, &pose).expect("a prediction");
+            let error = prediction.predicted_mm - shoulder().centre_mm - moved(platform);
+            let inverse = prediction.predicted_covariance_mm2.try_inverse().expect("a covariance");
+            poses += 1;
+            covered += i32::from(error.dot(&(inverse * error)) < 11.345);
+        }
+    }
+    let share = f64::from(covered) / f64::from(poses);
+    assert!(poses > 1000 && share > 0.97, "{share} of {poses} poses");
+}
