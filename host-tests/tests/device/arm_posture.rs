@@ -127,7 +127,8 @@ fn a_shoulder_whose_centre_moves_is_named() {
 #[test]
 fn the_arm_of_the_document_is_found() {
     let document = include_str!("../../../docs/commands.md");
-    let arm = document.split("```toml").nth(1).unwrap().split("```").next().unwrap();
+    let section = document.split("## A whole arm").nth(1).unwrap();
+    let arm = section.split("```toml").nth(1).unwrap().split("```").next().unwrap();
     let scene = Scene::new("arm_document", 1, 120.0);
     let ran = scene.run(arm, "--json");
     assert_eq!(ran.code, Some(0), "{ran:?}");
