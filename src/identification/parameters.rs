@@ -17,7 +17,7 @@ use nalgebra::{Matrix3, Vector3};
 /// its own for every cable.
 const MAX_PARAMETERS: usize = 42;
 /// Maximum number of constants of a machine.
-const MAX_CONSTANTS: usize = 36;
+pub const MAX_CONSTANTS: usize = 36;
 /// Maximum number of features of a rotation with which a joint centre moves.
 pub const MAX_FEATURES: usize = 8;
 /// Maximum number of unknowns.

@@ -83,11 +83,11 @@ enum Step<T> {
     Columns,
     /// What its equations share with the constants and C is whitened. With S of the pose.
     Shared(Matrix3<T>),
-    /// What the centre that is predicted in it hangs on is to be whitened.
+    /// How the predicted centre depends on the unknowns goes to work.
     BeginPath(Matrix3<T>),
-    /// It is.
+    /// It is whitened.
     Path(Matrix3<T>),
-    /// Times S it is what they share with the gains and O.
+    /// Times S it is what the pose's equations share with the gains and O.
     SharedByPath(Matrix3<T>),
     /// The split before it: its equations without the other unknowns, up to this row.
     Split(NormalEquations<T, 6, 21>, usize),
@@ -131,6 +131,7 @@ impl<T: Real> Inspect<T> {
             }
             Step::Columns if !fit.add_columns(machine) => Step::Columns,
             Step::Columns => {
+                // It is there: it went to work in the step before.
                 let in_work = fit.scratch.pose()?;
                 let (information, rows) = (*in_work.information(), in_work.sensitivity_beside_path());
                 fit.scratch.put_rows(&rows);

@@ -1,8 +1,8 @@
 //! The parameters beside O and C in one block: first the machine's, then the joint's.
 
 use crate::identification::joint::Joint;
-use crate::identification::machine::{Machine, MachineEstimate};
-use crate::identification::parameters::{CentreFeatures, Column, Equations, ParameterBlock, PoseAt};
+use crate::identification::machine::{MAX_MACHINE, Machine, MachineEstimate};
+use crate::identification::parameters::{CentreFeatures, Column, Equations, MAX_CONSTANTS, ParameterBlock, PoseAt};
 use crate::scalar::Real;
 use nalgebra::Matrix3;
 
@@ -19,6 +19,7 @@ pub struct Model<'a, T: Real> {
 
 impl<T: Real> ParameterBlock<T> for Model<'_, T> {
     fn constants(&self) -> usize {
+        const { assert!(MAX_MACHINE <= MAX_CONSTANTS) };
         self.estimate.count()
     }
 
