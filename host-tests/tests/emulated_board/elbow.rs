@@ -1,5 +1,6 @@
 //! An elbow on the emulated board: told of its rig by parameters, calibrated, switched off and on.
 
+use crate::scene::last_report;
 use glenoid::can::hinge::JointKind;
 use glenoid::can::report::RawLength;
 use glenoid::can::status::Answer;
@@ -196,9 +197,15 @@ impl Scene {
     fn live(&mut self) -> Result<Vec<Message>, Failed> {
         self.heard.clear();
         self.command(Opcode::Query, 0)?;
-        self.wait("name of the hinge in use", |m| matches!(m, Message::LiveNaming(_)).then_some(()))?;
-        let is_live = |m: &&Message| matches!(m, Message::LiveHingeAxis(_) | Message::LiveHingePlace(_));
-        Ok(self.heard.iter().filter(is_live).copied().collect())
+        for _ in 0..PATIENCE_MS / PERIOD_MS {
+            let report = last_report(&self.heard);
+            if report.iter().any(|m| matches!(m, Message::LiveNaming(_))) {
+                let is_live = |m: &&Message| matches!(m, Message::LiveHingeAxis(_) | Message::LiveHingePlace(_));
+                return Ok(report.iter().filter(is_live).copied().collect());
+            }
+            self.sample()?;
+        }
+        Err("the board never names the hinge in use".into())
     }
 }
 

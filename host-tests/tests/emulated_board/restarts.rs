@@ -21,7 +21,7 @@ use host_tests::rehearse::KnownMachine;
 use libtest_mimic::Failed;
 
 use crate::PATIENCE;
-use crate::scene::Scene;
+use crate::scene::{Scene, last_report};
 
 /// A file for a record, removed at the end.
 pub struct RecordFile(PathBuf);
@@ -69,7 +69,7 @@ pub fn live(scene: &mut Scene) -> Result<Vec<Parameter>, Failed> {
     scene.hold(300)?;
     let is_live = scene.wait("heartbeat", |m| if let Message::Heartbeat(h) = m { Some(h.flags.live) } else { None })?;
     let heard = |scene: &Scene| -> Vec<Parameter> {
-        let parameters = scene.heard.iter().filter_map(|message| match message {
+        let parameters = last_report(&scene.heard).iter().filter_map(|message| match message {
             Message::LiveCentre(p) | Message::LiveRadius(p) => Some(*p),
             _ => None,
         });

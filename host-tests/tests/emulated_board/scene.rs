@@ -219,3 +219,10 @@ impl Scene {
         Ok(answer.run_id)
     }
 }
+
+/// The last report on query among what was heard. A report begins with the versions; a query begins one that is under way
+/// anew, and what was sent of it before counts no more.
+pub fn last_report(heard: &[Message]) -> &[Message] {
+    let begins = heard.iter().rposition(|message| matches!(message, Message::Versions(_))).unwrap_or(0);
+    heard.get(begins..).unwrap_or_default()
+}
