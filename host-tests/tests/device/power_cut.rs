@@ -64,9 +64,7 @@ fn the_harness_finds_that_one_page_is_not_enough() {
 
 #[test]
 fn the_harness_finds_that_the_commit_word_is_needed() {
-    let mut tally = Tally::default();
-    (1..=40).for_each(|seed| tally += cut_everywhere::<WithoutCommit>(TornWord::Unsteady, seed));
-    assert!(tally.lost > 0, "{tally}");
+    assert!((1..=40).any(|seed| cut_everywhere::<WithoutCommit>(TornWord::Unsteady, seed).lost > 0));
 }
 
 #[test]
