@@ -1,10 +1,10 @@
 //! Capturing a pose, a step a tick: it is placed, then held against the others, then taken in or refused.
 
 use super::arm::NotReady;
-use super::commands::Reply;
 use super::outcome::PoseNotice;
 use super::phase::Phase;
 use super::reason::Reason;
+use super::reply::Reply;
 use super::state::PoseSet;
 use super::{Guidance, Procedure};
 use crate::identification::{Pose, PoseState};
@@ -50,20 +50,15 @@ impl Procedure {
     /// A capture begins when the arm comes to rest, once a rest; or on its way, far enough from the others. A notice says why it
     /// does not.
     pub(super) fn capture_by_itself(&mut self, now_ms: u32) -> Option<PoseNotice> {
-        let held = self.arm.ready(now_ms).is_ok();
-        if self.run.in_motion && !held {
+        if self.course.in_motion && self.calibration.arm.ready(now_ms).is_err() {
             self.begin_in_motion(now_ms);
             return None;
         }
-        if self.run.by_command_only || !self.run.moved || !held {
-            return None;
-        }
-        self.run.moved = false;
-        self.begin_at_rest(now_ms, Asked::Rest)
+        if self.calibration.has_come_to_rest(now_ms) { self.begin_at_rest(now_ms, Asked::Rest) } else { None }
     }
 
     fn begin_at_rest(&mut self, now_ms: u32, asked: Asked) -> Option<PoseNotice> {
-        match self.arm.pose(now_ms, &self.rig) {
+        match self.calibration.arm.pose(now_ms, &self.rig) {
             Ok(taken) => {
                 self.begin_capture(taken, asked);
                 None
@@ -74,8 +69,8 @@ impl Procedure {
 
     /// Of the pose through which the arm has just moved slowly, if there is one.
     fn begin_in_motion(&mut self, now_ms: u32) {
-        if let Some(taken) = self.arm.pose_in_motion(now_ms, &self.rig)
-            && now_ms.wrapping_sub(self.run.since_ms) >= PAUSE_IN_MOTION_MS
+        if let Some(taken) = self.calibration.arm.pose_in_motion(now_ms, &self.rig)
+            && now_ms.wrapping_sub(self.calibration.run.since_ms) >= PAUSE_IN_MOTION_MS
         {
             self.begin_capture(taken, Asked::Motion);
         }
@@ -122,38 +117,13 @@ impl Procedure {
     }
 
     fn note_pose(&mut self, now_ms: u32, outcome: Result<(), NotReady>, distance_rad: Option<f32>) -> PoseNotice {
-        let set = self.current_set();
-        self.run.refused_pose = outcome.err();
-        let NotReady { reason, cable } = outcome.err().unwrap_or(NotReady { reason: Reason::Fine, cable: 0 });
-        let taken = outcome.is_ok();
-        if taken {
-            self.run.since_ms = now_ms;
-        }
-        let guidance = match reason {
-            Reason::Fine => self.run.advice,
-            Reason::PoseTooNear | Reason::ArmMoving => Guidance::MoveFurther,
-            Reason::PosesFull => Guidance::Nothing,
-            Reason::EncoderSilent | Reason::EncoderFrozen | Reason::EncoderJumped => Guidance::CheckEncoders,
-            _ => Guidance::TightenCable,
-        };
-        let count = match set {
-            PoseSet::Identification => self.poses.count(),
-            PoseSet::HeldOut => self.held_out.count(),
-        };
-        PoseNotice {
-            set,
-            index: if taken { count.saturating_sub(1) } else { count },
-            reason,
-            cable,
-            sigma_mm: self.predicted_sigma_mm(),
-            distance_rad,
-            guidance,
-        }
+        let notice = self.calibration.note_pose(now_ms, outcome, self.pose_count(), self.course.advice);
+        PoseNotice { sigma_mm: self.predicted_sigma_mm(), distance_rad, ..notice }
     }
 
     /// What would help the first set most.
     fn advice(&self) -> Guidance {
-        match self.run.phase {
+        match self.course.phase {
             Phase::Held => match self.spread.advice() {
                 Guidance::MoveOn | Guidance::TiltMore => Guidance::HoldBlade,
                 advice => advice,
@@ -178,18 +148,18 @@ impl Procedure {
         // A pose of the second set that repeats one of the first would verify nothing.
         let distances = [self.poses.nearest_rad(pose), self.held_out.nearest_rad(pose)];
         *distance_rad = distances.into_iter().flatten().reduce(f32::min);
-        if distance_rad.is_some_and(|distance| distance < self.limits.settings().nearest_pose_rad) {
+        if distance_rad.is_some_and(|distance| distance < self.calibration.limits.settings().nearest_pose_rad) {
             return Err(refused(Reason::PoseTooNear));
         }
-        match self.current_set() {
+        match self.calibration.current_set() {
             PoseSet::Identification => {
                 self.poses.push(*pose).map_err(|_| refused(Reason::PosesFull))?;
                 self.spread.add(&pose.rotation());
-                self.run.advice = self.advice();
+                self.course.advice = self.advice();
             }
             PoseSet::HeldOut => {
                 self.held_out.push(*pose).map_err(|_| refused(Reason::PosesFull))?;
-                self.run.advice = Guidance::MoveOn;
+                self.course.advice = Guidance::MoveOn;
             }
         }
         Ok(())

@@ -34,9 +34,11 @@
 pub mod arm;
 mod assess;
 mod between_runs;
+mod calibration;
 pub mod captured;
 mod capturing;
 mod commands;
+mod course;
 pub mod elbow;
 pub mod encoders;
 pub mod guidance;
@@ -48,6 +50,7 @@ mod phase;
 pub mod plausible;
 mod progress;
 pub mod reason;
+mod reply;
 pub mod slow_motion;
 pub mod solve;
 pub mod state;
@@ -55,13 +58,13 @@ pub mod stillness;
 mod ticks;
 pub mod transition;
 
-pub use commands::Reply;
 pub use guidance::Guidance;
 pub use limits::{Limits, LimitsError, Settings};
 pub use module::{ModuleProcedure, ModuleRig};
 pub use outcome::{Candidate, Ending, PoseNotice, Verification};
 pub use plausible::Plausibility;
 pub use reason::{Band, Reason};
+pub use reply::Reply;
 pub use state::{Command, PoseSet, StateName};
 pub use transition::Trigger;
 
@@ -71,8 +74,10 @@ use crate::identification::{Identified, Machine, Pose, PredictedAccuracy};
 use crate::rig::{CABLES, Rig};
 use arm::{Arm, NotReady};
 use assess::Assessing;
+use calibration::{Calibration, State};
 use captured::Captured;
 use capturing::Capturing;
+use course::Course;
 use encoders::EncoderFault;
 use guidance::Spread;
 use phase::Phase;
@@ -82,33 +87,6 @@ use solve::{Detail, Work, is_refused_as_ball};
 pub const CAPACITY: usize = crate::identification::DEFAULT_CAPACITY;
 /// Poses that the second set has room for.
 pub const HELD_OUT_CAPACITY: usize = 32;
-
-/// A state with its data.
-// The two with a centre are larger than the others (400 bytes); there is no heap to box them on.
-#[allow(clippy::large_enum_variant)]
-#[derive(Debug, Clone)]
-enum State {
-    Idle,
-    Collecting,
-    /// The solver's workspace stands beside the state: 4.5 KiB are not moved about on the stack.
-    Identifying,
-    Verifying(Verifying),
-    Review(Candidate),
-    Failed,
-}
-
-impl State {
-    const fn name(&self) -> StateName {
-        match self {
-            Self::Idle => StateName::Idle,
-            Self::Collecting => StateName::Collecting,
-            Self::Identifying => StateName::Identifying,
-            Self::Verifying(_) => StateName::Verifying,
-            Self::Review(_) => StateName::Review,
-            Self::Failed => StateName::Failed,
-        }
-    }
-}
 
 /// The second set is being captured, or (with `judging`) laid against the centre.
 #[derive(Debug, Clone)]
@@ -127,43 +105,15 @@ struct Judging {
     chi_square: f32,
 }
 
-/// What belongs to the run as a whole.
-#[derive(Debug, Clone, Copy)]
-struct Run {
-    /// 0 before the first run.
-    id: u16,
-    by_command_only: bool,
-    /// Poses are captured while the arm moves slowly as well.
-    in_motion: bool,
-    phase: Phase,
-    /// Solver runs so far, and poses in the first set at the last of them.
-    attempts: u8,
-    attempted_poses: u8,
-    /// The arm has moved since the last automatic capture: when it rests, that is a new pose.
-    moved: bool,
-    /// Since when the time of the state runs, ms.
-    since_ms: u32,
-    advice: Guidance,
-    /// Why the solver or the second set refused, last.
-    detail: Option<Detail>,
-    /// Why the last pose was refused, if it was.
-    refused_pose: Option<NotReady>,
-}
-
 /// The procedure, with the poses of the run and the centre in use.
 #[derive(Debug, Clone)]
 pub struct Procedure {
     rig: Rig<f32>,
-    limits: Limits,
-    /// The boot that is under way, and the wearer that the next run is made for.
-    boot: u16,
-    wearer: u16,
+    calibration: Calibration<Verifying, Candidate>,
+    course: Course,
     /// How well the encoder zeros are known in the runs to come, 1σ, mm; 0 = as the rig's tolerance says.
     zero_prior_mm: f32,
-    arm: Arm,
-    state: State,
     work: Work,
-    run: Run,
     poses: Captured<CAPACITY>,
     held_out: Captured<HELD_OUT_CAPACITY>,
     spread: Spread,
@@ -177,7 +127,6 @@ pub struct Procedure {
     predicted_sigma_mm: Option<f32>,
     /// The same with ten poses more.
     sigma_with_more_mm: Option<f32>,
-    ending: Option<Ending>,
     live: Option<Candidate>,
 }
 
@@ -189,7 +138,8 @@ impl Procedure {
         let zero_prior_mm = limits.settings().zero_prior_mm;
         let machine = Machine::with_offset_prior(&rig, rig.offset_prior_mm(zero_prior_mm));
         Self {
-            arm: Arm::new(&limits),
+            calibration: Calibration::new(limits, Arm::new(&limits)),
+            course: Course::new(false, false),
             work: Work::new(&machine, &rig),
             zero_prior_mm,
             accuracy: PredictedAccuracy::new(&machine, rig.nominal()),
@@ -200,46 +150,41 @@ impl Procedure {
             predicted_sigma_mm: None,
             sigma_with_more_mm: None,
             rig,
-            limits,
-            boot: 0,
-            wearer: 0,
-            state: State::Idle,
-            run: Run::before_the_first(),
             poses: Captured::new(),
             held_out: Captured::new(),
             spread: Spread::default(),
-            ending: None,
             live: None,
         }
     }
 
     /// The limits of a run.
     pub const fn limits(&self) -> &Limits {
-        &self.limits
+        &self.calibration.limits
     }
 
     /// Looks whether a centre can be one on this rig.
     #[cfg_attr(feature = "ccm", unsafe(link_section = ".ccm_code"), allow(unsafe_code))]
     fn check_plausible(&self, identified: &Identified<f32>) -> Result<(), Detail> {
-        let limits = &self.limits.settings().plausibility;
+        let limits = &self.calibration.limits.settings().plausibility;
         limits.check(self.rig.nominal(), &identified.parameters, &identified.sigma_mm(), &identified.offsets_mm)
     }
 
     /// Poses in the first set before it can be good enough: more when the zeros must be found from them as well.
     fn enough_poses(&self) -> u8 {
-        let settings = self.limits.settings();
+        let settings = self.calibration.limits.settings();
         let of_ball = if self.zero_prior_mm > 0.0 { settings.enough_poses_with_zeros } else { settings.enough_poses };
-        self.run.phase.enough_poses(of_ball, self.moves())
+        self.course.phase.enough_poses(of_ball, self.moves())
     }
 
     /// Has the solver found that the centre moves more than a ball's?
     fn moves(&self) -> bool {
-        self.run.detail.is_some_and(|detail| is_refused_as_ball(detail.reason))
+        self.calibration.run.detail.is_some_and(|detail| is_refused_as_ball(detail.reason))
     }
 
     /// Is the shoulder blade to be held now: the first of two phases?
     pub const fn is_held_phase(&self) -> bool {
-        matches!(self.run.phase, Phase::Held) && matches!(self.state, State::Collecting | State::Identifying)
+        matches!(self.course.phase, Phase::Held)
+            && matches!(self.state(), StateName::Collecting | StateName::Identifying)
     }
 
     /// The machine as the estimator sees it.
@@ -254,32 +199,33 @@ impl Procedure {
 
     /// Takes in one sample of the six counts. Every sample counts: silence is a fault.
     pub fn sample(&mut self, now_ms: u32, counts: &[i32; CABLES]) {
-        self.arm.sample(now_ms, counts, self.rig.drum());
-        if self.arm.ready(now_ms).is_err() {
-            self.run.moved = true;
-        }
+        self.calibration.arm.sample(now_ms, counts, self.rig.drum());
+        self.calibration.sampled(now_ms);
     }
 
     /// The state's name.
     pub const fn state(&self) -> StateName {
-        self.state.name()
+        self.calibration.name()
     }
 
     /// There is computing to do: the next tick should follow as soon as the board has time.
     pub const fn is_busy(&self) -> bool {
         self.capturing.is_some()
             || self.assessing.is_some()
-            || matches!(self.state, State::Identifying | State::Verifying(Verifying { judging: Some(_), .. }))
+            || matches!(
+                self.calibration.state(),
+                State::Identifying | State::Verifying(Verifying { judging: Some(_), .. })
+            )
     }
 
     /// The run under way, or the last one; 0 before the first.
     pub const fn run_id(&self) -> u16 {
-        self.run.id
+        self.calibration.run.id
     }
 
     /// Are poses captured by command only?
     pub const fn by_command_only(&self) -> bool {
-        self.run.by_command_only
+        self.calibration.run.by_command_only
     }
 
     /// The centre in use, to spoil it as memory can.
@@ -291,7 +237,7 @@ impl Procedure {
     /// What it goes by, to spoil it as memory can.
     #[cfg(test)]
     pub(crate) fn spoil_constants(&mut self, rig: Rig<f32>, limits: Limits) {
-        (self.rig, self.limits) = (rig, limits);
+        (self.rig, self.calibration.limits) = (rig, limits);
     }
 
     /// The centre in use.
@@ -301,15 +247,12 @@ impl Procedure {
 
     /// The new centre that waits for a decision.
     pub const fn candidate(&self) -> Option<&Candidate> {
-        match &self.state {
-            State::Review(candidate) => Some(candidate),
-            _ => None,
-        }
+        self.calibration.candidate()
     }
 
     /// The centre that the run has identified so far, verified or not.
     pub const fn identified(&self) -> Option<&Identified<f32>> {
-        match &self.state {
+        match self.calibration.state() {
             State::Verifying(verifying) => Some(&verifying.identified),
             State::Review(candidate) => Some(&candidate.identified),
             _ => None,
@@ -318,7 +261,7 @@ impl Procedure {
 
     /// How that centre moves with the arm; None for a ball, and while there is no such centre.
     pub const fn motion(&self) -> Option<&ShownMotion> {
-        match &self.state {
+        match self.calibration.state() {
             State::Verifying(verifying) => verifying.motion.as_ref(),
             State::Review(candidate) => candidate.motion.as_ref(),
             _ => None,
@@ -327,12 +270,12 @@ impl Procedure {
 
     /// How the last run ended; None while one is under way and before the first.
     pub const fn ending(&self) -> Option<&Ending> {
-        self.ending.as_ref()
+        self.calibration.ending.as_ref()
     }
 
     /// Why the solver refused the set, last; None when it did not.
     pub const fn refusal(&self) -> Option<&Detail> {
-        self.run.detail.as_ref()
+        self.calibration.run.detail.as_ref()
     }
 
     /// Predicted σ of the centre in its worst direction with the first set so far, mm; None while the poses do not
@@ -351,12 +294,12 @@ impl Procedure {
 
     /// What is wrong with the encoders now.
     pub fn fault(&self, now_ms: u32) -> Option<EncoderFault> {
-        self.arm.fault(now_ms)
+        self.calibration.arm.fault(now_ms)
     }
 
     /// The reason, if a count was lost since the last run began.
     pub fn lost_count(&self) -> Option<Reason> {
-        self.arm.lost().map(|_| Reason::EncoderJumped)
+        self.calibration.arm.lost().map(|_| Reason::EncoderJumped)
     }
 
     /// Is the arm held still, with believable encoders and every cable at rest?
@@ -364,27 +307,6 @@ impl Procedure {
     /// # Errors
     /// What is in the way.
     pub fn arm(&self, now_ms: u32) -> Result<(), NotReady> {
-        self.arm.ready(now_ms)
-    }
-
-    /// Changes the state, if the table has this transition; the only place where `state` is assigned.
-    fn go(&mut self, now_ms: u32, trigger: Trigger, state: State) -> bool {
-        let allowed = transition::next(self.state.name(), trigger) == Some(state.name());
-        if allowed {
-            self.state = state;
-            self.give_up_capture();
-            self.run.since_ms = now_ms;
-            // The pose in which the state begins was captured already, if it was to be captured.
-            self.run.moved = false;
-        }
-        allowed
-    }
-
-    /// Ends the run; the poses stay for read-out.
-    fn end(&mut self, now_ms: u32, trigger: Trigger, detail: Detail) {
-        let failed = transition::next(self.state(), trigger) == Some(StateName::Failed);
-        if self.go(now_ms, trigger, if failed { State::Failed } else { State::Idle }) {
-            self.ending = Some(Ending { run_id: self.run.id, detail });
-        }
+        self.calibration.arm.ready(now_ms)
     }
 }

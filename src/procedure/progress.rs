@@ -1,16 +1,17 @@
 //! How far a run is, why it stands where it stands, and what the person at the arm should do: the heartbeat's content.
 
+use super::calibration::State;
 use super::guidance::Guidance;
 use super::reason::Reason;
-use super::state::{PoseSet, StateName};
-use super::{Procedure, State, Verifying};
+use super::state::PoseSet;
+use super::{Procedure, Verifying};
 
 impl Procedure {
     /// Progress in percent: a half for the first set, up to 80 for the solver, up to 99 for the second set. 100 only
     /// when the new centre is there and verified; 0 when there is no run or it failed.
     pub fn progress_percent(&self) -> u8 {
-        let settings = self.limits.settings();
-        match &self.state {
+        let settings = self.calibration.limits.settings();
+        match self.calibration.state() {
             State::Idle | State::Failed => 0,
             State::Collecting => {
                 let counted = share(f32::from(self.poses.count()), f32::from(self.enough_poses()));
@@ -30,39 +31,17 @@ impl Procedure {
 
     /// Why the run stands where it stands, or what disturbs it now.
     pub fn reason(&self, now_ms: u32) -> Reason {
-        let of_run = self.run.detail.map_or(Reason::Fine, |detail| detail.reason);
-        match self.state() {
-            StateName::Idle | StateName::Failed => self.ending.map_or(Reason::Fine, |ending| ending.detail.reason),
-            StateName::Identifying | StateName::Review => Reason::Fine,
-            StateName::Collecting | StateName::Verifying => match (self.fault(now_ms), self.run.refused_pose) {
-                (Some(fault), _) => fault.reason,
-                (None, Some(refused)) => refused.reason,
-                (None, None) => of_run,
-            },
-        }
+        self.calibration.reason(now_ms)
     }
 
     /// What the person at the arm should do now.
     pub fn guidance(&self, now_ms: u32) -> Guidance {
-        match self.state() {
-            StateName::Idle => Guidance::Nothing,
-            StateName::Identifying => Guidance::Wait,
-            StateName::Review => Guidance::Decide,
-            StateName::Failed => Guidance::Acknowledge,
-            StateName::Collecting | StateName::Verifying => match self.arm(now_ms).err().map(|not| not.reason) {
-                Some(Reason::CableLoose) => Guidance::TightenCable,
-                Some(Reason::EncoderSilent | Reason::EncoderFrozen | Reason::EncoderJumped) => Guidance::CheckEncoders,
-                _ if self.run.refused_pose.is_some_and(|refused| refused.reason == Reason::PoseTooNear) => {
-                    Guidance::MoveFurther
-                }
-                _ => self.run.advice,
-            },
-        }
+        self.calibration.guidance(now_ms, self.course.advice)
     }
 
     /// Poses in the set that is being captured, or was last.
     pub fn pose_count(&self) -> u8 {
-        match self.current_set() {
+        match self.calibration.current_set() {
             PoseSet::Identification => self.poses.count(),
             PoseSet::HeldOut => self.held_out.count(),
         }

@@ -17,13 +17,13 @@ pub use outcome::{ElbowCandidate, FoundHinge, SHOWN_NUMBERS};
 pub use rig::ElbowRig;
 
 use super::arm::{Arm, NotReady};
+use super::calibration::{Calibration, State};
 use super::encoders::{EncoderFault, EncoderLimits};
 use super::limits::Limits;
 use super::outcome::Ending;
 use super::reason::Reason;
 use super::solve::Detail;
 use super::state::{PoseSet, StateName};
-use super::transition::{self, Trigger};
 use crate::identification::hinge::{FollowedAngle, HingeAngles, HingeEstimator, HingePose, HingeSettings, MAX_CABLES};
 use crate::rig::CABLES;
 use set::Set;
@@ -38,19 +38,6 @@ const ENOUGH_POSES: u8 = 20;
 const NEAREST: f32 = 0.05;
 /// Range of a length below which bending further helps most, as a share of that ring: about a radian.
 const BENT: f32 = 1.0;
-
-/// A state with its data.
-// The two with a hinge are larger than the others; there is no heap to box them on.
-#[allow(clippy::large_enum_variant)]
-#[derive(Debug, Clone)]
-enum State {
-    Idle,
-    Collecting,
-    Identifying,
-    Verifying(Verifying),
-    Review(ElbowCandidate),
-    Failed,
-}
 
 /// The second set is being captured, or (with `judging`) laid against the hinge.
 #[derive(Debug, Clone)]
@@ -67,57 +54,19 @@ struct Judging {
     chi_square: f32,
 }
 
-/// What belongs to the run as a whole.
-#[derive(Debug, Clone, Copy)]
-struct Run {
-    /// 0 before the first run.
-    id: u16,
-    by_command_only: bool,
-    /// Solver runs so far, and poses in the first set at the last of them.
-    attempts: u8,
-    attempted_poses: u8,
-    /// Slices of the solver run under way.
-    slices: u32,
-    /// The arm has moved since the last automatic capture: when it rests, that is a new pose.
-    moved: bool,
-    /// Since when the time of the state runs, ms.
-    since_ms: u32,
-    /// Why the solver or the second set refused, last.
-    detail: Option<Detail>,
-    /// Why the last pose was refused, if it was.
-    refused_pose: Option<NotReady>,
-}
-
 /// The procedure, with the poses of the run and the hinge in use.
 #[derive(Debug, Clone)]
 pub struct ElbowProcedure {
     rig: ElbowRig,
-    limits: Limits,
-    boot: u16,
-    wearer: u16,
-    arm: Arm,
-    state: State,
-    run: Run,
+    calibration: Calibration<Verifying, ElbowCandidate>,
+    /// Slices of the solver run under way.
+    slices: u32,
     estimator: HingeEstimator<f32>,
     poses: Set<CAPACITY>,
     held_out: Set<HELD_OUT_CAPACITY>,
-    ending: Option<Ending>,
     live: Option<ElbowCandidate>,
     /// Of the hinge in use.
     angles: Option<HingeAngles<f32>>,
-}
-
-impl State {
-    const fn name(&self) -> StateName {
-        match self {
-            Self::Idle => StateName::Idle,
-            Self::Collecting => StateName::Collecting,
-            Self::Identifying => StateName::Identifying,
-            Self::Verifying(_) => StateName::Verifying,
-            Self::Review(_) => StateName::Review,
-            Self::Failed => StateName::Failed,
-        }
-    }
 }
 
 impl ElbowProcedure {
@@ -131,17 +80,12 @@ impl ElbowProcedure {
     pub fn with_limits(rig: &ElbowRig, limits: Limits) -> Self {
         let encoders = EncoderLimits { cables: rig.cables(), ..limits.encoders() };
         Self {
-            arm: Arm::over(&limits, encoders),
+            calibration: Calibration::new(limits, Arm::over(&limits, encoders)),
+            slices: 0,
             estimator: HingeEstimator::new(rig.hinge(), HingeSettings::for_rig(rig.hinge())),
             rig: rig.clone(),
-            limits,
-            boot: 0,
-            wearer: 0,
-            state: State::Idle,
-            run: Run::before_the_first(),
             poses: Set::new(),
             held_out: Set::new(),
-            ending: None,
             live: None,
             angles: None,
         }
@@ -149,10 +93,7 @@ impl ElbowProcedure {
 
     /// Goes on after a power-down: in which boot, and from which run id on. Nothing has happened yet since power-up.
     pub fn resume_at(&mut self, boot: u16, last_run_id: u16) {
-        if matches!(self.state, State::Idle) && self.run.id == 0 {
-            self.boot = boot;
-            self.run.id = last_run_id;
-        }
+        self.calibration.resume_at(boot, last_run_id);
     }
 
     /// Takes over the hinge of an earlier run, of before the power was switched off.
@@ -163,7 +104,7 @@ impl ElbowProcedure {
         if !live.found.is_finite() {
             return Err(Reason::RecordUnfit);
         }
-        if matches!(self.state, State::Idle) {
+        if self.state() == StateName::Idle {
             self.take_into_use(live);
         }
         Ok(())
@@ -193,11 +134,7 @@ impl ElbowProcedure {
 
     /// Sets whose arm the runs to come are made for; 0 = not said. Not while a run is under way.
     pub fn set_wearer(&mut self, wearer: u16) -> Reason {
-        if !matches!(self.state, State::Idle | State::Failed) {
-            return Reason::AlreadyRunning;
-        }
-        self.wearer = wearer;
-        Reason::Fine
+        self.calibration.set_wearer(wearer)
     }
 
     /// Takes in one sample of the board's counts. Every sample counts: silence is a fault.
@@ -205,10 +142,8 @@ impl ElbowProcedure {
         let mut in_use = [0; CABLES];
         let pairs = in_use.iter_mut().zip(counts).take(usize::from(self.rig.cables()));
         pairs.for_each(|(own, count)| *own = *count);
-        self.arm.sample(now_ms, &in_use, self.rig.drum());
-        if self.arm.ready(now_ms).is_err() {
-            self.run.moved = true;
-        }
+        self.calibration.arm.sample(now_ms, &in_use, self.rig.drum());
+        self.calibration.sampled(now_ms);
     }
 
     /// The machine.
@@ -218,32 +153,32 @@ impl ElbowProcedure {
 
     /// The limits of a run.
     pub const fn limits(&self) -> &Limits {
-        &self.limits
+        &self.calibration.limits
     }
 
     /// The state's name.
     pub const fn state(&self) -> StateName {
-        self.state.name()
+        self.calibration.name()
     }
 
     /// There is computing to do: the next tick should follow as soon as the board has time.
     pub const fn is_busy(&self) -> bool {
-        matches!(self.state, State::Identifying | State::Verifying(Verifying { judging: Some(_), .. }))
+        matches!(self.calibration.state(), State::Identifying | State::Verifying(Verifying { judging: Some(_), .. }))
     }
 
     /// The run under way, or the last one; 0 before the first.
     pub const fn run_id(&self) -> u16 {
-        self.run.id
+        self.calibration.run.id
     }
 
     /// Are poses captured by command only?
     pub const fn by_command_only(&self) -> bool {
-        self.run.by_command_only
+        self.calibration.run.by_command_only
     }
 
     /// Whose arm the runs to come, or the one under way, are made for.
     pub const fn wearer(&self) -> u16 {
-        self.wearer
+        self.calibration.wearer
     }
 
     /// The hinge in use.
@@ -253,15 +188,12 @@ impl ElbowProcedure {
 
     /// The new hinge that waits for a decision.
     pub const fn candidate(&self) -> Option<&ElbowCandidate> {
-        match &self.state {
-            State::Review(candidate) => Some(candidate),
-            _ => None,
-        }
+        self.calibration.candidate()
     }
 
     /// The hinge that the run has identified so far, verified or not.
     pub const fn found(&self) -> Option<&FoundHinge> {
-        match &self.state {
+        match self.calibration.state() {
             State::Verifying(verifying) => Some(&verifying.found),
             State::Review(candidate) => Some(&candidate.found),
             _ => None,
@@ -270,12 +202,12 @@ impl ElbowProcedure {
 
     /// Why the solver or the second set refused, last; None when neither did.
     pub const fn refusal(&self) -> Option<&Detail> {
-        self.run.detail.as_ref()
+        self.calibration.run.detail.as_ref()
     }
 
     /// How the last run ended; None while one is under way and before the first.
     pub const fn ending(&self) -> Option<&Ending> {
-        self.ending.as_ref()
+        self.calibration.ending.as_ref()
     }
 
     /// The lengths of a captured pose, mm; 0 for cables that the rig has not. They stay until the next run starts, unless the
@@ -294,12 +226,12 @@ impl ElbowProcedure {
 
     /// What is wrong with the encoders now.
     pub fn fault(&self, now_ms: u32) -> Option<EncoderFault> {
-        self.arm.fault(now_ms)
+        self.calibration.arm.fault(now_ms)
     }
 
     /// The reason, if a count was lost since the last run began.
     pub fn lost_count(&self) -> Option<Reason> {
-        self.arm.lost().map(|_| Reason::EncoderJumped)
+        self.calibration.arm.lost().map(|_| Reason::EncoderJumped)
     }
 
     /// Is the arm held still, with believable encoders and every cable at rest?
@@ -307,34 +239,6 @@ impl ElbowProcedure {
     /// # Errors
     /// What is in the way.
     pub fn arm(&self, now_ms: u32) -> Result<(), NotReady> {
-        self.arm.ready(now_ms)
-    }
-
-    /// Changes the state, if the table has this transition; the only place where `state` is assigned.
-    fn go(&mut self, now_ms: u32, trigger: Trigger, state: State) -> bool {
-        let allowed = transition::next(self.state.name(), trigger) == Some(state.name());
-        if allowed {
-            self.state = state;
-            self.run.since_ms = now_ms;
-            // The pose in which the state begins was captured already, if it was to be captured.
-            self.run.moved = false;
-        }
-        allowed
-    }
-
-    /// Ends the run; the poses stay for read-out.
-    fn end(&mut self, now_ms: u32, trigger: Trigger, detail: Detail) {
-        let failed = transition::next(self.state(), trigger) == Some(StateName::Failed);
-        if self.go(now_ms, trigger, if failed { State::Failed } else { State::Idle }) {
-            self.ending = Some(Ending { run_id: self.run.id, detail });
-        }
-    }
-
-    /// The set in which poses are captured now, if any.
-    const fn current_set(&self) -> PoseSet {
-        match self.state {
-            State::Verifying(_) => PoseSet::HeldOut,
-            _ => PoseSet::Identification,
-        }
+        self.calibration.arm.ready(now_ms)
     }
 }

@@ -16,7 +16,7 @@ impl ElbowProcedure {
     /// Time passes: times run out, a pose is captured, the solver works one slice. Returns the pose that was captured
     /// or refused, if any.
     pub fn tick(&mut self, now_ms: u32) -> Option<PoseNotice> {
-        self.arm.tick(now_ms);
+        self.calibration.arm.tick(now_ms);
         match self.state() {
             StateName::Idle | StateName::Failed => None,
             StateName::Collecting => self.tick_collecting(now_ms),
@@ -26,42 +26,37 @@ impl ElbowProcedure {
             }
             StateName::Verifying => self.tick_verifying(now_ms),
             StateName::Review => {
-                if self.is_overdue(now_ms, self.limits.settings().review_timeout_ms) {
-                    self.end(now_ms, Trigger::Timeout, Detail::of(Reason::ReviewTimeout));
-                }
+                self.calibration.tick_review(now_ms);
                 None
             }
         }
     }
 
-    fn is_overdue(&self, now_ms: u32, limit_ms: u32) -> bool {
-        now_ms.wrapping_sub(self.run.since_ms) >= limit_ms
-    }
-
     fn tick_collecting(&mut self, now_ms: u32) -> Option<PoseNotice> {
-        if self.fails_by_lost_count(now_ms) {
+        if self.calibration.fails_by_lost_count(now_ms) {
             return None;
         }
         let notice = self.capture_by_itself(now_ms);
         let poses = self.poses.count();
-        let has_something_new = usize::from(poses) >= MIN_POSES && poses > self.run.attempted_poses;
-        let overdue = self.is_overdue(now_ms, self.limits.settings().collecting_timeout_ms);
+        let has_something_new = usize::from(poses) >= MIN_POSES && poses > self.calibration.run.attempted_poses;
+        let overdue = self.calibration.is_overdue(now_ms, self.calibration.limits.settings().collecting_timeout_ms);
         let is_enough = notice.is_some() && poses >= ENOUGH_POSES && self.advice() != Guidance::BendFurther;
-        let can_try = !self.run.by_command_only && (is_enough || overdue) || self.poses.is_full();
+        let can_try = !self.calibration.run.by_command_only && (is_enough || overdue) || self.poses.is_full();
         if has_something_new && can_try {
             self.identify(now_ms);
         } else if overdue {
             // Poses that were all too near each other say more than that no new one came.
-            let is_alike = self.run.refused_pose.is_some_and(|refused| refused.reason == Reason::PoseTooNear);
+            let is_alike =
+                self.calibration.run.refused_pose.is_some_and(|refused| refused.reason == Reason::PoseTooNear);
             let reason = if is_alike { Reason::TooAlike } else { Reason::CollectingTimeout };
-            let detail = self.run.detail.unwrap_or(Detail::of(reason));
-            self.end(now_ms, Trigger::Timeout, detail);
+            let detail = self.calibration.run.detail.unwrap_or(Detail::of(reason));
+            self.calibration.end(now_ms, Trigger::Timeout, detail);
         }
         notice
     }
 
     fn tick_identifying(&mut self, now_ms: u32) {
-        self.run.slices = self.run.slices.saturating_add(1);
+        self.slices = self.slices.saturating_add(1);
         let found = match self.estimator.advance(self.poses.poses_mut()) {
             HingeProgress::Working => return,
             HingeProgress::Refused(refusal) => Err(Detail::from(refusal)),
@@ -72,43 +67,40 @@ impl ElbowProcedure {
         };
         match found {
             Ok(found) => {
-                self.go(now_ms, Trigger::Found, State::Verifying(Verifying { found, judging: None }));
+                self.calibration.go(now_ms, Trigger::Found, State::Verifying(Verifying { found, judging: None }));
             }
             Err(detail) => self.refused(now_ms, detail),
         }
     }
 
     fn refused(&mut self, now_ms: u32, detail: Detail) {
-        self.run.detail = Some(detail);
-        let again = self.run.attempts < self.limits.settings().max_attempts && !self.poses.is_full();
-        if again && is_cured_by_more_poses(detail.reason) {
-            self.go(now_ms, Trigger::WantsMore, State::Collecting);
-        } else {
-            self.end(now_ms, Trigger::GaveUp, detail);
-        }
+        let again = !self.poses.is_full() && is_cured_by_more_poses(detail.reason);
+        self.calibration.refused(now_ms, detail, again);
     }
 
     fn tick_verifying(&mut self, now_ms: u32) -> Option<PoseNotice> {
-        if self.fails_by_lost_count(now_ms) {
+        if self.calibration.fails_by_lost_count(now_ms) {
             return None;
         }
-        if let State::Verifying(Verifying { judging: Some(_), .. }) = self.state {
+        if let State::Verifying(Verifying { judging: Some(_), .. }) = self.calibration.state() {
             self.judge_one(now_ms);
             return None;
         }
         let notice = self.capture_by_itself(now_ms);
-        let complete = self.held_out.count() >= self.limits.settings().verification_poses && !self.run.by_command_only;
+        let complete = self.held_out.count() >= self.calibration.limits.settings().verification_poses
+            && !self.calibration.run.by_command_only;
         if complete || self.held_out.is_full() {
             self.judge();
-        } else if self.is_overdue(now_ms, self.limits.settings().verifying_timeout_ms) {
-            self.end(now_ms, Trigger::Timeout, Detail::of(Reason::VerifyingTimeout));
+        } else if self.calibration.is_overdue(now_ms, self.calibration.limits.settings().verifying_timeout_ms) {
+            self.calibration.end(now_ms, Trigger::Timeout, Detail::of(Reason::VerifyingTimeout));
         }
         notice
     }
 
     /// Holds the next pose of the second set against the hinge; after the last one, the verdict by χ².
     fn judge_one(&mut self, now_ms: u32) {
-        let State::Verifying(Verifying { found, judging: Some(judging) }) = &mut self.state else { return };
+        let (run_id, boot, wearer) = (self.calibration.run.id, self.calibration.boot, self.calibration.wearer);
+        let Some(Verifying { found, judging: Some(judging) }) = self.calibration.verifying_mut() else { return };
         if let Some(pose) = self.held_out.poses().get(usize::from(judging.next)) {
             match self.estimator.verify(&pose.lengths_mm) {
                 Some(verified) => {
@@ -119,8 +111,7 @@ impl ElbowProcedure {
                 None => {
                     let pose = Some(judging.next);
                     let detail = Detail { pose, ..Detail::of(Reason::VerificationDoesNotClose) };
-                    self.run.detail = Some(detail);
-                    self.end(now_ms, Trigger::Contradicted, detail);
+                    self.calibration.contradicted(now_ms, detail);
                 }
             }
             return;
@@ -136,30 +127,19 @@ impl ElbowProcedure {
             found.noise_mm * non_negative_root(most / freedom)
         };
         let verification = Verification { deviation_mm, limit_mm, poses };
-        let (run_id, boot, wearer, found) = (self.run.id, self.boot, self.wearer, found.clone());
+        let found = found.clone();
         // NaN must not pass
         if deviation_mm <= limit_mm {
             let candidate = ElbowCandidate { run_id, boot, wearer, found, verification };
-            self.go(now_ms, Trigger::Verified, State::Review(candidate));
+            self.calibration.go(now_ms, Trigger::Verified, State::Review(candidate));
         } else {
             let detail = Detail { size_mm: Some(deviation_mm), ..Detail::of(Reason::VerificationFailed) };
-            self.end(now_ms, Trigger::Contradicted, detail);
+            self.calibration.end(now_ms, Trigger::Contradicted, detail);
         }
     }
 
     /// A pose is captured when the arm comes to rest, once a rest.
     fn capture_by_itself(&mut self, now_ms: u32) -> Option<PoseNotice> {
-        let held = self.arm.ready(now_ms).is_ok();
-        if self.run.by_command_only || !self.run.moved || !held {
-            return None;
-        }
-        self.run.moved = false;
-        Some(self.take_pose(now_ms))
-    }
-
-    fn fails_by_lost_count(&mut self, now_ms: u32) -> bool {
-        let Some(cable) = self.arm.lost() else { return false };
-        self.end(now_ms, Trigger::CountLost, Detail { cable, ..Detail::of(Reason::EncoderJumped) });
-        true
+        if self.calibration.has_come_to_rest(now_ms) { Some(self.take_pose(now_ms)) } else { None }
     }
 }

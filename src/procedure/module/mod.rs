@@ -8,13 +8,13 @@ pub use rig::ModuleRig;
 
 use super::Procedure;
 use super::arm::NotReady;
-use super::commands::Reply;
 use super::elbow::{ElbowCandidate, ElbowProcedure};
 use super::encoders::EncoderFault;
 use super::guidance::Guidance;
 use super::limits::Limits;
 use super::outcome::{Candidate, Ending, PoseNotice};
 use super::reason::Reason;
+use super::reply::Reply;
 use super::solve::Detail;
 use super::state::{Command, PoseSet, StateName};
 use crate::identification::hinge::{FollowedAngle, HingeAngles};
