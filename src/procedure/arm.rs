@@ -36,12 +36,7 @@ pub struct Arm {
 
 impl Arm {
     /// A watch that has seen nothing yet.
-    pub fn new(limits: &Limits) -> Self {
-        Self::over(limits, limits.encoders())
-    }
-
-    /// The same over other encoders than all six.
-    pub fn over(limits: &Limits, encoders: EncoderLimits) -> Self {
+    pub fn new(limits: &Limits, encoders: EncoderLimits) -> Self {
         let stillness = limits.stillness();
         Self {
             encoders: Encoders::new(encoders),

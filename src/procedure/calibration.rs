@@ -2,6 +2,7 @@
 //! The state is changed here and nowhere else.
 
 use super::arm::{Arm, NotReady};
+use super::encoders::EncoderLimits;
 use super::guidance::Guidance;
 use super::limits::Limits;
 use super::outcome::{Ending, PoseNotice};
@@ -122,9 +123,9 @@ pub(super) struct Calibration<Verifying, Candidate> {
 }
 
 impl<Verifying, Candidate> Calibration<Verifying, Candidate> {
-    /// The idle state, before the first run.
-    pub const fn new(limits: Limits, arm: Arm) -> Self {
-        let run = Run::before_the_first();
+    /// The idle state, before the first run, over cables with these limits of their encoders.
+    pub fn new(limits: Limits, encoders: EncoderLimits) -> Self {
+        let (arm, run) = (Arm::new(&limits, encoders), Run::before_the_first());
         Self { limits, boot: 0, wearer: 0, arm, run, ending: None, state: State::Idle }
     }
 

@@ -72,7 +72,7 @@ use crate::identification::estimator::PoseVerification;
 use crate::identification::joint::ShownMotion;
 use crate::identification::{Identified, Machine, Pose, PredictedAccuracy};
 use crate::rig::{CABLES, Rig};
-use arm::{Arm, NotReady};
+use arm::NotReady;
 use assess::Assessing;
 use calibration::{Calibration, State};
 use captured::Captured;
@@ -138,7 +138,7 @@ impl Procedure {
         let zero_prior_mm = limits.settings().zero_prior_mm;
         let machine = Machine::with_offset_prior(&rig, rig.offset_prior_mm(zero_prior_mm));
         Self {
-            calibration: Calibration::new(limits, Arm::new(&limits)),
+            calibration: Calibration::new(limits, limits.encoders()),
             course: Course::new(false, false),
             work: Work::new(&machine, &rig),
             zero_prior_mm,

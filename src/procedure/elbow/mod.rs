@@ -16,7 +16,7 @@ mod ticks;
 pub use outcome::{ElbowCandidate, FoundHinge, SHOWN_NUMBERS};
 pub use rig::ElbowRig;
 
-use super::arm::{Arm, NotReady};
+use super::arm::NotReady;
 use super::calibration::{Calibration, State};
 use super::encoders::{EncoderFault, EncoderLimits};
 use super::limits::Limits;
@@ -80,7 +80,7 @@ impl ElbowProcedure {
     pub fn with_limits(rig: &ElbowRig, limits: Limits) -> Self {
         let encoders = EncoderLimits { cables: rig.cables(), ..limits.encoders() };
         Self {
-            calibration: Calibration::new(limits, Arm::over(&limits, encoders)),
+            calibration: Calibration::new(limits, encoders),
             slices: 0,
             estimator: HingeEstimator::new(rig.hinge(), HingeSettings::for_rig(rig.hinge())),
             rig: rig.clone(),
