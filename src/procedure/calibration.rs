@@ -240,7 +240,7 @@ impl<Verifying, Candidate> Calibration<Verifying, Candidate> {
         }
     }
 
-    /// The first set goes to the solver. `poses` are in it.
+    /// The first set, of so many poses, goes to the solver; false when it cannot in this state.
     pub fn identify(&mut self, now_ms: u32, poses: u8) -> bool {
         let gone = self.go(now_ms, Trigger::Identify, State::Identifying);
         if gone {

@@ -8,7 +8,9 @@ use super::phase::Phase;
 pub(super) struct Course {
     /// Poses are captured while the arm moves slowly as well.
     pub in_motion: bool,
+    /// The only phase, or which of two.
     pub phase: Phase,
+    /// What would help the set most.
     pub advice: Guidance,
 }
 

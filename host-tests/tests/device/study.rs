@@ -26,8 +26,7 @@ fn every_study_finds_the_same_on_one_core_and_on_three() {
     let mut files = Vec::new();
     for study in ALL {
         let trials = match study.name {
-            "arm-boards" => 2,
-            "free-motion" | "arm-poses" => 2,
+            "arm-boards" | "free-motion" | "arm-poses" => 2,
             _ => 4,
         };
         let plan = Plan { seed: 11, trials };

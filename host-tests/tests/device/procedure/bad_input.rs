@@ -144,6 +144,27 @@ fn a_capture_of_the_next_run_does_not_get_the_answer_of_the_last() {
     assert_eq!(codes, [(501, Reason::WrongState), (502, Reason::Fine), (503, Reason::Fine), (504, Reason::Fine)]);
 }
 
+/// The solver works on the poses that were there when it was asked.
+#[test]
+fn a_capture_that_the_solver_overtakes_is_answered_and_takes_no_pose() {
+    let mut bench = Bench::new(48);
+    bench.lead_to(StateName::Collecting);
+    while bench.procedure().poses(PoseSet::Identification).len() < 6 {
+        bench.next_pose();
+        bench.command(Opcode::Capture);
+        bench.pass(20);
+    }
+    bench.next_pose();
+    let (before, poses) = (bench.messages.len(), bench.procedure().poses(PoseSet::Identification).len());
+    bench.event(command(Opcode::Capture, 501, 0));
+    bench.event(command(Opcode::Identify, 502, 0));
+    bench.pass(20);
+    let codes: Vec<(u16, Reason)> = answers(&bench, before).iter().map(|answer| (answer.nonce, answer.code)).collect();
+    assert!(codes.contains(&(501, Reason::WrongState)), "{codes:?}");
+    assert!(codes.contains(&(502, Reason::Fine)), "{codes:?}");
+    assert_eq!(bench.procedure().poses(PoseSet::Identification).len(), poses);
+}
+
 #[test]
 fn foreign_traffic_changes_nothing_but_a_counter() {
     let mut calm = Bench::new(44);
